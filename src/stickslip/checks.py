@@ -1,0 +1,110 @@
+"""The one place where arguments are checked, and the one way in which a fault is said.
+
+Every message has four parts: what is wrong, the rule, the value found and, where there is one, the remedy.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class InputError(ValueError):
+    """Wrong input, said as: what, rule, value, remedy."""
+
+
+class Faults(InputError):
+    """Several faults of one input, found in one pass."""
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(self.faults))
+
+
+def fault(what: str, rule: str, value: Any, remedy: str = "") -> InputError:
+    """The error for `what`, which `rule` ("must be positive") but is `value`."""
+    return InputError(f"{what} {rule}, but is {value!r}." + (f" {remedy}" if remedy else ""))
+
+
+def finite(what: str, value: float) -> float:
+    """`value` as a float; refused when it is NaN or infinite."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise fault(what, "must be a number", value) from None
+    if not np.isfinite(number):
+        raise fault(what, "must be finite", number)
+    return number
+
+
+def positive(what: str, value: float) -> float:
+    """`value` as a float; refused unless it is above zero."""
+    number = finite(what, value)
+    if number <= 0.0:
+        raise fault(what, "must be positive", number)
+    return number
+
+
+def not_negative(what: str, value: float) -> float:
+    """`value` as a float; refused when it is below zero."""
+    number = finite(what, value)
+    if number < 0.0:
+        raise fault(what, "must not be negative", number)
+    return number
+
+
+def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
+    """`value` as a finite vector, of length `size` when given; a scalar is repeated."""
+    array = np.asarray(value, dtype=float)
+    if array.ndim == 0:
+        array = np.full(1 if size is None else size, float(array))
+    if array.ndim != 1 or (size is not None and array.size != size):
+        raise fault(what, f"must have {'one axis' if size is None else f'{size} entries'}", array.tolist())
+    if not np.all(np.isfinite(array)):
+        raise fault(what, "must be finite", array.tolist())
+    return array
+
+
+def square(what: str, value: ArrayLike, size: int | None = None) -> Array:
+    """`value` as a finite square matrix, (size, size) when given."""
+    array = np.asarray(value, dtype=float)
+    if array.ndim != 2 or array.shape[0] != array.shape[1]:
+        raise fault(what, "must be a square matrix", array.shape, "Give as many rows as columns.")
+    if size is not None and array.shape[0] != size:
+        raise fault(what, f"must have shape ({size}, {size})", array.shape)
+    if not np.all(np.isfinite(array)):
+        row, column = np.argwhere(~np.isfinite(array))[0]
+        raise fault(f"{what}[{row}, {column}]", "must be finite", float(array[row, column]))
+    return array
+
+
+def symmetric(what: str, value: ArrayLike, size: int | None = None, tolerance: float = 1e-8) -> Array:
+    """`value` as a square matrix equal to its transpose within `tolerance` of its largest entry; returned exactly symmetric."""
+    array = square(what, value, size)
+    scale = float(np.max(np.abs(array), initial=0.0))
+    gap = np.abs(array - array.T)
+    if gap.size and float(gap.max()) > tolerance * scale:
+        row, column = np.unravel_index(int(gap.argmax()), gap.shape)
+        raise fault(
+            what,
+            "must be symmetric",
+            f"{what}[{row}, {column}] = {array[row, column]:g} against {what}[{column}, {row}] = {array[column, row]:g}",
+            "Only one triangle stored? Fill the other; else check the export.",
+        )
+    return np.asarray(0.5 * (array + array.T))
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """A remedy that names the known word nearest to `word`, or lists a few."""
+    names = list(known)
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
+    if close:
+        return f"Did you mean {close[0]!r}?"
+    listed = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
+    return f"Known: {listed}." if names else "None is known."

@@ -1,0 +1,65 @@
+"""Macroslip: one Jenkins element per tangential direction, with a constant or a varying normal load and lift-off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import fault, finite, not_negative, positive
+from stickslip.contact.law import Elements, FrictionElements, Law, NormalElements
+
+
+@dataclass(frozen=True)
+class Macroslip(Law):
+    """A spring kt in series with a Coulomb slider, |T| ≤ μN.
+
+    With kn: N = max(kn (z − gap) + preload, 0), from the motion z of a normal direction (positive closes).
+    Without kn: N = normal_load, constant.
+
+    kt, kn [N/m]; mu [-]; preload N0 [N]; gap [m]; normal_load [N].
+    Source: Griffin (1980) for constant load; Yang, Chu and Menq (1998) for varying load.
+    """
+
+    kt: float
+    mu: float
+    kn: float | None = None
+    preload: float = 0.0
+    gap: float = 0.0
+    normal_load: float | None = None
+
+    def __post_init__(self) -> None:
+        positive("kt", self.kt)
+        not_negative("mu", self.mu)
+        finite("preload", self.preload)
+        finite("gap", self.gap)
+        if self.kn is not None:
+            positive("kn", self.kn)
+        if self.normal_load is not None:
+            not_negative("normal_load", self.normal_load)
+        if (self.kn is None) == (self.normal_load is None):
+            raise fault(
+                "A macroslip contact",
+                "must have either kn (varying normal load) or normal_load (constant)",
+                {"kn": self.kn, "normal_load": self.normal_load},
+                "Give exactly one of the two.",
+            )
+
+    @property
+    def has_normal(self) -> bool:
+        return self.kn is not None
+
+    def elements(self, tangential: int, normal: bool) -> Elements:
+        if normal != self.has_normal:
+            raise fault(
+                "A macroslip contact",
+                "must have a normal direction exactly when kn is given",
+                f"kn = {self.kn}, normal direction {'given' if normal else 'missing'}",
+            )
+        one = np.ones(1)
+        limit = 0.0 if self.normal_load is None else self.mu * self.normal_load
+        friction = FrictionElements(self.kt * one, self.mu * one, limit * one, 0 * one, (1 if normal else 0) * one)
+        springs = None
+        if self.kn is not None:
+            springs = NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one)
+        return Elements((friction,) * tangential, springs)

@@ -1,0 +1,135 @@
+"""A contact: a law between two places, along directions given as coefficients of named degrees of freedom.
+
+w = frame (q_A − q_B), and f is the force with which A pushes on B along (t1, t2, n): A feels −f, B feels +f, so the
+structure's equation is M q̈ + C q̇ + K q + Bᵀ f(B q) = p. n is positive when closing. `ground` is the fixed side.
+
+>>> between("11.x", "ground")
+{'11.x': 1.0}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import fault, finite, square
+from stickslip.contact.law import Elements, Law
+from stickslip.contact.start import SliderOffset, Start
+
+Direction = Mapping[str, float]
+"""A displacement as coefficients of degrees of freedom, {"NODE.DIRECTION": coefficient}."""
+
+Motion = Callable[[Sequence[float]], Direction]
+"""A place that can move: gives the displacement along a direction (x, y, z) as coefficients."""
+
+GROUND = "ground"
+DIRECTION_NAMES = ("t1", "t2", "n")
+
+
+def ground(direction: Sequence[float]) -> Direction:
+    """The fixed side: no degree of freedom."""
+    return {}
+
+
+def node(name: str) -> Motion:
+    """The node `name` of a structure with degrees of freedom name.x, name.y, name.z."""
+
+    def motion(direction: Sequence[float]) -> Direction:
+        return {f"{name}.{axis}": float(c) for axis, c in zip("xyz", direction, strict=False) if c != 0.0}
+
+    return motion
+
+
+def difference(a: Direction, b: Direction) -> dict[str, float]:
+    """The coefficients of a − b."""
+    total = dict(a)
+    for dof, coefficient in b.items():
+        total[dof] = total.get(dof, 0.0) - coefficient
+    return total
+
+
+def between(a: str, b: str) -> dict[str, float]:
+    """The displacement of degree of freedom `a` relative to `b`; either may be "ground"."""
+    sides = [{} if dof == GROUND else {dof: 1.0} for dof in (a, b)]
+    return difference(sides[0], sides[1])
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact point: law, directions, start state.
+
+    tangential: no, one or two directions t1, t2; normal: the closing direction, if the law has a varying normal load.
+    start: one rule for all directions, or one per tangential direction.
+    balanced: z is counted from the preloaded equilibrium: the structure feels N − N0 (else the whole N).
+    """
+
+    name: str
+    law: Law
+    tangential: tuple[Direction, ...] = ()
+    normal: Direction | None = None
+    start: Start | tuple[Start, ...] = field(default_factory=SliderOffset)
+    balanced: bool = False
+
+    def __post_init__(self) -> None:
+        if len(self.tangential) > 2:
+            raise fault(f"Contact {self.name}", "must have at most two tangential directions", len(self.tangential))
+        if not self.tangential and self.normal is None:
+            raise fault(f"Contact {self.name}", "must have a direction", "none")
+        for direction in self.directions:
+            for dof, coefficient in direction.items():
+                finite(f"Contact {self.name}, coefficient of {dof}", coefficient)
+            if not any(direction.values()):
+                raise fault(f"Contact {self.name}", "must join two different places", "a direction without coefficients")
+        if isinstance(self.start, tuple) and len(self.start) != len(self.tangential):
+            raise fault(
+                f"Contact {self.name}, start",
+                "must be one rule, or one per tangential direction",
+                f"{len(self.start)} rules for {len(self.tangential)} directions",
+            )
+        if self.balanced and self.normal is None:
+            raise fault(f"Contact {self.name}, balanced", "must go with a normal direction", "none")
+        for start, friction in zip(self.starts, self.elements.friction, strict=True):
+            start.values(friction.stiffness.size)
+
+    @property
+    def directions(self) -> tuple[Direction, ...]:
+        """All directions in the order t1, t2, n."""
+        return (*self.tangential, *(() if self.normal is None else (self.normal,)))
+
+    @property
+    def direction_names(self) -> tuple[str, ...]:
+        """Names of `directions`: some of t1, t2, n."""
+        return (*DIRECTION_NAMES[: len(self.tangential)], *(() if self.normal is None else ("n",)))
+
+    @property
+    def elements(self) -> Elements:
+        """The law's table of springs and sliders for these directions."""
+        return self.law.elements(len(self.tangential), self.normal is not None)
+
+    @property
+    def starts(self) -> tuple[Start, ...]:
+        """The start rule of each tangential direction."""
+        return self.start if isinstance(self.start, tuple) else (self.start,) * len(self.tangential)
+
+    def with_start(self, start: Start | tuple[Start, ...]) -> Contact:
+        """A copy with another start state."""
+        return replace(self, start=start)
+
+    def with_law(self, law: Law) -> Contact:
+        """A copy with another law."""
+        return replace(self, law=law)
+
+
+def contact_in_space(
+    name: str, law: Law, a: Motion, b: Motion, frame: ArrayLike, start: Start | tuple[Start, ...] | None = None
+) -> Contact:
+    """A contact of place `a` against place `b` with frame rows (t1, t2, n), an orthonormal (3, 3) array."""
+    axes = square(f"Contact {name}, frame", frame, 3)
+    if float(np.max(np.abs(axes @ axes.T - np.eye(3)))) > 1e-9:
+        raise fault(f"Contact {name}, frame", "must have orthonormal rows t1, t2, n", axes.tolist())
+    t1, t2, n = (difference(a(axis), b(axis)) for axis in axes)
+    tangential = (t1, t2) if law.elements(2, law.has_normal).friction else ()
+    return Contact(name, law, tangential, n if law.has_normal else None, start or SliderOffset())

@@ -1,0 +1,36 @@
+"""What can come of a point of a curve: data with a sentence, never a silent gap."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """Outcome of one solution point; `sentence` says it to the user."""
+
+    EMPTY = 0
+    CONVERGED = 1
+    NOT_CONVERGED = 2
+    NO_STATIC_EQUILIBRIUM = 3
+    BODY_HELD_BY_NOTHING = 4
+
+    @property
+    def sentence(self) -> str:
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Outcome.EMPTY: "No point was computed here.",
+    Outcome.CONVERGED: "Converged.",
+    Outcome.NOT_CONVERGED: (
+        "Newton's method did not converge; smaller steps, more samples or a start where the contacts stick may help."
+    ),
+    Outcome.NO_STATIC_EQUILIBRIUM: (
+        "The prescribed start state admits no static equilibrium: the static friction forces that it fixes cannot "
+        "balance the static load. Use slider offsets, or other ratios."
+    ),
+    Outcome.BODY_HELD_BY_NOTHING: (
+        "A body is held by nothing in some direction at harmonic 0: only friction of prescribed or saturated size acts "
+        "there. Add a stiffness to ground, or use slider offsets."
+    ),
+}

@@ -1,0 +1,162 @@
+"""The problem: structure, contacts, loads and outputs, checked once. Copies with `with_...`; nothing is changed in place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from stickslip.checks import Array, InputError, fault
+from stickslip.contact.point import Contact
+from stickslip.contact.start import Start
+from stickslip.loads import Force, Output
+from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
+from stickslip.structure.matrices import Structure
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t).
+
+    structure: M, C, K with names; contacts: laws with directions, whose rows make up B; forces: loads;
+    outputs: names of degrees of freedom, or `Output`s.
+    """
+
+    structure: Structure
+    contacts: tuple[Contact, ...]
+    forces: tuple[Force, ...]
+    outputs: tuple[str | Output, ...]
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        for key in ("contacts", "forces", "outputs"):
+            object.__setattr__(self, key, tuple(getattr(self, key)))
+        names = [contact.name for contact in self.contacts]
+        if len(set(names)) < len(names):
+            raise fault("Names of contacts", "must be unique", sorted({n for n in names if names.count(n) > 1}))
+        if not self.outputs:
+            raise fault("outputs", "must name at least one degree of freedom", "none")
+        if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
+            raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
+        self._check_names()
+        self._check_held()
+
+    def _check_names(self) -> None:
+        """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""
+        _ = (self.B, self.output_rows, [self.structure.row(force.direction) for force in self.forces])
+
+    def _check_held(self) -> None:
+        eigenvalues, vectors = linalg.eigh(self.stuck_stiffness)
+        scale = max(float(eigenvalues[-1]), np.finfo(float).tiny)
+        if eigenvalues[0] < 1e-13 * scale:
+            dof = self.structure.dofs[int(np.argmax(np.abs(vectors[:, 0])))]
+            what = "held by nothing" if abs(eigenvalues[0]) < 1e-9 * scale else "of negative stiffness"
+            raise InputError(
+                "The structure with all contacts stuck must have a positive definite stiffness, but a motion led by "
+                f"{dof!r} is {what} (lowest eigenvalue {eigenvalues[0]:.3g} N/m of up to {scale:.3g} N/m). "
+                "Add a support, a contact, or check the signs in K."
+            )
+
+    @cached_property
+    def B(self) -> Array:
+        """Relative contact displacements w = B q, rows (contact, direction), (rows, n)."""
+        return self.structure.rows([d for contact in self.contacts for d in contact.directions])
+
+    @cached_property
+    def output_rows(self) -> Array:
+        """Outputs as rows over the degrees of freedom, (outputs, n)."""
+        return self.structure.rows([Output.of(output).direction for output in self.outputs])
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        return tuple(Output.of(output).name for output in self.outputs)
+
+    @cached_property
+    def contact_stiffness(self) -> Array:
+        """K_c of each row: kt and kn of every element closed, N/m, (rows,)."""
+        rows: list[float] = []
+        for contact in self.contacts:
+            elements = contact.elements
+            rows += [float(friction.stiffness.sum()) for friction in elements.friction]
+            rows += [] if elements.normal is None else [float(elements.normal.stiffness.sum())]
+        return np.array(rows)
+
+    @cached_property
+    def stuck_stiffness(self) -> Array:
+        """K + BᵀK_cB, (n, n)."""
+        return np.asarray(self.structure.K + self.B.T @ (self.contact_stiffness[:, None] * self.B))
+
+    @cached_property
+    def C(self) -> Array:
+        """The viscous damping matrix after the damping rule, (n, n)."""
+        structure = self.structure
+        if structure.C is not None:
+            return structure.C
+        match structure.damping:
+            case None:
+                return np.zeros_like(structure.M)
+            case RayleighDamping(mass_factor=a, stiffness_factor=b):
+                return np.asarray(a * structure.M + b * structure.K)
+            case ModalDamping() as rule:
+                stiffness = self.stuck_stiffness if rule.on == "stuck" else structure.K
+                return modal_damping_matrix(structure.M, stiffness, rule)
+
+    def load(self, harmonics: int, level: float = 1.0) -> Array:
+        """Loads in real storage (n, 2H+1): static (with the counter-force of balanced contacts), then a_h, b_h."""
+        load = np.zeros((self.structure.size, 2 * harmonics + 1))
+        for force in self.forces:
+            row = self.structure.row(force.direction)
+            load[:, 0] += force.static * row
+            for harmonic, amplitude in force.amplitudes.items():
+                if harmonic > harmonics:
+                    raise fault("harmonics", f"must reach the load's harmonic {harmonic}", harmonics)
+                load[:, 2 * harmonic - 1] += level * amplitude.real * row
+                load[:, 2 * harmonic] -= level * amplitude.imag * row
+        for contact in self.contacts:
+            normal = contact.elements.normal
+            if contact.balanced and contact.normal is not None and normal is not None:
+                load[:, 0] += float(normal.forces(0.0).sum()) * self.structure.row(contact.normal)
+        return load
+
+    def frequencies(self, stuck: bool) -> Array:
+        """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
+        stiffness = self.stuck_stiffness if stuck else self.structure.K
+        squares = linalg.eigvalsh(stiffness, self.structure.M)
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+
+    def with_structure(self, structure: Structure) -> Problem:
+        """A copy with another structure."""
+        return replace(self, structure=structure)
+
+    def with_contacts(self, change: Callable[[Contact], Contact]) -> Problem:
+        """A copy with every contact changed: `problem.with_contacts(lambda c: c.with_law(law))`."""
+        return replace(self, contacts=tuple(change(contact) for contact in self.contacts))
+
+    def with_start(self, start: Start) -> Problem:
+        """A copy with one start rule at every contact."""
+        return self.with_contacts(lambda contact: contact.with_start(start))
+
+    def with_forces(self, forces: Sequence[Force]) -> Problem:
+        """A copy with other loads."""
+        return replace(self, forces=tuple(forces))
+
+    def with_damping(self, damping: Damping | Array | None) -> Problem:
+        """A copy with another damping."""
+        return self.with_structure(self.structure.with_damping(damping))
+
+
+def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:
+    """C = Σ 2 ζ_r ω_r (M φ_r)(M φ_r)ᵀ over the modes of (K, M), φᵀMφ = 1; rigid modes stay undamped."""
+    squares, modes = linalg.eigh(K, M)
+    ratios = np.zeros(squares.size)
+    given = np.atleast_1d(np.asarray(rule.ratio, dtype=float))
+    if given.size > ratios.size:
+        raise fault("damping ratio", f"must have at most {ratios.size} entries, the number of modes", given.size)
+    ratios[: given.size] = given
+    if np.ndim(rule.ratio) == 0:
+        ratios[:] = given[0]
+    weighted = M @ modes
+    return np.asarray((weighted * (2.0 * ratios * np.sqrt(np.maximum(squares, 0.0)))) @ weighted.T)

@@ -1,0 +1,73 @@
+"""A structure: M, C, K with named degrees of freedom "NODE.DIRECTION". Everything linear arrives in this form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.checks import Array, InputError, fault, nearest, square, symmetric
+from stickslip.structure.damping import Damping
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """M q̈ + C q̇ + K q = p, dense.
+
+    M, K: (n, n), symmetric, M without negative eigenvalues; C: (n, n) or None; dofs: n names "NODE.DIRECTION".
+    damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
+    """
+
+    M: Array
+    K: Array
+    dofs: tuple[str, ...]
+    C: Array | None = None
+    damping: Damping | None = None
+
+    def __post_init__(self) -> None:
+        size = len(self.dofs)
+        object.__setattr__(self, "dofs", tuple(self.dofs))
+        object.__setattr__(self, "M", symmetric("M", self.M, size))
+        object.__setattr__(self, "K", symmetric("K", self.K, size))
+        if self.C is not None:
+            if self.damping is not None:
+                raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
+            object.__setattr__(self, "C", square("C", self.C, size))
+        repeated = {dof for dof in self.dofs if self.dofs.count(dof) > 1} if len(set(self.dofs)) < size else set()
+        if repeated:
+            raise fault("dofs", "must be unique", sorted(repeated))
+        scale = float(np.max(np.abs(self.M), initial=0.0))
+        if scale == 0.0:
+            raise fault("M", "must have mass", "zero everywhere")
+        lowest = float(np.linalg.eigvalsh(self.M)[0])
+        if lowest < -1e-9 * scale * size:
+            raise fault("M", "must have no negative eigenvalue", lowest, "Check the sign and the units of the mass.")
+
+    @property
+    def size(self) -> int:
+        return len(self.dofs)
+
+    def index(self, dof: str) -> int:
+        """Position of a degree of freedom."""
+        try:
+            return self.dofs.index(dof)
+        except ValueError:
+            raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest(dof, self.dofs)}") from None
+
+    def row(self, direction: Mapping[str, float]) -> Array:
+        """The coefficients of a direction as a row vector (n,)."""
+        row = np.zeros(self.size)
+        for dof, coefficient in direction.items():
+            row[self.index(dof)] += coefficient
+        return row
+
+    def rows(self, directions: Sequence[Mapping[str, float]]) -> Array:
+        """The coefficients of several directions, (len(directions), n)."""
+        return np.array([self.row(direction) for direction in directions]).reshape(len(directions), self.size)
+
+    def with_damping(self, damping: Damping | Array | None) -> Structure:
+        """A copy with another damping: a rule, a matrix C, or none."""
+        if isinstance(damping, np.ndarray):
+            return replace(self, C=damping, damping=None)
+        return replace(self, C=None, damping=damping)
