@@ -1,0 +1,103 @@
+"""Results on disk: NetCDF-4, labelled, whole or not there. `save` writes what an analysis returns, `open_results` reads it back.
+
+No pickle: strings, numbers and attributes only, so any NetCDF or HDF5 reader opens the file.
+"""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.checks import Faults, InputError, fault
+from stickslip.files import replacing
+from stickslip.results_schema import FILE_FORMAT, SCHEMA, check_schema, labelled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["SCHEMA", "labelled", "open_results", "save"]
+
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_COMPRESS_FROM = 1024
+"""Entries from which compressing a variable is worth its header."""
+
+
+def save(dataset: xr.Dataset, path: str | Path) -> Path:
+    """Write `dataset` as NetCDF-4, whole or not at all; returns the path. Large variables are compressed and checksummed."""
+    check_schema(dataset)
+    with replacing(path) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=_encoding(dataset))
+    return Path(path)
+
+
+def open_results(path: str | Path) -> xr.Dataset:
+    """Read a results file whole into memory and check it against the schema; the file is closed on return."""
+    import xarray as xr
+
+    path = Path(path)
+    _refuse_foreign(path)
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
+            _check_format(opened, path)
+            dataset = _plain(opened.load())
+    except InputError:
+        raise
+    except (OSError, RuntimeError, ValueError, KeyError, AttributeError, TypeError, zlib.error) as error:
+        raise InputError(
+            f"The results file {str(path)!r} must be readable to its end, but is truncated or damaged ({error}). "
+            "Copy it again, or run the study again."
+        ) from error
+    try:
+        check_schema(dataset)
+    except Faults as faults:
+        raise Faults([f"{path}: {line}" for line in faults.faults]) from None
+    return dataset
+
+
+def _refuse_foreign(path: Path) -> None:
+    try:
+        with path.open("rb") as file:
+            start = file.read(len(_HDF5_SIGNATURE))
+    except FileNotFoundError:
+        raise fault("The results file", "must exist", str(path), "`stickslip run STUDY --out DIR` writes one.") from None
+    except OSError as error:
+        raise fault("The results file", "must be readable", str(path), f"({error.strerror})") from None
+    if start != _HDF5_SIGNATURE:
+        what = "empty" if not start else "not NetCDF-4"
+        raise fault("A results file", f"must be NetCDF-4 as written by stickslip ({what})", str(path))
+
+
+def _check_format(dataset: xr.Dataset, path: Path) -> None:
+    """Refuse a file of another program, or of another file format of this one."""
+    if "file_format" not in dataset.attrs:
+        raise fault("A results file", "must carry the attribute file_format", str(path), "Another program wrote this file.")
+    found = dataset.attrs["file_format"]
+    if np.ndim(found) or found != FILE_FORMAT:
+        newer = np.ndim(found) == 0 and isinstance(found, (int, float, np.number)) and found > FILE_FORMAT
+        remedy = "It was written by a newer stickslip: update this one." if newer else "Run the study again with this version."
+        raise fault(f"file_format of {str(path)!r}", f"must be {FILE_FORMAT}", _scalar(found), remedy)
+
+
+def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Shuffle, deflate and checksum where there is something to gain; strings and small arrays stay plain."""
+    packed = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
+    return {
+        str(name): packed if variable.dtype.kind in "fi" and variable.size >= _COMPRESS_FROM else {}
+        for name, variable in dataset.variables.items()
+    }
+
+
+def _plain(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset as an analysis makes it: strings of fixed width, Python numbers as attributes, no encoding of the file."""
+    for name, variable in list(dataset.variables.items()):
+        if variable.dtype.kind in "OT":
+            dataset[name] = (variable.dims, variable.values.astype(np.str_), variable.attrs)
+    dataset.attrs = {key: _scalar(value) for key, value in dataset.attrs.items()}
+    return dataset.drop_encoding()
+
+
+def _scalar(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value

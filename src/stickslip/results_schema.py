@@ -1,0 +1,203 @@
+"""The variables of a forced response, once: name, dimensions, units, meaning. Analyses build by it, files are checked by it.
+
+Complex amplitudes are stored with a last axis `part` (re, im), x(t) = Re Σ X_h exp(i h ω t). Cases with fewer points, and
+contacts without a direction, are padded with NaN; `outcome` 0 marks a point that is not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.checks import Faults, nearest
+from stickslip.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FILE_FORMAT = 1
+REQUIRED_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format", "harmonics", "samples", "cpu_seconds")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable: dimensions in order, units ("1" for a pure number), meaning, kind (float, int8 or str)."""
+
+    name: str
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+    kind: str = "float"
+
+
+def _rows(dims: str, *rows: tuple[str, ...]) -> tuple[Variable, ...]:
+    return tuple(Variable(row[0], tuple(dims.split()), *row[1:]) for row in rows)
+
+
+COORDINATES = (
+    *_rows("case", ("force_level", "1", "factor on every harmonic force")),
+    *_rows("output", ("output", "1", "output", "str")),
+    *_rows("contact", ("contact", "1", "contact", "str")),
+    *_rows("direction", ("direction", "1", "direction of the contact: t1, t2 tangential, n closing", "str")),
+    *_rows("part", ("part", "1", "real and imaginary part", "str")),
+    *_rows("harmonic", ("harmonic", "1", "harmonic of the excitation frequency")),
+)
+
+SCHEMA = (
+    *_rows(
+        "case point",
+        ("frequency", "Hz", "excitation frequency"),
+        ("outcome", "1", "what came of the point", "int8"),
+        ("residual", "1", "residual of the harmonic balance"),
+        ("iterations", "1", "Newton iterations"),
+        ("active_rows", "1", "rows of the Newton system"),
+        ("loss_factor", "1", "loss factor"),
+        ("energy_residual", "1", "energy balance of the solution, relative to the input"),
+        ("slip_work_error", "1", "slip work against contact work"),
+    ),
+    *_rows("case point output harmonic part", ("response", "m", "response")),
+    *_rows(
+        "case point output",
+        ("amplitude", "m", "amplitude of the first harmonic"),
+        ("rms", "m", "root mean square over the period, with the mean"),
+        ("max_abs", "m", "largest displacement over the period, with the mean"),
+    ),
+    *_rows("case point contact", ("dissipated", "J", "energy dissipated per cycle")),
+    *_rows(
+        "case point contact direction",
+        ("share_stick", "1", "share of the period in stick"),
+        ("share_slip", "1", "share of the period in slip"),
+        ("share_open", "1", "share of the period without contact"),
+    ),
+    *_rows(
+        "case point contact direction harmonic part",
+        ("contact_motion", "m", "relative displacement of the contact"),
+        ("contact_force", "N", "contact force"),
+    ),
+    *_rows(
+        "case peak output",
+        ("peak_frequency", "Hz", "frequency of the peak"),
+        ("peak_amplitude", "m", "amplitude of the first harmonic at the peak"),
+        ("peak_max_abs", "m", "largest displacement at the peak"),
+        ("peak_loss_factor", "1", "loss factor at the peak"),
+    ),
+    *_rows("linear_point", ("linear_frequency", "Hz", "frequency of the linear curves")),
+    *_rows(
+        "case linear_point output",
+        ("free_amplitude", "m", "amplitude without contacts"),
+        ("stuck_amplitude", "m", "amplitude with all contacts stuck"),
+    ),
+    *_rows(
+        "mode",
+        ("natural_frequency_free", "Hz", "natural frequency without contacts"),
+        ("natural_frequency_stuck", "Hz", "natural frequency with all contacts stuck"),
+    ),
+    *_rows(
+        "case contact direction sample",
+        ("loop_motion", "m", "relative displacement over one period at the highest peak of the first output"),
+        ("loop_force", "N", "contact force over one period at the highest peak of the first output"),
+    ),
+    *_rows(
+        "case",
+        ("loop_frequency", "Hz", "frequency of the loops"),
+        ("case_outcome", "1", "whether the curve reached the end of the band", "int8"),
+        ("case_message", "1", "how the curve ended", "str"),
+    ),
+)
+
+
+def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:
+    """The dataset of the schema: variables in its order, with units and long names; every fault is said at once.
+
+    variables: an array for each name of SCHEMA; coords: for each name of COORDINATES (`part` and `harmonic` may be left out);
+    attrs: title, study, harmonics, samples, cpu_seconds and what else is to be kept; version and file format are added.
+    """
+    import xarray as xr
+
+    coords = _with_default_coords(coords, variables)
+    _refuse_names(variables, coords)
+    arrays = {v: _typed(v, coords if v in COORDINATES else variables) for v in (*COORDINATES, *SCHEMA)}
+    _refuse_shapes(arrays)
+    dataset = xr.Dataset(
+        {v.name: (v.dims, arrays[v], _attributes(v)) for v in SCHEMA},
+        {v.name: (v.dims, arrays[v], _attributes(v)) for v in COORDINATES},
+        {"title": "", "study": "", "stickslip_version": _version(), **attrs, "file_format": FILE_FORMAT},
+    )
+    check_schema(dataset)
+    return dataset
+
+
+def check_schema(dataset: xr.Dataset) -> None:
+    """Refuse a dataset that lacks an attribute or variable of the schema, or has one with other dimensions or kind."""
+    missing = [name for name in REQUIRED_ATTRIBUTES if name not in dataset.attrs]
+    faults = [f"The attribute {name!r} must be there, but is missing." for name in missing]
+    for variable in (*COORDINATES, *SCHEMA):
+        if variable.name not in dataset.variables:
+            faults.append(f"The variable {variable.name!r} must be there, but is missing.")
+            continue
+        found = dataset.variables[variable.name]
+        if found.dims != variable.dims:
+            faults.append(f"The variable {variable.name!r} must have dimensions {variable.dims}, but has {found.dims}.")
+        if found.dtype.kind not in _KINDS[variable.kind]:
+            faults.append(f"The variable {variable.name!r} must hold {variable.kind}, but holds {found.dtype}.")
+    if faults:
+        raise Faults(faults)
+
+
+_KINDS = {"float": "fiu", "int8": "iu", "str": "UOT"}
+
+
+def _with_default_coords(coords: Mapping[str, Any], variables: Mapping[str, Any]) -> dict[str, Any]:
+    shape = np.shape(variables.get("response", ()))
+    harmonics = shape[3] if len(shape) == 5 else 0
+    return {"part": ["re", "im"], "harmonic": np.arange(harmonics), **coords}
+
+
+def _refuse_names(variables: Mapping[str, Any], coords: Mapping[str, Any]) -> None:
+    faults = []
+    for given, schema in ((variables, SCHEMA), (coords, COORDINATES)):
+        known = [variable.name for variable in schema]
+        faults += [f"The variable {name!r} must be given, but is missing." for name in known if name not in given]
+        faults += [f"The variable {name!r} is not in the schema. {nearest(name, known)}" for name in given if name not in known]
+    if faults:
+        raise Faults(faults)
+
+
+def _refuse_shapes(arrays: Mapping[Variable, np.ndarray[Any, Any]]) -> None:
+    sizes: dict[str, tuple[int, str]] = {}
+    faults = []
+    for variable, array in arrays.items():
+        if array.ndim != len(variable.dims):
+            faults.append(f"The variable {variable.name!r} must have axes {variable.dims}, but has shape {array.shape}.")
+            continue
+        for dim, size in zip(variable.dims, array.shape, strict=True):
+            expected, first = sizes.setdefault(dim, (size, variable.name))
+            if size != expected:
+                faults.append(f"The axis {dim!r} of {variable.name!r} must have size {expected} as in {first!r}, but has {size}.")
+    if faults:
+        raise Faults(faults)
+
+
+def _typed(variable: Variable, given: Mapping[str, Any]) -> np.ndarray[Any, Any]:
+    kinds: dict[str, Any] = {"float": np.float64, "int8": np.int8, "str": np.str_}
+    return np.asarray(given[variable.name], dtype=np.int64 if variable.name == "harmonic" else kinds[variable.kind])
+
+
+def _attributes(variable: Variable) -> dict[str, Any]:
+    attributes: dict[str, Any] = {"units": variable.units, "long_name": variable.long_name}
+    if variable.kind == "int8":
+        attributes["flag_values"] = np.array([int(outcome) for outcome in Outcome], dtype=np.int8)
+        attributes["flag_meanings"] = " ".join(outcome.name.lower() for outcome in Outcome)
+    return attributes
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("stickslip")
+    except PackageNotFoundError:
+        return "unknown"
