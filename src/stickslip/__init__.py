@@ -1,0 +1,67 @@
+"""stickslip: vibration of turbine blades and bladed disks with friction dampers.
+
+The public names, each loaded from its module when it is first used, so that importing the package costs next to nothing:
+
+>>> import stickslip as ss
+>>> ss.hertz(480, 600)
+Band(start=480.0, stop=600.0)
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Structure": "stickslip.structure.matrices",
+    "ModalDamping": "stickslip.structure.damping",
+    "RayleighDamping": "stickslip.structure.damping",
+    "Contact": "stickslip.contact.point",
+    "between": "stickslip.contact.point",
+    "Macroslip": "stickslip.contact.macroslip",
+    "MicroslipArray": "stickslip.contact.microslip",
+    "Gap": "stickslip.contact.gap",
+    "SliderOffset": "stickslip.contact.start",
+    "TractionRatio": "stickslip.contact.start",
+    "MeanTraction": "stickslip.contact.start",
+    "Force": "stickslip.loads",
+    "Output": "stickslip.loads",
+    "Problem": "stickslip.problem",
+    "Outcome": "stickslip.outcome",
+    "Band": "stickslip.units",
+    "hertz": "stickslip.units",
+    "radians_per_second": "stickslip.units",
+    "InputError": "stickslip.checks",
+}
+_MODULES = ("rigs", "units")
+
+__all__ = ["__version__", *_HOME, *_MODULES]
+
+if TYPE_CHECKING:
+    from stickslip import rigs, units
+    from stickslip.checks import InputError
+    from stickslip.contact.gap import Gap
+    from stickslip.contact.macroslip import Macroslip
+    from stickslip.contact.microslip import MicroslipArray
+    from stickslip.contact.point import Contact, between
+    from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
+    from stickslip.loads import Force, Output
+    from stickslip.outcome import Outcome
+    from stickslip.problem import Problem
+    from stickslip.structure.damping import ModalDamping, RayleighDamping
+    from stickslip.structure.matrices import Structure
+    from stickslip.units import Band, hertz, radians_per_second
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(f"stickslip.{name}")
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module 'stickslip' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,55 @@
+# make setup    environment in .venv, from requirements.lock      make check   format, lint, types, spelling, documentation
+# make demo     the single blade with two dampers                 make ci      check + test: what the continuous integration runs
+# make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
+
+PYTHON ?= python3
+UV ?= uv
+JOBS ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+# One BLAS thread: the dense systems are small, and contended threads slow them down.
+test ci demo: export OPENBLAS_NUM_THREADS = 1
+test ci: export OMP_NUM_THREADS = 1
+test ci: export MKL_NUM_THREADS = 1
+
+.PHONY: setup demo test check format docs ci lock clean
+
+setup: $(STAMP)
+
+$(STAMP): requirements.lock pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "stickslip needs Python 3.11 or newer; set PYTHON=...")'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --no-deps --no-build-isolation -e .
+	touch $(STAMP)
+
+demo: setup
+	$(BIN)/stickslip demo
+
+test: setup
+	$(BIN)/python -m pytest -n $(JOBS) -m "not verify"
+
+check: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/codespell
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+
+format: setup
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+docs: setup
+	$(BIN)/sphinx-build -b html docs docs/_build/html
+
+ci: check test
+
+lock:
+	UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile pyproject.toml --group dev --universal --python-version 3.11 \
+		--generate-hashes --no-emit-index-url --no-emit-find-links --output-file requirements.lock
+
+clean:
+	rm -rf docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache
