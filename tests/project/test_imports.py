@@ -1,0 +1,126 @@
+"""Imports go one way, and importing the package or asking for help costs next to nothing."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stickslip
+
+ROOT = Path(stickslip.__file__).parent
+
+# From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
+LAYERS = (
+    ("checks", "outcome", "files"),
+    ("units",),
+    ("structure", "contact", "loads"),
+    ("dampers", "models"),
+    ("problem",),
+    ("harmonic", "time", "rigs"),
+    ("solve", "measurement"),
+    ("results_schema", "results_view"),
+    ("results",),
+    ("analyses",),
+    ("plots", "study"),
+    ("report",),
+    ("cli",),
+)
+RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
+LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
+LOADED_LATE = {"skfem", "xarray", "pandas", "h5netcdf", "matplotlib", "plotly"}
+
+MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
+
+
+def component_of(path: Path) -> str:
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+def imported_components(tree: ast.AST) -> set[str]:
+    """Components of stickslip that a module imports, wherever the import stands."""
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names=names):
+                found |= {name.name.split(".")[1] for name in names if name.name.startswith("stickslip.")}
+            case ast.ImportFrom(module="stickslip", level=0, names=names):
+                found |= {name.name for name in names if name.name in RANK}
+            case ast.ImportFrom(module=str(module), level=0) if module.startswith("stickslip."):
+                found.add(module.split(".")[1])
+            case _:
+                pass
+    return found
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_imports_go_one_way(path):
+    own = component_of(path)
+    assert own in RANK, f"give {own!r} its place in LAYERS"
+    for other in imported_components(ast.parse(path.read_text())):
+        assert other == own or RANK[other] < RANK[own], f"{own} may not import {other}"
+
+
+def packages(node: ast.Import | ast.ImportFrom) -> set[str]:
+    """The top-level packages that an import statement names."""
+    names = [name.name for name in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+    return {name.split(".")[0] for name in names}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_import_is_relative_or_hides_in_a_function(path):
+    """Only heavy packages are loaded late, and only the edge loads parts of stickslip late."""
+    tree = ast.parse(path.read_text())
+    assert not [node.lineno for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
+    if component_of(path) in LOCAL_IMPORTS_ALLOWED:
+        return
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    imports = [inner for f in functions for inner in ast.walk(f) if isinstance(inner, ast.Import | ast.ImportFrom)]
+    assert [node.lineno for node in imports if not packages(node) <= LOADED_LATE] == []
+
+
+HEAVY = ["matplotlib", "plotly", "xarray", "pandas", "skfem", "numba", "scipy.optimize", "scipy.sparse", "pydantic", "h5netcdf"]
+
+PROBE = """
+import json, sys, time
+{code}
+print("\\n" + json.dumps([time.process_time(), sorted(set(sys.modules) & set({heavy}))]))
+"""
+
+HELP = """
+from stickslip.cli import main
+try:
+    main(["--help"])
+except SystemExit as end:
+    assert not end.code
+"""
+
+
+@pytest.mark.parametrize("code", ["import stickslip", HELP], ids=["import", "help"])
+def test_import_and_help_are_light(code):
+    probe = PROBE.format(code=code, heavy=HEAVY)
+    result = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    cpu_seconds, loaded = json.loads(result.stdout.strip().splitlines()[-1])
+    assert loaded == []
+    assert cpu_seconds < 1.0
+
+
+@pytest.mark.parametrize("name", stickslip.__all__)
+def test_every_public_name_exists(name):
+    assert getattr(stickslip, name) is not None
+
+
+def test_a_wrong_name_is_refused():
+    with pytest.raises(AttributeError, match="no attribute 'forced_responce'"):
+        stickslip.forced_responce  # noqa: B018
+
+
+def test_type_checkers_see_the_names_that_are_loaded_late():
+    tree = ast.parse((ROOT / "__init__.py").read_text())
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    seen = {name.name: f"{node.module}" for node in block.body if isinstance(node, ast.ImportFrom) for name in node.names}
+    modules = {name: home for name, home in seen.items() if home == "stickslip"}
+    assert set(modules) == set(stickslip._MODULES)
+    assert {name: home for name, home in seen.items() if name not in modules} == stickslip._HOME
