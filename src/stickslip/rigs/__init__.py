@@ -1,0 +1,16 @@
+"""Ready problems. `RIGS` lists them by the name that a study file gives.
+
+Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
+"""
+
+from collections.abc import Callable
+
+from stickslip.problem import Problem
+from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
+from stickslip.rigs.single_blade import single_blade
+
+RIGS: dict[str, Callable[..., Problem]] = {
+    rig.__name__: rig for rig in (single_blade, single_mass, chain, chain_varying_load, chain_of_three, three_mass_wedge)
+}
+
+__all__ = ["RIGS", "chain", "chain_of_three", "chain_varying_load", "single_blade", "single_mass", "three_mass_wedge"]

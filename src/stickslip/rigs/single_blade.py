@@ -1,0 +1,160 @@
+"""One blade between two flat-cylinder dampers: the rig of "An Experimental and Computational Comparison of the Dynamic
+Response Variability in a Turbine Blade with Under-Platform Dampers".
+
+The paper publishes contact parameters, preloads, damping and the free frequency (410 Hz), but no geometry. The dimensions
+here were calibrated with two of its numbers: the free frequency and the resonance at 80 N and 4.6 kg (529 Hz).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from math import hypot
+
+import numpy as np
+
+from stickslip.checks import fault, not_negative, positive
+from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.microslip import MicroslipArray
+from stickslip.contact.point import Contact, ground, node
+from stickslip.contact.start import Start
+from stickslip.dampers.damper import Damper
+from stickslip.dampers.flat_cylinder import FlatCylinder
+from stickslip.loads import Force
+from stickslip.problem import Problem
+from stickslip.rigs.platform_blade import Place, PlatformBlade, reduced_blade
+from stickslip.structure.assembly import assemble
+from stickslip.structure.damping import ModalDamping
+from stickslip.units import STANDARD_GRAVITY, N_per_um
+
+ELEMENTS_PER_POINT = 5
+"""Macroslip elements in parallel at each point of the cylinder line."""
+
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """Totals of one damper: kt, kn [N/m] of the flat and of the cylinder side, friction coefficients."""
+
+    flat_kt: float
+    flat_kn: float
+    flat_mu: float
+    cylinder_kt: float
+    cylinder_kn: float
+    cylinder_mu: float
+
+    def __post_init__(self) -> None:
+        for key in ("flat_kt", "flat_kn", "cylinder_kt", "cylinder_kn"):
+            positive(key, getattr(self, key))
+        for key in ("flat_mu", "cylinder_mu"):
+            not_negative(key, getattr(self, key))
+
+
+PUBLISHED = {
+    2.6: ContactParameters(20 * N_per_um, 50 * N_per_um, 0.6, 45 * N_per_um, 260 * N_per_um, 0.4),
+    4.6: ContactParameters(25 * N_per_um, 65 * N_per_um, 0.6, 45 * N_per_um, 260 * N_per_um, 0.4),
+    6.6: ContactParameters(35 * N_per_um, 75 * N_per_um, 0.6, 35 * N_per_um, 260 * N_per_um, 0.4),
+}
+"""Contact parameters by preload mass in kg (Table 1 of the paper)."""
+
+
+def single_blade(
+    preload_mass: float = 4.6,
+    *,
+    flat_kt: float | None = None,
+    flat_kn: float | None = None,
+    flat_mu: float | None = None,
+    cylinder_kt: float | None = None,
+    cylinder_kn: float | None = None,
+    cylinder_mu: float | None = None,
+    gap_factor: float = 0.9,
+    damping: float = 0.008,
+    force: float = 1.0,
+    platform_angle: float = 45.0,
+    length: float = 222.388e-3,
+    damper_mass: float = 50e-3,
+    centre_offset: float = 8e-3,
+    cylinder_offset: float = 16e-3,
+    modes: int = 150,
+    start: Start | None = None,
+) -> Problem:
+    """The blade, clamped at its root, with a damper under each side of its platform; output is the lateral motion of the tip.
+
+    preload_mass: dead weight that pulls each damper up [kg]: 2.6, 4.6 or 6.6, or any with all six contact parameters given
+    (totals per surface: kt, kn in N/m, friction coefficient mu).
+    gap_factor g: the gaps of the five elements at a cylinder point reach 2 g N̄/kn; damping: ratio of every stuck mode;
+    force: amplitude at (t/2, 39 mm, 0) along x [N]; platform_angle [degrees]; length of the blade [m]; damper_mass [kg];
+    centre_offset, cylinder_offset: x from pad middle to mass centre and cylinder line [m]; modes: fixed-interface modes
+    kept; start: one start rule for all contacts (virgin unless given).
+    """
+    names = ("flat_kt", "flat_kn", "flat_mu", "cylinder_kt", "cylinder_kn", "cylinder_mu")
+    values = (flat_kt, flat_kn, flat_mu, cylinder_kt, cylinder_kn, cylinder_mu)
+    parameters = contact_parameters(positive("preload_mass", preload_mass), dict(zip(names, values, strict=True)))
+    blade = PlatformBlade(length=length, platform_angle=platform_angle)
+    shape = FlatCylinder(
+        platform_angle=platform_angle,
+        flat_width=2.0 / 3.0 * hypot(blade.platform_reach, blade.rise),
+        depth=blade.depth,
+        centre_offset=centre_offset,
+        cylinder_offset=cylinder_offset,
+        mass=damper_mass,
+    )
+    pull = preload_mass * STANDARD_GRAVITY
+    dampers = placed_dampers(blade, shape, pull)
+    largest_gap = 2.0 * gap_factor * shape.normal_load(pull) / parameters.cylinder_kn
+    contacts = [contact for damper in dampers for contact in damper_contacts(damper, parameters, largest_gap, start)]
+    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
+    structure = assemble({"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers})
+    return Problem(
+        structure.with_damping(ModalDamping(damping, on="stuck")),
+        tuple(contacts),
+        (Force("blade/force.x", force, name="shaker"), *(load for damper in dampers for load in damper.forces())),
+        ("blade/tip.x",),
+        f"Single blade with two dampers, {preload_mass:g} kg",
+    )
+
+
+def contact_parameters(preload_mass: float, given: Mapping[str, float | None]) -> ContactParameters:
+    """The published parameters of this preload mass with those given put in their place; all six given: any mass."""
+    explicit = {key: value for key, value in given.items() if value is not None}
+    published = next((p for mass, p in PUBLISHED.items() if abs(mass - preload_mass) < 1e-9), None)
+    base = {} if published is None else asdict(published)
+    missing = [key for key in given if key not in base and key not in explicit]
+    if missing:
+        raise fault(
+            "preload_mass",
+            "must be 2.6, 4.6 or 6.6 kg, the masses with published contact parameters",
+            preload_mass,
+            f"Take one of them, or give {', '.join(missing)}; nothing is interpolated.",
+        )
+    return ContactParameters(**(base | explicit))
+
+
+def placed_dampers(blade: PlatformBlade, shape: FlatCylinder, pull: float) -> tuple[Damper, Damper]:
+    """The left and the right damper, each with the middle of its flat at 2/3 of the platform's reach."""
+    return (
+        shape.damper("damper_left", blade.underside(2.0 / 3.0, 0.0, -1), -1, pull, "left"),
+        shape.damper("damper_right", blade.underside(2.0 / 3.0, 0.0, 1), 1, pull, "right"),
+    )
+
+
+def pads(damper: Damper) -> tuple[tuple[str, Place], ...]:
+    """The blade's nodes opposite the flat: (name, place), "left_pad_1", ..."""
+    points = np.asarray(damper.surface("flat").points)
+    return tuple((f"{damper.label}_pad_{i}", (float(x), float(y), float(z))) for i, (x, y, z) in enumerate(points, start=1))
+
+
+def damper_contacts(
+    damper: Damper, parameters: ContactParameters, largest_gap: float, start: Start | None = None
+) -> tuple[Contact, ...]:
+    """Macroslip at the five points of the flat against the blade, microslip arrays at the cylinder line against the ground."""
+    p = parameters
+
+    def flat(share: float) -> Macroslip:
+        return Macroslip(share * p.flat_kt, p.flat_mu, share * p.flat_kn)
+
+    def cylinder(share: float) -> MicroslipArray:
+        kt, kn = share * p.cylinder_kt, share * p.cylinder_kn
+        return MicroslipArray.from_totals(kt, kn, p.cylinder_mu, largest_gap, ELEMENTS_PER_POINT)
+
+    opposite = [node(f"blade/{name}") for name, _ in pads(damper)]
+    return (*damper.contacts("flat", flat, opposite, start), *damper.contacts("cylinder", cylinder, ground, start))

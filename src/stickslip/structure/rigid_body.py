@@ -1,0 +1,108 @@
+"""Rigid bodies: 6 degrees of freedom in space, 3 in the plane, at the mass centre; small rotations.
+
+A point p of a body moves by u + θ × (p − c); along a direction d that is d·u + ((p − c) × d)·θ. `at(point)` gives this as
+coefficients of named degrees of freedom, which contacts, springs and forces take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import Array, fault, positive, symmetric, vector
+from stickslip.structure.assembly import prefixed
+from stickslip.structure.matrices import Structure
+
+Motion = Callable[[Sequence[float]], Mapping[str, float]]
+"""A place that can move: gives the displacement along a direction as coefficients of degrees of freedom."""
+
+SPACE = ("x", "y", "z", "rx", "ry", "rz")
+PLANE = ("x", "y", "rz")
+
+
+def box_inertia(mass: float, sides: ArrayLike) -> Array:
+    """Inertia about the centre of a homogeneous box, (3, 3) in kg m²: J_xx = m (b² + c²)/12, ...; sides (a, b, c) in m."""
+    squares = vector("sides", sides, 3) ** 2
+    return np.diag(positive("mass", mass) / 12.0 * (squares.sum() - squares))
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody:
+    """A rigid body in space: mass [kg], inertia (3, 3) about the mass centre [kg m²], mass centre (3,) [m].
+
+    Degrees of freedom: node.x, .y, .z [m] and node.rx, .ry, .rz [rad] of its mass centre.
+    """
+
+    mass: float
+    inertia: ArrayLike
+    centre: ArrayLike = (0.0, 0.0, 0.0)
+    node: str = "centre"
+
+    def __post_init__(self) -> None:
+        positive("mass", self.mass)
+        inertia = symmetric("inertia", self.inertia, 3)
+        moments = np.linalg.eigvalsh(inertia)
+        if moments[0] <= 0.0 or moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
+            rule = "must have positive principal moments, none above the sum of the others"
+            raise fault("inertia", rule, moments.tolist(), "Check its unit (kg m²) and signs.")
+        object.__setattr__(self, "inertia", inertia)
+        object.__setattr__(self, "centre", vector("centre", self.centre, 3))
+
+    def structure(self) -> Structure:
+        """The free body, without stiffness: M = diag(m, m, m, J)."""
+        M = np.zeros((6, 6))
+        M[:3, :3] = self.mass * np.eye(3)
+        M[3:, 3:] = self.inertia
+        return Structure(M, np.zeros((6, 6)), tuple(f"{self.node}.{axis}" for axis in SPACE))
+
+    def at(self, point: ArrayLike, body: str = "") -> Motion:
+        """The motion of the body's point [m]; `body` is its name in an assembly, where dofs read "body/node.x"."""
+        arm = vector("point", point, 3) - np.asarray(self.centre)
+        name = prefixed(body, self.node)
+
+        def motion(direction: Sequence[float]) -> dict[str, float]:
+            d = vector("direction", direction, 3)
+            return _coefficients(name, SPACE, np.concatenate([d, np.cross(arm, d)]))
+
+        return motion
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarBody:
+    """A rigid body in the plane x, y: mass [kg], inertia about z [kg m²], mass centre (2,) [m].
+
+    Degrees of freedom: node.x, node.y [m] and node.rz [rad], counter-clockwise.
+    """
+
+    mass: float
+    inertia: float
+    centre: ArrayLike = (0.0, 0.0)
+    node: str = "centre"
+
+    def __post_init__(self) -> None:
+        positive("mass", self.mass)
+        positive("inertia", self.inertia)
+        object.__setattr__(self, "centre", vector("centre", self.centre, 2))
+
+    def structure(self) -> Structure:
+        """The free body, without stiffness: M = diag(m, m, J)."""
+        M = np.diag([self.mass, self.mass, self.inertia])
+        return Structure(M, np.zeros((3, 3)), tuple(f"{self.node}.{axis}" for axis in PLANE))
+
+    def at(self, point: ArrayLike, body: str = "") -> Motion:
+        """The motion of the body's point (2,) [m]; `body` is its name in an assembly."""
+        arm = vector("point", point, 2) - np.asarray(self.centre)
+        name = prefixed(body, self.node)
+
+        def motion(direction: Sequence[float]) -> dict[str, float]:
+            d = vector("direction", direction, 2)
+            return _coefficients(name, PLANE, np.array([d[0], d[1], arm[0] * d[1] - arm[1] * d[0]]))
+
+        return motion
+
+
+def _coefficients(node: str, axes: Sequence[str], values: Array) -> dict[str, float]:
+    return {f"{node}.{axis}": float(value) for axis, value in zip(axes, values, strict=True) if value != 0.0}
