@@ -1,0 +1,84 @@
+"""Where the energy goes: dissipation along the curve and per contact at the peak, and the loss factor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
+
+from stickslip.checks import Array
+from stickslip.plots.look import CONTACTS, house_style, level_colours, plain
+from stickslip.results_view import along_curve, frequencies, highest_peak, level_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def dissipation(dataset: xr.Dataset) -> Figure:
+    """Energy per cycle of all contacts against frequency, and the share of each contact at the highest peak."""
+    with house_style():
+        figure = Figure(figsize=(9.4, 4.0), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
+            energy = np.sum(along_curve(dataset, "dissipated", case), axis=1)
+            energy[energy <= 0.0] = np.nan
+            left.plot(frequencies(dataset, case), energy, color=colour, label=level_text(dataset, case))
+        if np.nansum(dataset.dissipated.values) > 0.0:
+            left.set_yscale("log")
+        left.set(title="Dissipated by friction, all contacts", xlabel="frequency in Hz", ylabel="energy per cycle in J")
+        left.legend(loc="upper right")
+        _shares(right, dataset)
+    return figure
+
+
+def loss_factor(dataset: xr.Dataset) -> Figure:
+    """Loss factor against frequency, one curve a force level."""
+    with house_style():
+        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
+        axes = figure.add_subplot()
+        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
+            values = along_curve(dataset, "loss_factor", case)
+            axes.plot(frequencies(dataset, case), values, color=colour, label=level_text(dataset, case))
+        axes.set(title="Loss factor", xlabel="frequency in Hz", ylabel="loss factor", ylim=(0.0, None))
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    return figure
+
+
+def shares_at_peak(dataset: xr.Dataset, most: int = len(CONTACTS)) -> tuple[list[str], Array, Array]:
+    """Energy per cycle at the highest peak of the first output: names, (case, name) in J, and total, (case,).
+
+    Of more than `most` contacts the smaller ones are summed under "others". NaN where a case has no converged point.
+    """
+    energy = np.full((dataset.sizes["case"], dataset.sizes["contact"]), np.nan)
+    for case in range(dataset.sizes["case"]):
+        peak = highest_peak(dataset, case)
+        if peak is not None:
+            energy[case] = dataset.dissipated.values[case, peak.point]
+    names = [str(name) for name in dataset.contact.values]
+    if len(names) > most:
+        order = np.argsort(-np.nansum(energy, axis=0), kind="stable")
+        kept, rest = np.sort(order[: most - 1]), order[most - 1 :]
+        names = [*(names[index] for index in kept), f"{rest.size} others"]
+        energy = np.column_stack([energy[:, kept], energy[:, rest].sum(axis=1)])
+    return names, energy, energy.sum(axis=1)
+
+
+def _shares(axes: Axes, dataset: xr.Dataset) -> None:
+    names, energy, total = shares_at_peak(dataset)
+    percent = 100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None]
+    left = np.zeros(total.size)
+    for index, name in enumerate(names):
+        colour = CONTACTS[-1] if name.endswith(" others") else CONTACTS[index % len(CONTACTS)]
+        axes.barh(np.arange(total.size), np.nan_to_num(percent[:, index]), left=left, color=colour, label=plain(name))
+        left += np.nan_to_num(percent[:, index])
+    joules = EngFormatter("J", places=2)
+    words = [f"{level_text(dataset, case)}\n{joules(total[case])}" for case in range(total.size)]
+    axes.set_yticks(np.arange(total.size), words, fontsize=8)
+    axes.set(title="At the highest peak", xlabel="share of the contacts in %", xlim=(0.0, 100.0))
+    axes.grid(axis="y", visible=False)
+    axes.invert_yaxis()
+    if names:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)

@@ -1,0 +1,61 @@
+"""All figures of a forced response, and `save_figures`, which writes them as PNG and SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from matplotlib.figure import Figure
+
+from stickslip.files import replacing
+from stickslip.plots.contacts import contact_states, hysteresis_loops
+from stickslip.plots.energy import dissipation, loss_factor
+from stickslip.plots.look import house_style
+from stickslip.plots.response_curves import peaks_over_force, response_curves
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "FIGURES",
+    "contact_states",
+    "dissipation",
+    "hysteresis_loops",
+    "loss_factor",
+    "peaks_over_force",
+    "response_curves",
+    "save_figures",
+]
+
+FIGURES: dict[str, Callable[[Any], Figure]] = {
+    "response": response_curves,
+    "response_linear_scale": partial(response_curves, log=False),
+    "response_per_force": partial(response_curves, per_force=True),
+    "peaks": peaks_over_force,
+    "loops": hysteresis_loops,
+    "states": contact_states,
+    "dissipation": dissipation,
+    "loss_factor": loss_factor,
+}
+"""Name of the file: function that draws it."""
+
+
+def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:
+    """Write every figure in every format, each file whole or not at all; returns the paths. The same data give the same files."""
+    paths = []
+    for name, draw in FIGURES.items():
+        figure = draw(dataset)
+        for suffix in formats:
+            path = Path(directory) / f"{name}.{suffix}"
+            _write(figure, path, suffix)
+            paths.append(path)
+    return paths
+
+
+def _write(figure: Figure, path: Path, suffix: str) -> None:
+    """Save without the date, so that equal figures are equal files."""
+    dated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with house_style(), replacing(path) as temporary:
+        figure.savefig(temporary, format=suffix, metadata=dated.get(suffix))

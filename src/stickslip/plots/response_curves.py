@@ -1,0 +1,138 @@
+"""Response curves of all force levels beside the linear curves without contacts and with stuck ones, and where their peaks go."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from stickslip.checks import Array, fault, nearest
+from stickslip.plots.look import FAILED, GREY, house_style, level_colours, plain
+from stickslip.results_view import (
+    along_curve,
+    failed_points,
+    frequencies,
+    highest_peak,
+    level_text,
+    levels_in_newtons,
+)
+from stickslip.units import um
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LINEAR_STYLES = {"free": (0, (1.2, 1.6)), "stuck": (0, (5, 2))}
+LINEAR_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
+
+
+def response_curves(dataset: xr.Dataset, output: str | None = None, log: bool = True, per_force: bool = False) -> Figure:
+    """Amplitude of the first harmonic in µm against Hz, one curve a force level; per_force divides by the level.
+
+    Peaks are marked with dots, points without convergence with crosses on the frequency axis.
+    """
+    index = output_index(dataset, output)
+    with house_style():
+        figure = Figure(figsize=(7.6, 4.8), layout="constrained")
+        axes = figure.add_subplot()
+        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
+            scale = _scale(dataset, case, per_force)
+            _linear_curves(axes, dataset, case, index, scale, colour if not per_force else GREY)
+            _curve(axes, dataset, case, index, scale, colour)
+        _finish(axes, dataset, index, log, per_force)
+    return figure
+
+
+def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
+    """The highest peak of every force level: amplitude per force and frequency, against the level."""
+    index = output_index(dataset, output)
+    peaks = [highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])]
+    found = [(float(dataset.force_level[case]), peak) for case, peak in enumerate(peaks) if peak is not None]
+    levels = np.array([level for level, _ in found])
+    amplitudes = np.array([peak.amplitude for _, peak in found])
+    with house_style():
+        figure = Figure(figsize=(7.6, 3.4), layout="constrained")
+        left, right = figure.subplots(1, 2)
+        left.plot(levels, amplitudes / np.where(levels == 0.0, np.nan, np.abs(levels)) / um, "o-", color="#2b6ca3", markersize=5)
+        right.plot(levels, [peak.frequency for _, peak in found], "o-", color="#2b6ca3", markersize=5)
+        left.set(title=f"Highest peak, {plain(dataset.output.values[index])}", ylim=(0.0, None))
+        left.set_ylabel(amplitude_label(dataset, True))
+        right.set(title="Its frequency", ylabel="frequency in Hz")
+        for axes in (left, right):
+            axes.set_xlabel("force level in N" if levels_in_newtons(dataset) else "force level")
+            if levels.size > 1 and levels.min() > 0.0 and levels.max() > 8.0 * levels.min():
+                axes.set_xscale("log")
+    return figure
+
+
+def output_index(dataset: xr.Dataset, output: str | None) -> int:
+    """Index of the named output; the first without a name."""
+    names = [str(name) for name in dataset.output.values]
+    if output is not None and output not in names:
+        raise fault("output", f"must be an output of the result. {nearest(output, names)} It", output)
+    return 0 if output is None else names.index(output)
+
+
+def amplitude_label(dataset: xr.Dataset, per_force: bool) -> str:
+    """What the amplitude axis says."""
+    if not per_force:
+        return "amplitude |X₁| in µm"
+    return "amplitude per force |X₁|/F in " + ("µm/N" if levels_in_newtons(dataset) else "µm per unit level")
+
+
+def _scale(dataset: xr.Dataset, case: int, per_force: bool) -> float:
+    """Factor from metres to what is drawn."""
+    level = abs(float(dataset.force_level[case])) or np.nan
+    return 1.0 / um / (level if per_force else 1.0)
+
+
+def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, colour: str) -> None:
+    amplitude = along_curve(dataset, "amplitude", case)[:, output]
+    few = np.count_nonzero(np.isfinite(amplitude)) < 3
+    axes.plot(frequencies(dataset, case), scale * amplitude, ".-" if few else "-", color=colour, label=level_text(dataset, case))
+    peak = highest_peak(dataset, case, output)
+    if peak is not None and peak.local:
+        axes.plot(peak.frequency, scale * peak.amplitude, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+    failed = dataset.frequency.values[case, failed_points(dataset, case)]
+    foot = axes.get_xaxis_transform()
+    axes.plot(failed, np.full(failed.size, 0.015), "x", color=FAILED, markersize=5, transform=foot, clip_on=False, zorder=5)
+
+
+def _linear_curves(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, colour: str) -> None:
+    for which, style in LINEAR_STYLES.items():
+        values: Array = dataset[f"{which}_amplitude"].values[case, :, output]
+        axes.plot(dataset.linear_frequency.values, scale * values, color=colour, linestyle=style, linewidth=0.9, alpha=0.55)
+
+
+def _finish(axes: Axes, dataset: xr.Dataset, output: int, log: bool, per_force: bool) -> None:
+    title, name = plain(dataset.attrs.get("title", "")), plain(dataset.output.values[output])
+    axes.set_title(f"{title}: {name}" if title else name)
+    axes.set(xlabel="frequency in Hz", ylabel=amplitude_label(dataset, per_force))
+    _limits(axes, dataset, log)
+    handles, _ = axes.get_legend_handles_labels()
+    for which, style in LINEAR_STYLES.items():
+        handles.append(Line2D([], [], color=GREY, linestyle=style, linewidth=1.1, label=LINEAR_WORDS[which]))
+    if np.any(np.isin(dataset.outcome.values, (0, 1), invert=True)):
+        handles.append(Line2D([], [], color=FAILED, marker="x", linestyle="", markersize=5, label="not converged"))
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+
+
+def _limits(axes: Axes, dataset: xr.Dataset, log: bool) -> None:
+    """The band that was computed; from zero on a linear axis, from a little below the lowest curve on a logarithmic one."""
+    computed = dataset.frequency.values[dataset.outcome.values != 0]
+    if computed.size and computed.min() < computed.max():
+        axes.set_xlim(float(computed.min()), float(computed.max()))
+    heights = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in _curve_lines(axes)])
+    heights = heights[np.isfinite(heights) & (heights > 0.0)]
+    if log and heights.size:
+        axes.set_yscale("log")
+        axes.set_ylim(0.7 * float(heights.min()), 1.6 * float(heights.max()))
+    elif heights.size:
+        axes.set_ylim(0.0, 1.06 * float(heights.max()))
+
+
+def _curve_lines(axes: Axes) -> list[Line2D]:
+    """The curves of the force levels: the linear ones may go out of the picture."""
+    return [line for line in axes.lines if not str(line.get_label()).startswith("_")] or list(axes.lines)

@@ -1,0 +1,134 @@
+"""What figures and the report read from a dataset: curves without padding, peaks with their points, contacts by direction.
+
+Numbers stay in SI; only `level_text` makes words. `results_schema` says what the variables are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The highest peak of one case and output: Hz, m, and the computed point nearest to it.
+
+    local: a local maximum of the curve; else the largest computed amplitude, at an end of the band or of a list of frequencies.
+    """
+
+    frequency: float
+    amplitude: float
+    max_abs: float
+    loss_factor: float
+    point: int
+    local: bool
+
+
+@dataclass(frozen=True)
+class ContactRow:
+    """One direction of one contact, as indices into the dataset, with its name."""
+
+    contact: int
+    direction: int
+    label: str
+
+
+def level_text(dataset: xr.Dataset, case: int) -> str:
+    """The force level in words: "20 N" where the dataset says that the levels are newtons, else "force × 20"."""
+    level = f"{float(dataset.force_level[case]):g}"
+    return f"{level} N" if levels_in_newtons(dataset) else f"force × {level}"
+
+
+def levels_in_newtons(dataset: xr.Dataset) -> bool:
+    return str(dataset.force_level.attrs.get("units", "1")) == "N"
+
+
+def points(dataset: xr.Dataset, case: int) -> np.ndarray:
+    """Indices of the points that were computed, converged or not, in the order of the curve."""
+    return np.flatnonzero(dataset.outcome.values[case] != Outcome.EMPTY)
+
+
+def converged_points(dataset: xr.Dataset, case: int) -> np.ndarray:
+    """Indices of the converged points, in the order of the curve."""
+    return np.flatnonzero(dataset.outcome.values[case] == Outcome.CONVERGED)
+
+
+def failed_points(dataset: xr.Dataset, case: int) -> np.ndarray:
+    """Indices of the points that did not converge."""
+    return np.setdiff1d(points(dataset, case), converged_points(dataset, case))
+
+
+def frequencies(dataset: xr.Dataset, case: int) -> Array:
+    """Frequencies of `points`, Hz."""
+    return np.asarray(dataset.frequency.values[case, points(dataset, case)])
+
+
+def along_curve(dataset: xr.Dataset, name: str, case: int) -> Array:
+    """A variable (case, point, ...) at `points`, NaN where the point did not converge, so that lines break there."""
+    values = np.array(dataset[name].values[case], dtype=float)
+    values[failed_points(dataset, case)] = np.nan
+    return np.asarray(values[points(dataset, case)])
+
+
+def is_folded(dataset: xr.Dataset, case: int) -> bool:
+    """Whether the curve turns back in frequency."""
+    steps = np.diff(frequencies(dataset, case))
+    return bool(np.any(steps > 0.0) and np.any(steps < 0.0))
+
+
+def highest_peak(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
+    """The highest peak of a case; None where nothing converged."""
+    candidates = converged_points(dataset, case)
+    amplitudes = dataset.amplitude.values[case, candidates, output]
+    if not candidates.size or not np.any(np.isfinite(amplitudes)):
+        return None
+    solved = dataset.sizes["peak"] > 0 and bool(np.isfinite(dataset.peak_amplitude.values[case, 0, output]))
+    if not solved:
+        point = int(candidates[np.nanargmax(amplitudes)])
+        frequency, loss_factor = (float(dataset[name].values[case, point]) for name in ("frequency", "loss_factor"))
+        amplitude, max_abs = (float(dataset[name].values[case, point, output]) for name in ("amplitude", "max_abs"))
+        return Peak(frequency, amplitude, max_abs, loss_factor, point, local=False)
+    names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
+    frequency, amplitude, max_abs, loss_factor = (float(dataset[name].values[case, 0, output]) for name in names)
+    distance = np.abs(dataset.frequency.values[case, candidates] / frequency - 1.0) + np.abs(amplitudes / amplitude - 1.0)
+    return Peak(frequency, amplitude, max_abs, loss_factor, int(candidates[np.nanargmin(distance)]), local=True)
+
+
+def linear_peak(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
+    """Frequency, Hz, and amplitude, m, of the highest maximum of the "free" or "stuck" curve; None when it is at an end."""
+    amplitude = dataset[f"{which}_amplitude"].values[case, :, output]
+    if amplitude.size < 3 or not np.any(np.isfinite(amplitude)):
+        return None
+    index = int(np.nanargmax(amplitude))
+    if index in (0, amplitude.size - 1):
+        return None
+    return float(dataset.linear_frequency.values[index]), float(amplitude[index])
+
+
+def contact_rows(dataset: xr.Dataset) -> list[ContactRow]:
+    """The tangential directions that each contact has; the normal one where it has no other."""
+    directions = [str(name) for name in dataset.direction.values]
+    tangential = [index for index, name in enumerate(directions) if name != "n"]
+    rows = []
+    for contact, name in enumerate(dataset.contact.values):
+        used = np.any(np.isfinite(dataset.share_stick.values[:, :, contact, :]), axis=(0, 1))
+        kept = [index for index in tangential if used[index]] or [index for index in range(len(directions)) if used[index]]
+        labels = [f"{name}, {directions[index]}" if len(kept) > 1 or directions[index] == "n" else str(name) for index in kept]
+        rows += [ContactRow(contact, index, label) for index, label in zip(kept, labels, strict=True)]
+    return rows
+
+
+def most_dissipating(dataset: xr.Dataset, rows: list[ContactRow], count: int) -> list[ContactRow]:
+    """The `count` rows whose contacts dissipate most at any converged point, in their old order."""
+    energy = np.where((dataset.outcome.values == Outcome.CONVERGED)[:, :, None], dataset.dissipated.values, np.nan)
+    largest = np.nanmax(np.nan_to_num(energy), axis=(0, 1), initial=0.0)
+    order = sorted(range(len(rows)), key=lambda index: -largest[rows[index].contact])[:count]
+    return [rows[index] for index in sorted(order)]
