@@ -115,10 +115,11 @@ def solid(mesh: Any, material: Material = STEEL) -> Solid:
     import skfem
 
     basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=GAUSS_DEGREE)
-    _refuse_inverted_cells(np.asarray(basis.mapping.detDF(basis.X)), mesh.p[:, mesh.t].mean(axis=1))
+    places = np.hstack([basis.X, basis.elem.doflocs.T])
+    _refuse_inverted_cells(np.asarray(basis.mapping.detDF(places)), mesh.p[:, mesh.t].mean(axis=1))
     volumes = np.asarray(basis.dx)
     fields = [basis.basis[a][0] for a in range(basis.Nbfun)]
-    values = np.array([np.broadcast_to(field.value, volumes.shape) for field in fields])
+    values = np.array([np.broadcast_to(np.asarray(field), volumes.shape) for field in fields])
     gradients = np.array([field.grad for field in fields])
     rows = 3 * basis.element_dofs.T[:, :, None] + np.arange(3)
     K = _scatter(element_stiffness(gradients, volumes, material), rows, 3 * basis.N)
@@ -161,7 +162,10 @@ def _scatter(matrices: Array, rows: Indices, size: int) -> sparse.csc_array:
 
 
 def _refuse_inverted_cells(determinants: Array, centres: Array) -> None:
-    """Refuse cells whose Jacobian determinant (cells, points) vanishes or has another sign than the mesh as a whole."""
+    """Refuse cells whose Jacobian determinant, (cells, points), changes its sign or has another one than the mesh as a whole.
+
+    The points are those of the quadrature and the nodes: a corner can fold over between points that see nothing of it.
+    """
     sign = np.sign(determinants.sum()) or 1.0
     bad = np.flatnonzero(np.any(sign * determinants <= 0.0, axis=1))
     if bad.size:

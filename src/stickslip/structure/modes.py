@@ -1,0 +1,57 @@
+"""Natural frequencies and modes of M, K, also where some motions have no mass (massless dampers) or no stiffness (free bodies)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from stickslip.checks import Array
+
+MASSLESS = 1e-12
+"""Motions below this share of the mass of their degrees of freedom count as massless."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """K φ = ω² M φ: squares ω² [1/s²], ascending, (modes,), and shapes (n, modes) with φᵀMφ = 1.
+
+    Motions without mass follow the others statically and have no mode of their own: fewer modes than degrees of freedom.
+    """
+
+    squares: Array
+    shapes: Array
+
+    @property
+    def frequencies(self) -> Array:
+        """Hz; rigid motions have 0."""
+        return np.asarray(np.sqrt(np.maximum(self.squares, 0.0)) / (2.0 * np.pi))
+
+
+def natural_modes(M: Array, K: Array) -> Modes:
+    """All modes of symmetric M (no negative eigenvalue) and K, (n, n).
+
+    With massless motions q = V1 a + V0 b, V0 spanning the null space of M: K_00 b = −K_01 a, then the modes of the rest.
+    """
+    with_mass, massless = _split(M)
+    if not massless.shape[1]:
+        return Modes(*linalg.eigh(K, M))
+    inverse = linalg.pinvh(massless.T @ K @ massless, rtol=MASSLESS)
+    follow = with_mass - massless @ (inverse @ (massless.T @ K @ with_mass))
+    squares, amplitudes = linalg.eigh(_symmetric(follow.T @ K @ follow), _symmetric(with_mass.T @ M @ with_mass))
+    return Modes(squares, follow @ amplitudes)
+
+
+def _split(M: Array) -> tuple[Array, Array]:
+    """Bases of the motions with mass and of those without, (n, ...), independent of the units of the degrees of freedom."""
+    scale = np.sqrt(np.maximum(np.diag(M), 0.0))
+    scale[scale == 0.0] = scale.max(initial=0.0) or 1.0
+    shares, vectors = linalg.eigh(M / np.outer(scale, scale))
+    basis = vectors / scale[:, None]
+    heavy = shares > MASSLESS
+    return basis[:, heavy], basis[:, ~heavy]
+
+
+def _symmetric(matrix: Array) -> Array:
+    return np.asarray(0.5 * (matrix + matrix.T))

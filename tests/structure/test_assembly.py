@@ -1,0 +1,60 @@
+"""Assembly of bodies and springs: names, blocks, damping, and what is refused."""
+
+import numpy as np
+import pytest
+
+from stickslip.checks import InputError
+from stickslip.structure.assembly import Spring, assemble
+from stickslip.structure.damping import ModalDamping
+from stickslip.structure.matrices import Structure
+
+
+def one_mass(mass: float, stiffness: float = 0.0, damping: float | None = None) -> Structure:
+    C = None if damping is None else np.array([[damping]])
+    return Structure(np.array([[mass]]), np.array([[stiffness]]), ("1.x",), C=C)
+
+
+def test_two_bodies_and_a_spring():
+    joined = Spring({"a/1.x": 1.0, "b/1.x": -1.0}, 7.0)
+    whole = assemble({"a": one_mass(2.0, 5.0), "b": one_mass(3.0)}, [joined, Spring({"b/1.x": 1.0}, 1.0)])
+    assert whole.dofs == ("a/1.x", "b/1.x")
+    np.testing.assert_allclose(whole.M, np.diag([2.0, 3.0]))
+    np.testing.assert_allclose(whole.K, [[12.0, -7.0], [-7.0, 8.0]])
+    assert whole.C is None
+
+
+@pytest.mark.parametrize(
+    ("damping", "spring_damping", "expected"),
+    [(0.4, 0.0, [[0.4, 0.0], [0.0, 0.0]]), (None, 0.3, [[0.3, -0.3], [-0.3, 0.3]]), (0.4, 0.3, [[0.7, -0.3], [-0.3, 0.3]])],
+)
+def test_damping_comes_from_bodies_and_springs(damping, spring_damping, expected):
+    spring = Spring({"a/1.x": 1.0, "b/1.x": -1.0}, 7.0, spring_damping)
+    whole = assemble({"a": one_mass(2.0, 5.0, damping), "b": one_mass(3.0)}, [spring])
+    np.testing.assert_allclose(whole.C, expected)
+
+
+def test_rules_are_set_on_the_whole():
+    ruled = one_mass(1.0, 1.0).with_damping(ModalDamping(0.01))
+    with pytest.raises(InputError, match="must not bring a damping rule.*with_damping"):
+        assemble({"a": ruled})
+    assert assemble({"a": one_mass(1.0)}).with_damping(ModalDamping(0.01)).damping == ModalDamping(0.01)
+
+
+@pytest.mark.parametrize(
+    ("direction", "stiffness", "message"),
+    [
+        ({"a/1.x": 1.0}, -1.0, "must not be negative"),
+        ({}, 1.0, "must have a coefficient"),
+        ({"a/1.x": float("inf")}, 1.0, "finite"),
+    ],
+)
+def test_bad_springs_are_refused(direction, stiffness, message):
+    with pytest.raises(InputError, match=message):
+        Spring(direction, stiffness)
+
+
+def test_unknown_degree_of_freedom_is_named():
+    with pytest.raises(InputError, match=r"'a/2.x' does not exist. Did you mean 'a/1.x'"):
+        assemble({"a": one_mass(1.0)}, [Spring({"a/2.x": 1.0}, 1.0)])
+    with pytest.raises(InputError, match="must hold at least one structure"):
+        assemble({})
