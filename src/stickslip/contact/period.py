@@ -1,0 +1,85 @@
+"""One friction element round one period, exactly, by composing clamps.
+
+The Jenkins step T_n = clamp(T_{n−1} + kt(u_n − u_{n−1}), −L_n, +L_n) in the intercept y = T − kt u (y = −kt × slider
+position) is a pure clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n). Clamps compose to a clamp, so the period map is a
+projection onto an interval [LO, HI]: LO = HI means a unique force; LO < HI that the element never slips in the steady
+period and that any y in [LO, HI] is a solution, the non-uniqueness of friction forces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from stickslip.checks import Array
+
+OFFSET, RATIO, MEAN = 0, 1, 2
+"""Codes of the start rules, as `stickslip.contact.start` gives them."""
+
+STICK, SLIP_UP, SLIP_DOWN, OPEN = 0, 1, -1, 2
+"""What an element does at a sample; the sign of a slip is that of the traction."""
+
+HELD, STATIC, SLIPPING = 0, 1, 2
+"""How much of a row is unknown: nothing (λ known in advance), its harmonic 0, or all harmonics."""
+
+
+@njit(cache=True)
+def stick_interval(ku: Array, limit: Array) -> tuple[float, float]:
+    """[LO, HI] of the intercept y over samples 0..Nt−1 in this order. ku = kt u [N], limit L [N], (Nt,)."""
+    low, high = -np.inf, np.inf
+    for n in range(ku.size):
+        bottom, top = -limit[n] - ku[n], limit[n] - ku[n]
+        low = min(max(low, bottom), top)
+        high = min(max(high, bottom), top)
+    return low, high
+
+
+@njit(cache=True)
+def start_intercept(kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float) -> float:
+    """y of the start rule, before it is clipped to [LO, HI]: offset −kt s, ratio m L_last − kt u_last, mean T̄ − kt ū."""
+    if kind == OFFSET:
+        return -kt * value
+    if kind == RATIO:
+        return value * limit[-1] - ku[-1]
+    return value - mean
+
+
+@njit(cache=True)
+def friction_period(
+    kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float, y: Array, event: Array
+) -> tuple[int, int, float]:
+    """Fill the steady period of intercepts y and events (Nt,), and say what it depends on: (state, sample, factor).
+
+    state HELD: y is the start offset, a constant. STATIC: y = factor L_sample − kt u_sample, constant in time (sample = −1:
+    y = value − kt ū). SLIPPING: y follows the last event. `mean` is kt times the mean of u.
+    """
+    samples = ku.size
+    low, high = stick_interval(ku, limit)
+    wanted = start_intercept(kind, value, kt, ku, limit, mean)
+    y0 = min(max(wanted, low), high)
+    events = 0
+    previous = y0
+    for n in range(samples):
+        bottom, top = -limit[n] - ku[n], limit[n] - ku[n]
+        event[n] = STICK
+        if limit[n] <= 0.0:
+            event[n] = OPEN
+        elif previous > top:
+            event[n] = SLIP_UP
+        elif previous < bottom:
+            event[n] = SLIP_DOWN
+        if event[n] != STICK:
+            events += 1
+            previous = min(max(previous, bottom), top)
+        y[n] = previous
+    if events > 0:
+        return SLIPPING, 0, 0.0
+    if low < high and low <= wanted <= high:
+        if kind == OFFSET:
+            return HELD, 0, 0.0
+        if kind == RATIO:
+            return STATIC, samples - 1, value
+        return STATIC, -1, 0.0
+    if wanted > y0:
+        return STATIC, int(np.argmin(limit - ku)), 1.0
+    return STATIC, int(np.argmax(-limit - ku)), -1.0

@@ -1,0 +1,94 @@
+"""All contacts of a problem as flat arrays, the form in which the compiled kernels read them.
+
+Rows of w, f and λ are (contact, direction) in the order t1, t2, n of each contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.checks import Array
+from stickslip.contact.point import Contact
+
+Index = NDArray[np.int64]
+
+
+class ContactTable(NamedTuple):
+    """Flat arrays over contacts, rows, normal elements and friction elements.
+
+    first_row (contacts + 1): rows of contact c are first_row[c] .. first_row[c + 1] − 1.
+    normal_row (contacts): the row of the normal direction, −1 without one.
+    normal_first (contacts + 1), normal_stiffness, normal_constant: N_e = max(stiffness z + constant, 0).
+    friction_first (rows + 1): friction elements of each row (none for a normal row); stiffness kt, friction μ,
+    constant_limit; load_first, load_last: the normal elements that load it; start_kind, start_value: the start state.
+    """
+
+    first_row: Index
+    normal_row: Index
+    normal_first: Index
+    normal_stiffness: Array
+    normal_constant: Array
+    friction_first: Index
+    stiffness: Array
+    friction: Array
+    constant_limit: Array
+    load_first: Index
+    load_last: Index
+    start_kind: Index
+    start_value: Array
+
+    @property
+    def rows(self) -> int:
+        return int(self.first_row[-1])
+
+
+def contact_table(contacts: Sequence[Contact]) -> ContactTable:
+    """The table of a sequence of contacts."""
+    first_row, normal_row, normal_first, friction_first = [0], [], [0], [0]
+    normal: list[tuple[float, float]] = []
+    friction: list[tuple[float, float, float, int, int, int, float]] = []
+    for contact in contacts:
+        elements = contact.elements
+        base = len(normal)
+        if elements.normal is not None:
+            normal += zip(elements.normal.stiffness, elements.normal.constant, strict=True)
+        for group, start in zip(elements.friction, contact.starts, strict=True):
+            values = start.values(group.stiffness.size)
+            for e in range(group.stiffness.size):
+                loads = (base + int(group.first[e]), base + int(group.last[e]))
+                parameters = (group.stiffness[e], group.friction[e], group.constant_limit[e])
+                friction.append((*parameters, *loads, start.code, values[e]))
+            friction_first.append(len(friction))
+        normal_row.append(first_row[-1] + len(elements.friction) if elements.normal is not None else -1)
+        if elements.normal is not None:
+            friction_first.append(len(friction))
+        first_row.append(first_row[-1] + len(contact.directions))
+        normal_first.append(len(normal))
+    springs = np.array(normal, dtype=float).reshape(len(normal), 2)
+    sliders = np.array(friction, dtype=float).reshape(len(friction), 7)
+
+    def integers(values: object) -> Index:
+        return np.ascontiguousarray(values, dtype=np.int64)
+
+    def floats(values: Array) -> Array:
+        return np.ascontiguousarray(values, dtype=float)
+
+    return ContactTable(
+        first_row=integers(first_row),
+        normal_row=integers(normal_row),
+        normal_first=integers(normal_first),
+        normal_stiffness=floats(springs[:, 0]),
+        normal_constant=floats(springs[:, 1]),
+        friction_first=integers(friction_first),
+        stiffness=floats(sliders[:, 0]),
+        friction=floats(sliders[:, 1]),
+        constant_limit=floats(sliders[:, 2]),
+        load_first=integers(sliders[:, 3]),
+        load_last=integers(sliders[:, 4]),
+        start_kind=integers(sliders[:, 5]),
+        start_value=floats(sliders[:, 6]),
+    )

@@ -1,0 +1,104 @@
+"""The dense system of Newton's method, on the unknown rows only, bordered by one row and column for the path parameter.
+
+J = I + E G' with E = dλ̂/dw; a held row of J is a row of the identity, so it drops out exactly. Columns: unknown harmonics of λ,
+then the parameter (ω or force level); last row: the path condition.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from stickslip.checks import Array
+from stickslip.contact.period import HELD, SLIPPING
+from stickslip.contact.table import ContactTable, Index
+
+
+@njit(cache=True)
+def unknown_offsets(unknown: Index, columns: int) -> Index:
+    """Where the unknowns of each row start in the system (rows + 1): none, one (harmonic 0) or all `columns`."""
+    offsets = np.zeros(unknown.size + 1, dtype=np.int64)
+    for r in range(unknown.size):
+        size = 0 if unknown[r] == HELD else (columns if unknown[r] == SLIPPING else 1)
+        offsets[r + 1] = offsets[r] + size
+    return offsets
+
+
+@njit(cache=True)
+def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index]:
+    """Unknown rows, the rows whose motion they depend on (own and normal), and where each row stands in the latter (or −1)."""
+    rows = unknown.size
+    needed = np.zeros(rows, dtype=np.bool_)
+    for c in range(table.normal_row.size):
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            if unknown[r] != HELD:
+                needed[r] = True
+                if table.normal_row[c] >= 0:
+                    needed[table.normal_row[c]] = True
+    place = np.full(rows, -1)
+    moved = np.flatnonzero(needed)
+    for i in range(moved.size):
+        place[moved[i]] = i
+    return np.flatnonzero(unknown != HELD), moved, place
+
+
+@njit(cache=True)
+def normal_of_rows(table: ContactTable) -> Index:
+    """The normal row that loads each tangential row, −1 for normal rows and for constant loads."""
+    normal = np.full(table.first_row[-1], -1)
+    for c in range(table.normal_row.size):
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            if r != table.normal_row[c]:
+                normal[r] = table.normal_row[c]
+    return normal
+
+
+@njit(cache=True)
+def _add_block(block: Array, E: Array, G: Array, row: int, column: int, size: int, width: int) -> None:
+    """block (size, width) += E (size rows, 2H+1) times the real form of G'[row, column] of each harmonic."""
+    harmonics = G.shape[1] - 1
+    for i in range(size):
+        block[i, 0] += E[i, 0] * G[0, 0, row, column]
+    if width == 1:
+        return
+    for h in range(1, harmonics + 1):
+        real, imaginary = G[0, h, row, column], G[1, h, row, column]
+        for i in range(size):
+            cosine, sine = E[i, 2 * h - 1], E[i, 2 * h]
+            block[i, 2 * h - 1] += cosine * real - sine * imaginary
+            block[i, 2 * h] += cosine * imaginary + sine * real
+
+
+@njit(cache=True)
+def newton_matrix(
+    offsets: Index, normal: Index, active: Index, place: Index, own: Array, coupling: Array, G: Array, matrix: Array
+) -> None:
+    """Fill matrix[:N, :N] with J on the unknown rows; G = G'[moved rows, unknown rows]."""
+    for i in range(active.size):
+        r = active[i]
+        size = offsets[r + 1] - offsets[r]
+        for j in range(active.size):
+            a = active[j]
+            width = offsets[a + 1] - offsets[a]
+            block = matrix[offsets[r] : offsets[r + 1], offsets[a] : offsets[a + 1]]
+            block[:, :] = 0.0
+            _add_block(block, own[r], G, place[r], j, size, width)
+            if normal[r] >= 0:
+                _add_block(block, coupling[r], G, place[normal[r]], j, size, width)
+            if i == j:
+                for k in range(size):
+                    block[k, k] += 1.0
+
+
+@njit(cache=True)
+def pushed(offsets: Index, normal: Index, own: Array, coupling: Array, dw: Array, result: Array) -> None:
+    """result (N,) = E dw on the unknown rows, for a change of motion dw (rows, 2H+1)."""
+    for r in range(normal.size):
+        for i in range(offsets[r + 1] - offsets[r]):
+            total = 0.0
+            for j in range(dw.shape[1]):
+                total += own[r, i, j] * dw[r, j]
+            if normal[r] >= 0:
+                for j in range(dw.shape[1]):
+                    total += coupling[r, i, j] * dw[normal[r], j]
+            result[offsets[r] + i] = total

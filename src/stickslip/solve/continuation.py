@@ -1,0 +1,314 @@
+"""Pseudo-arclength continuation of harmonic balance through folds and kinks, in ω or in the force level.
+
+A curve is an iterator of solved points. Arc length is measured in the motion of contacts and outputs, each relative to
+its own size, and in the parameter relative to the band. Predictor of second order; step from the error of the prediction.
+Stick and slip make the curve piecewise smooth. The sign of the bordered determinant is constant along it, which orients the
+tangent beyond a kink where the curve turns sharply.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.solve.newton import Correction, correct, fixed
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Steps in arc length: first, smallest, largest; the prediction error aimed at; the sharpest turn accepted in one step."""
+
+    first: float = 0.1
+    smallest: float = 1e-6
+    largest: float = 0.6
+    error: float = 0.03
+    cosine: float = 0.6
+    points: int = 4000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Metric:
+    """Squared scales of arc length: weight (motion rows, 2H+1) = 1/σ², parameter = 1/σ_p²."""
+
+    weight: Array
+    parameter: float
+
+    def length(self, dw: Array, dp: float) -> float:
+        """Length of a change of motion and parameter."""
+        return float(np.sqrt(np.vdot(self.weight * dw, dw) + self.parameter * dp * dp))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tangent:
+    """Unit direction along the curve: dλ/ds, dw/ds, dp/ds."""
+
+    forces: Array
+    motion: Array
+    parameter: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurvePoint:
+    """A solved point with its tangent and metric; `length`: arc length stepped from the point before."""
+
+    evaluation: Evaluation
+    tangent: Tangent
+    metric: Metric
+    iterations: int
+    active: int
+    length: float
+
+    @property
+    def point(self) -> Point:
+        return self.evaluation.point
+
+
+class Lost(Exception):
+    """The curve could not be continued; the argument says where."""
+
+
+def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
+    """A solved point at a frequency and level: Newton from the stuck state, else a ramp of the force level."""
+    condition = fixed("omega", omega)
+    correction = correct(balance, balance.stuck_point(omega, level), condition, iterations=40, halvings=12)
+    if correction.converged or correction.singular:
+        return correction
+    low = correct(balance, balance.stuck_point(omega, 1e-3 * level), fixed("level", 1e-3 * level), iterations=40, halvings=12)
+    if not low.converged:
+        return correction
+    last = None
+    try:
+        for last in trace(balance, low, "level", level, StepControl(points=400)):
+            pass
+    except Lost:
+        return correction
+    if last is None or abs(last.point.level - level) > 1e-12 * level:
+        return correction
+    return correct(balance, last.point, condition, iterations=40, halvings=12)
+
+
+def trace(
+    balance: HarmonicBalance, first: Correction, parameter: Parameter, end: float, control: StepControl | None = None
+) -> Iterator[CurvePoint]:
+    """The curve from a solved point until its parameter reaches `end`, that point included; raises `Lost` on the way.
+
+    A curve that turns back and leaves through its start ends there without reaching `end`.
+    """
+    return _Tracer(balance, parameter, first, end, control or StepControl()).points(first)
+
+
+class _Tracer:
+    """State of one continuation: what changes along the curve, kept in one place."""
+
+    def __init__(
+        self, balance: HarmonicBalance, parameter: Parameter, first: Correction, end: float, control: StepControl
+    ) -> None:
+        self.balance, self.parameter, self.control = balance, parameter, control
+        self.start = first.evaluation.point.value(parameter)
+        self.end = end
+        self.direction = 1.0 if end > self.start else -1.0
+        self.scale = abs(end - self.start) / 10.0
+        self.largest = np.zeros(2)
+        self.orientation = 0.0
+        self.step = control.first
+
+    def points(self, first: Correction) -> Iterator[CurvePoint]:
+        current = self._starting_point(first)
+        yield current
+        bend: tuple[Array, float] | None = None
+        for _ in range(self.control.points):
+            if self._remaining(current) <= 0.0:
+                return
+            following = self._advance(current, bend)
+            value = following.point.value(self.parameter)
+            if self.direction * (value - self.end) >= 0.0:
+                yield self._last_point(current, following)
+                return
+            if self.direction * (value - self.start) < 0.0:
+                return
+            bend = self._bend(current, following)
+            current = following
+            yield current
+        raise Lost(f"The curve was not finished within {self.control.points} points.")
+
+    def _remaining(self, current: CurvePoint) -> float:
+        return self.direction * (self.end - current.point.value(self.parameter))
+
+    def metric(self, evaluation: Evaluation) -> Metric:
+        """Scales of the motion at a point: its own size, but no less than 2 % of the largest so far."""
+        rows = self.balance.rows
+        weight = np.zeros_like(evaluation.w)
+        for i, part in enumerate((slice(0, rows), slice(rows, None))):
+            size = float(np.linalg.norm(evaluation.w[part, 1:]))
+            self.largest[i] = max(self.largest[i], size)
+            scale = max(size, 0.02 * self.largest[i])
+            if scale > 0.0:
+                weight[part] = 1.0 / scale**2
+        return Metric(weight, 1.0 / self.scale**2)
+
+    def _starting_point(self, first: Correction) -> CurvePoint:
+        evaluation = first.evaluation
+        factors = self.balance.factorise(evaluation, PathCondition(self.parameter, None, self.direction, 0.0))
+        metric = self.metric(evaluation)
+        tangent = self._tangent(evaluation, factors, metric)
+        factors = self.balance.factorise(evaluation, self._condition(evaluation, tangent, metric, 0.0))
+        self.orientation = factors.orientation
+        return CurvePoint(evaluation, tangent, metric, first.iterations, factors.size, 0.0)
+
+    def _tangent(self, evaluation: Evaluation, factors: Factors, metric: Metric) -> Tangent:
+        """The unit tangent, turned so that the sign of the bordered determinant stays."""
+        forces, motion, amount = self.balance.tangent(evaluation, self.parameter, factors)
+        length = metric.length(motion, amount)
+        if self.orientation * factors.orientation < 0.0:
+            length = -length
+        return Tangent(forces / length, motion / length, amount / length)
+
+    def _condition(self, evaluation: Evaluation, tangent: Tangent, metric: Metric, distance: float) -> PathCondition:
+        """The plane at `distance` along a tangent, normal to it in the metric."""
+        weight, slope = metric.weight * tangent.motion, metric.parameter * tangent.parameter
+        reached = float(np.vdot(weight, evaluation.w)) + slope * evaluation.point.value(self.parameter)
+        return PathCondition(self.parameter, weight, slope, reached + distance)
+
+    def _advance(self, current: CurvePoint, bend: tuple[Array, float] | None) -> CurvePoint:
+        """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
+        distance = self.step
+        while distance > self.control.smallest:
+            found = self._try(current, current.tangent, distance, bend)
+            if isinstance(found, CurvePoint):
+                return found
+            distance *= found
+            if distance < 1e-3:
+                bend = None
+            if distance < 1e-3 and distance / found >= 1e-3:
+                beyond = self._beyond_kink(current)
+                if beyond is not None:
+                    return beyond
+        beyond = self._beyond_kink(current)
+        if beyond is None:
+            raise Lost("Newton's method failed at the smallest step.")
+        return beyond
+
+    def _try(
+        self, current: CurvePoint, tangent: Tangent, distance: float, bend: tuple[Array, float] | None
+    ) -> CurvePoint | float:
+        """One step; a point, or the factor by which to shorten the step."""
+        condition = self._condition(current.evaluation, tangent, current.metric, distance)
+        forces, amount = distance * tangent.forces, distance * tangent.parameter
+        if bend is not None:
+            forces = forces + 0.5 * distance**2 * bend[0]
+            amount += 0.5 * distance**2 * bend[1]
+        start = current.point.moved(forces, self.parameter, amount)
+        if start.omega <= 0.0:
+            return 0.5
+        correction = correct(self.balance, start, condition)
+        if not correction.converged:
+            return 0.25
+        following = self._solved(correction, condition, distance)
+        error = current.metric.length(
+            following.evaluation.w - correction.start.w,
+            following.point.value(self.parameter) - start.value(self.parameter),
+        )
+        smooth = distance < 1e-3 or (error < 8.0 * self.control.error and self._aligned(current, following, distance))
+        if not smooth:
+            return 0.5
+        growth = (self.control.error / max(error, 1e-12)) ** (1.0 / 3.0)
+        effort = 1.0 if correction.iterations <= 5 else 0.6
+        self.step = min(distance * float(np.clip(growth * effort, 0.3, 2.0)), self.control.largest)
+        return following
+
+    def _aligned(self, current: CurvePoint, following: CurvePoint, distance: float) -> bool:
+        """Neither a jump to another place (chord much longer than the step) nor a sharp turn."""
+        chord = current.metric.length(
+            following.evaluation.w - current.evaluation.w,
+            following.point.value(self.parameter) - current.point.value(self.parameter),
+        )
+        if chord > 1.5 * distance:
+            return False
+        a, b = current.tangent, following.tangent
+        metric = current.metric
+        dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
+        return dot > self.control.cosine * metric.length(b.motion, b.parameter)
+
+    def _solved(self, correction: Correction, condition: PathCondition, distance: float) -> CurvePoint:
+        evaluation, factors = correction.evaluation, correction.factors
+        fresh = (
+            factors is None
+            or correction.factored is None
+            or correction.factored.error > 1e-3
+            or not np.array_equal(correction.factored.unknown, evaluation.unknown)
+        )
+        if fresh or factors is None:
+            factors = self.balance.factorise(evaluation, condition)
+        metric = self.metric(evaluation)
+        tangent = self._tangent(evaluation, factors, metric)
+        return CurvePoint(evaluation, tangent, metric, correction.iterations, factors.size, distance)
+
+    def _bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float] | None:
+        """Second derivative of λ and of the parameter along the curve, where the same rows are unknown on both sides."""
+        if following.length <= 0.0 or not np.array_equal(current.evaluation.unknown, following.evaluation.unknown):
+            return None
+        ratio = following.metric.length(current.tangent.motion, current.tangent.parameter)
+        a, b = current.tangent, following.tangent
+        step = following.length * ratio
+        return (b.forces - a.forces / ratio) / step, (b.parameter - a.parameter / ratio) / step
+
+    def _beyond_kink(self, current: CurvePoint) -> CurvePoint | None:
+        """Tangents taken a little ahead and a little behind the point, where the state is already the other one."""
+        for ahead in (1e-4, 1e-3, 1e-2, -1e-4, -1e-3):
+            tangent = current.tangent
+            place = current.point.moved(ahead * tangent.forces, self.parameter, ahead * tangent.parameter)
+            evaluation = self.balance.evaluate(place)
+            condition = self._condition(evaluation, tangent, current.metric, 0.0)
+            factors = self.balance.factorise(evaluation, condition)
+            if factors.orientation == 0.0:
+                continue
+            turned = self._tangent(evaluation, factors, current.metric)
+            for distance in (1e-3, 1e-2, 1e-4):
+                found = self._try_turned(current, turned, distance)
+                if found is not None:
+                    self.step = max(distance, 1e-3)
+                    return found
+        return None
+
+    def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:
+        condition = self._condition(current.evaluation, tangent, current.metric, distance)
+        start = current.point.moved(distance * tangent.forces, self.parameter, distance * tangent.parameter)
+        correction = correct(self.balance, start, condition, iterations=15, halvings=8)
+        if not correction.converged:
+            return None
+        return self._solved(correction, condition, distance)
+
+    def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
+        """The point at the end of the band, exactly, between the last two."""
+        return solve_at(self.balance, current, following, self.parameter, self.end)
+
+
+def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Array:
+    """λ on the cubic Hermite curve through two points and their tangents."""
+    step = following.length
+    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
+    a, b = current.point.forces, following.point.forces
+    da, db = step * current.tangent.forces, step * scale * following.tangent.forces
+    f = fraction
+    return np.asarray(
+        (1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db
+    )
+
+
+def solve_at(
+    balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, parameter: Parameter, value: float
+) -> CurvePoint:
+    """The solved point at an exact parameter value between two points of a curve; raises `Lost`."""
+    low, high = current.point.value(parameter), following.point.value(parameter)
+    fraction = (value - low) / (high - low)
+    point = replace(current.point, forces=between(current, following, fraction))
+    point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
+    correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
+    if not correction.converged:
+        raise Lost(f"Newton's method failed at {parameter} = {value:g}.")
+    size = 0 if correction.factors is None else correction.factors.size
+    return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)
