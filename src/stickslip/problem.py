@@ -15,6 +15,7 @@ from stickslip.contact.start import Start
 from stickslip.loads import Force, Output
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
+from stickslip.structure.modes import natural_modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +125,7 @@ class Problem:
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
         stiffness = self.stuck_stiffness if stuck else self.structure.K
-        squares = linalg.eigvalsh(stiffness, self.structure.M)
-        return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+        return natural_modes(self.structure.M, stiffness).frequencies
 
     def with_structure(self, structure: Structure) -> Problem:
         """A copy with another structure."""
@@ -149,14 +149,14 @@ class Problem:
 
 
 def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:
-    """C = Σ 2 ζ_r ω_r (M φ_r)(M φ_r)ᵀ over the modes of (K, M), φᵀMφ = 1; rigid modes stay undamped."""
-    squares, modes = linalg.eigh(K, M)
-    ratios = np.zeros(squares.size)
+    """C = Σ 2 ζ_r ω_r (M φ_r)(M φ_r)ᵀ over the modes of (K, M), φᵀMφ = 1; rigid and massless motions stay undamped."""
+    modes = natural_modes(M, K)
+    ratios = np.zeros(modes.squares.size)
     given = np.atleast_1d(np.asarray(rule.ratio, dtype=float))
     if given.size > ratios.size:
         raise fault("damping ratio", f"must have at most {ratios.size} entries, the number of modes", given.size)
     ratios[: given.size] = given
     if np.ndim(rule.ratio) == 0:
         ratios[:] = given[0]
-    weighted = M @ modes
-    return np.asarray((weighted * (2.0 * ratios * np.sqrt(np.maximum(squares, 0.0)))) @ weighted.T)
+    weighted = M @ modes.shapes
+    return np.asarray((weighted * (2.0 * ratios * np.sqrt(np.maximum(modes.squares, 0.0)))) @ weighted.T)

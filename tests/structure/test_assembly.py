@@ -35,7 +35,7 @@ def test_damping_comes_from_bodies_and_springs(damping, spring_damping, expected
 
 def test_rules_are_set_on_the_whole():
     ruled = one_mass(1.0, 1.0).with_damping(ModalDamping(0.01))
-    with pytest.raises(InputError, match="must not bring a damping rule.*with_damping"):
+    with pytest.raises(InputError, match=r"must not bring a damping rule.*with_damping"):
         assemble({"a": ruled})
     assert assemble({"a": one_mass(1.0)}).with_damping(ModalDamping(0.01)).damping == ModalDamping(0.01)
 

@@ -29,7 +29,7 @@ def test_point_moves_as_a_small_rotation_says(seed: int):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_planar_body_is_the_plane_section_of_the_body_in_space(seed: int):
     rng = np.random.default_rng(seed)
-    centre, point, direction, values = rng.standard_normal((4, 2))
+    centre, point, direction = rng.standard_normal((3, 2))
     flat = PlanarBody(2.0, 3.0, centre).at(point)(direction)
     space = RigidBody(2.0, np.diag([2.0, 2.0, 3.0]), [*centre, 0.0]).at([*point, 0.0])([*direction, 0.0])
     assert {dof: space.get(dof, 0.0) for dof in flat} == pytest.approx(flat)
