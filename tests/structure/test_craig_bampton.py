@@ -100,3 +100,27 @@ def test_unheld_interior_and_bad_rows_are_refused():
         craig_bampton(np.eye(2), np.eye(2), {"1.x": 2})
     with pytest.raises(InputError, match="modes must lie between 0 and 1"):
         craig_bampton(np.eye(2), np.eye(2), {"1.x": 0}, 5)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        (np.array([[2.0, 1.0], [0.0, 2.0]]), "K must be symmetric"),
+        (np.array([[2.0, np.nan], [np.nan, 2.0]]), "K must be finite"),
+        (np.ones((2, 3)), "K must be a square matrix"),
+        (np.eye(3), r"M must have the shape of K, \(3, 3\)"),
+        (np.diag([1.0, -1.0]), "must be positive definite"),
+    ],
+)
+def test_faulty_matrices_are_refused(matrix, message):
+    with pytest.raises(InputError, match=message):
+        craig_bampton(np.eye(2), matrix, {"1.x": 0}, 1)
+
+
+def test_units_of_the_degrees_of_freedom_do_not_matter():
+    """Rotations in other units: rows of K differ by 1e16, the reduction is the same."""
+    K = 2.0 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    units = np.diag([1.0, 1e-8, 1.0, 1e3])
+    plain = craig_bampton(np.eye(4), K, {"1.x": 0}).structure
+    scaled = craig_bampton(units @ units, units @ K @ units, {"1.x": 0}).structure
+    np.testing.assert_allclose(frequencies(scaled), frequencies(plain), rtol=1e-9)

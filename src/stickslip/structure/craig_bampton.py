@@ -41,13 +41,15 @@ def craig_bampton(
     kept: {"NODE.DIRECTION": row in M and K}; they must hold the body (interior stiffness positive definite).
     modes: number of fixed-interface modes, lowest first; None: all (dense; massless interior motions have none).
     """
-    size = K.shape[0]
+    stiffness, mass = _matrix("K", K), _matrix("M", M)
+    size = stiffness.shape[0]
+    if mass.shape != stiffness.shape:
+        raise fault("M", f"must have the shape of K, {stiffness.shape}", mass.shape)
     names, boundary = list(kept), np.array(list(kept.values()), dtype=int)
     _check_kept(boundary, size)
     interior = np.setdiff1d(np.arange(size), boundary)
     if modes is not None and not 0 <= modes <= interior.size:
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
-    stiffness, mass = sparse.csc_array(K), sparse.csc_array(M)
     solve = _Interior(stiffness[interior][:, interior], mass[interior][:, interior])
     static = -solve(stiffness[interior][:, boundary].toarray())
     squares, shapes = solve.modes(modes)
@@ -57,6 +59,20 @@ def craig_bampton(
     dofs = (*names, *(f"mode/{index}.q" for index in range(1, squares.size + 1)))
     structure = Structure(_reduced(mass, T), _reduced_stiffness(stiffness, T, squares), dofs)
     return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi))
+
+
+def _matrix(what: str, matrix: sparse.csc_array | Array) -> sparse.csc_array:
+    """The matrix in sparse form; refused unless square, finite and symmetric."""
+    stored = sparse.csc_array(matrix)
+    if stored.shape[0] != stored.shape[1]:
+        raise fault(what, "must be a square matrix", stored.shape)
+    if not np.all(np.isfinite(stored.data)):
+        raise fault(what, "must be finite", f"NaN or infinite in {int(np.sum(~np.isfinite(stored.data)))} entries")
+    asymmetry, scale = abs(stored - stored.T).max(), abs(stored).max()
+    if asymmetry > 1e-8 * scale:
+        remedy = "Only one triangle stored? Fill the other; else check the export."
+        raise fault(what, "must be symmetric", f"unsymmetric by {asymmetry:.3g} of up to {scale:.3g}", remedy)
+    return stored
 
 
 def _check_kept(boundary: Array, size: int) -> None:
@@ -86,20 +102,28 @@ class _Interior:
 
     def __init__(self, K: sparse.csc_array, M: sparse.csc_array) -> None:
         self.K, self.M = K, M
+        diagonal = K.diagonal()
+        if np.any(diagonal <= 0.0):
+            raise _not_held()
+        self.scale = 1.0 / np.sqrt(diagonal)
         if K.shape[0] == 0:
             return
+        unit = sparse.csc_array(sparse.diags_array(self.scale) @ K @ sparse.diags_array(self.scale))
         try:
             self.factor = sparse_linalg.splu(
-                K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError:
             raise _not_held() from None
-        pivots = self.factor.U.diagonal()
-        if np.any(pivots <= 1e-13 * np.abs(K.diagonal()).max()):
+        if np.any(self.factor.U.diagonal() <= 1e-13):
             raise _not_held()
 
     def __call__(self, loads: Array) -> Array:
-        return loads if self.K.shape[0] == 0 else np.asarray(self.factor.solve(loads))
+        """K_ii⁻¹ loads, for loads (interior,) or (interior, loads)."""
+        if self.K.shape[0] == 0:
+            return loads
+        scale = self.scale if loads.ndim == 1 else self.scale[:, None]
+        return np.asarray(scale * self.factor.solve(scale * loads))
 
     def modes(self, number: int | None) -> tuple[Array, Array]:
         """ω² [1/s²], ascending, and mass-normalised shapes (interior, modes)."""
@@ -108,7 +132,7 @@ class _Interior:
             return np.zeros(0), np.zeros((size, 0))
         if number is None or size <= DENSE_SIZE or 2 * number > size:
             return self._dense_modes(number)
-        inverse = sparse_linalg.LinearOperator(self.K.shape, matvec=self.factor.solve, dtype=float)
+        inverse = sparse_linalg.LinearOperator(self.K.shape, matvec=self, dtype=float)
         start = np.random.default_rng(1).standard_normal(size)
         squares, shapes = sparse_linalg.eigsh(self.K, number, self.M, sigma=0.0, OPinv=inverse, v0=start)
         order = np.argsort(squares)
