@@ -1,4 +1,4 @@
-"""Craig-Bampton: exact statics with any number of modes, exact with all of them, upper bounds of frequencies."""
+"""Craig-Bampton: exact static response with any number of modes, exact with all of them, upper bounds of frequencies."""
 
 import numpy as np
 import pytest
