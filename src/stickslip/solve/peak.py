@@ -1,0 +1,173 @@
+"""Resonance peaks, solved: the points of a curve at which the first harmonic of an output is largest.
+
+Sampling and stick-slip make a curve piecewise smooth: near a flat top stand many small cusps, one for each sample that an
+event passes. The search is therefore a branch and bound: slopes around an interval bound the amplitude inside it, and the
+interval of the highest bound is divided until no bound exceeds the best point by more than the tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.solve.continuation import CurvePoint, Lost, Tangent, between
+from stickslip.solve.newton import correct
+
+TOLERANCE = 1e-8
+"""Relative amplitude by which a peak may be below the highest bound."""
+
+PROMINENCE = 1e-3
+"""Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
+
+STEEPER = 1.5
+"""How much steeper than the slopes around it the curve is taken to be inside an interval."""
+
+SOLVES = 300
+NEIGHBOURS = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """A solved place: at `fraction` of segment `segment`, arc length `place`; amplitude and its slope over arc length."""
+
+    segment: int
+    fraction: float
+    place: float
+    amplitude: float
+    slope: float
+    point: CurvePoint
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Interval:
+    low: _Sample
+    high: _Sample
+
+    @property
+    def width(self) -> float:
+        return self.high.place - self.low.place
+
+    @property
+    def steepness(self) -> float:
+        return max(abs(self.low.slope), abs(self.high.slope))
+
+    def bound(self, steepness: float) -> float:
+        """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
+        return 0.5 * (self.low.amplitude + self.high.amplitude + steepness * self.width)
+
+    def division(self) -> float:
+        """Fraction of the segment to solve next: where the tangents of both ends meet in a maximum, else the middle."""
+        a, b = self.low, self.high
+        share = 0.5
+        if a.slope > 0.0 > b.slope:
+            meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
+            share = float(np.clip(meeting, 0.01, 0.99))
+        return a.fraction + share * (b.fraction - a.fraction)
+
+
+def peaks(balance: HarmonicBalance, curve: Sequence[CurvePoint], output: int) -> list[CurvePoint]:
+    """All peaks of |X_1| of an output along a curve in ω, each solved; the ends of the band do not count."""
+    row = balance.rows + output
+    search = _Search(balance, curve, row)
+    rising = [_growth(point.evaluation.w[row], point.tangent.motion[row]) > 0.0 for point in curve]
+    found = [search.highest(k) for k in range(len(curve) - 1) if rising[k] and not rising[k + 1]]
+    return [sample.point for sample in _prominent(found, curve, row)]
+
+
+def amplitude_of(motion: Array) -> float:
+    """|X_1| of one row of motion (2H+1,)."""
+    return float(np.hypot(motion[1], motion[2]))
+
+
+def _growth(motion: Array, change: Array) -> float:
+    """d|X_1| along a change of motion."""
+    return float(motion[1] * change[1] + motion[2] * change[2]) / max(amplitude_of(motion), 1e-300)
+
+
+def _prominent(found: list[_Sample], curve: Sequence[CurvePoint], row: int) -> list[_Sample]:
+    """Maxima between which the curve dips; of the others only the highest."""
+    kept: list[_Sample] = []
+    for sample in found:
+        if kept:
+            last = kept[-1]
+            lower = min(last.amplitude, sample.amplitude)
+            dip = [amplitude_of(point.evaluation.w[row]) for point in curve[last.segment + 1 : sample.segment + 1]]
+            if min(dip, default=lower) > (1.0 - PROMINENCE) * lower:
+                if sample.amplitude > last.amplitude:
+                    kept[-1] = sample
+                continue
+        kept.append(sample)
+    return kept
+
+
+def _bound(intervals: list[_Interval], i: int) -> float:
+    """Bound of interval i with the slopes of its neighbours."""
+    around = intervals[max(i - 1, 0) : i + 2]
+    return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
+
+
+class _Search:
+    """Solves points between those of a curve and remembers how a segment is parametrised."""
+
+    def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int) -> None:
+        self.balance, self.curve, self.row = balance, curve, row
+        self.places = np.cumsum([point.length for point in curve])
+
+    def highest(self, segment: int) -> _Sample:
+        """The highest place on the segments around a change from rising to falling."""
+        first, last = max(segment - NEIGHBOURS, 0), min(segment + NEIGHBOURS, len(self.curve) - 2)
+        intervals = [self._whole(k) for k in range(first, last + 1)]
+        bounds = [_bound(intervals, i) for i in range(len(intervals))]
+        best = max((end for i in intervals for end in (i.low, i.high)), key=lambda sample: sample.amplitude)
+        for _ in range(SOLVES):
+            i = int(np.argmax(bounds))
+            if bounds[i] <= (1.0 + TOLERANCE) * best.amplitude:
+                break
+            divided = intervals[i]
+            middle = self._solve(divided.low.segment, divided.division())
+            intervals[i : i + 1] = [_Interval(divided.low, middle), _Interval(middle, divided.high)]
+            bounds[i : i + 1] = [0.0, 0.0]
+            for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
+                bounds[k] = _bound(intervals, k)
+            best = max(best, middle, key=lambda sample: sample.amplitude)
+        return best
+
+    def _whole(self, k: int) -> _Interval:
+        """Segment k from end to end."""
+        condition, span = self._plane(k, 0.0)
+        return _Interval(*(self._sample(k, f, self.curve[k + int(f)], condition, span) for f in (0.0, 1.0)))
+
+    def _plane(self, k: int, fraction: float) -> tuple[PathCondition, float]:
+        """The path condition at a fraction of segment k, and how far it reaches over the whole segment."""
+        current, following = self.curve[k], self.curve[k + 1]
+        weight = current.metric.weight * current.tangent.motion
+        slope = current.metric.parameter * current.tangent.parameter
+        ends = [float(np.vdot(weight, p.evaluation.w)) + slope * p.point.omega for p in (current, following)]
+        span = ends[1] - ends[0]
+        return PathCondition("omega", weight, slope, ends[0] + fraction * span), span
+
+    def _sample(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Sample:
+        motion, tangent = point.evaluation.w[self.row], point.tangent
+        assert condition.weight is not None
+        rate = float(np.vdot(condition.weight, tangent.motion)) + condition.slope * tangent.parameter
+        slope = _growth(motion, tangent.motion[self.row]) / rate
+        return _Sample(k, fraction, self.places[k] + fraction * span, amplitude_of(motion), slope, point)
+
+    def _solve(self, k: int, fraction: float) -> _Sample:
+        current, following = self.curve[k], self.curve[k + 1]
+        condition, span = self._plane(k, fraction)
+        omega = current.point.omega + fraction * (following.point.omega - current.point.omega)
+        start = Point(between(current, following, fraction), omega, current.point.level)
+        correction = correct(self.balance, start, condition, iterations=20, halvings=8)
+        if not correction.converged:
+            raise Lost(f"Newton's method failed near the peak at {omega / (2.0 * np.pi):g} Hz.")
+        factors = self.balance.factorise(correction.evaluation, condition)
+        tangent = Tangent(*self.balance.tangent(correction.evaluation, "omega", factors))
+        point = CurvePoint(
+            correction.evaluation, tangent, current.metric, correction.iterations, factors.size, fraction * current.length
+        )
+        return self._sample(k, fraction, point, condition, span)
