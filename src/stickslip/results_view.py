@@ -132,3 +132,22 @@ def most_dissipating(dataset: xr.Dataset, rows: list[ContactRow], count: int) ->
     largest = np.nanmax(np.nan_to_num(energy), axis=(0, 1), initial=0.0)
     order = sorted(range(len(rows)), key=lambda index: -largest[rows[index].contact])[:count]
     return [rows[index] for index in sorted(order)]
+
+
+def shares_at_peak(dataset: xr.Dataset, most: int) -> tuple[list[str], Array, Array]:
+    """Energy per cycle at the highest peak of the first output: names, (case, name) in J, and total, (case,).
+
+    Of more than `most` contacts the smaller ones are summed under "others". NaN where a case has no converged point.
+    """
+    energy = np.full((dataset.sizes["case"], dataset.sizes["contact"]), np.nan)
+    for case in range(dataset.sizes["case"]):
+        peak = highest_peak(dataset, case)
+        if peak is not None:
+            energy[case] = dataset.dissipated.values[case, peak.point]
+    names = [str(name) for name in dataset.contact.values]
+    if len(names) > most:
+        order = np.argsort(-np.nansum(energy, axis=0), kind="stable")
+        kept, rest = np.sort(order[: most - 1]), order[most - 1 :]
+        names = [*(names[index] for index in kept), f"{rest.size} others"]
+        energy = np.column_stack([energy[:, kept], energy[:, rest].sum(axis=1)])
+    return names, energy, energy.sum(axis=1)

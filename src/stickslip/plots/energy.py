@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from stickslip.checks import Array
 from stickslip.plots.look import CONTACTS, house_style, level_colours, plain
-from stickslip.results_view import along_curve, frequencies, highest_peak, level_text
+from stickslip.results_view import along_curve, frequencies, level_text, shares_at_peak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,27 +46,8 @@ def loss_factor(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def shares_at_peak(dataset: xr.Dataset, most: int = len(CONTACTS)) -> tuple[list[str], Array, Array]:
-    """Energy per cycle at the highest peak of the first output: names, (case, name) in J, and total, (case,).
-
-    Of more than `most` contacts the smaller ones are summed under "others". NaN where a case has no converged point.
-    """
-    energy = np.full((dataset.sizes["case"], dataset.sizes["contact"]), np.nan)
-    for case in range(dataset.sizes["case"]):
-        peak = highest_peak(dataset, case)
-        if peak is not None:
-            energy[case] = dataset.dissipated.values[case, peak.point]
-    names = [str(name) for name in dataset.contact.values]
-    if len(names) > most:
-        order = np.argsort(-np.nansum(energy, axis=0), kind="stable")
-        kept, rest = np.sort(order[: most - 1]), order[most - 1 :]
-        names = [*(names[index] for index in kept), f"{rest.size} others"]
-        energy = np.column_stack([energy[:, kept], energy[:, rest].sum(axis=1)])
-    return names, energy, energy.sum(axis=1)
-
-
 def _shares(axes: Axes, dataset: xr.Dataset) -> None:
-    names, energy, total = shares_at_peak(dataset)
+    names, energy, total = shares_at_peak(dataset, len(CONTACTS))
     percent = 100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None]
     left = np.zeros(total.size)
     for index, name in enumerate(names):

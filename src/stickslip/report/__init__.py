@@ -1,0 +1,8 @@
+"""One HTML page a run, self-contained, opens offline: `write(dataset, path)`.
+
+`page` lays it out, `sections` fill it, `chart_data` feeds the charts that report.js draws.
+"""
+
+from stickslip.report.page import write
+
+__all__ = ["write"]

@@ -1,0 +1,133 @@
+"""The numbers that report.js draws, as plain lists: micrometres, hertz, newtons and joules, rounded to what a screen shows.
+
+Exact values stand in the tables of the page and in results.nc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import Array
+from stickslip.plots.look import CONTACTS, FAILED, GREY, level_colours, state_colour
+from stickslip.results_view import (
+    along_curve,
+    contact_rows,
+    failed_points,
+    frequencies,
+    highest_peak,
+    is_folded,
+    level_text,
+    levels_in_newtons,
+    points,
+    shares_at_peak,
+)
+from stickslip.units import um
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STEPS = 20
+"""Shares of the period are drawn in steps of 1/STEPS: one colour for every mixture of stick, slip and open."""
+LOOP_SAMPLES = 128
+
+
+def chart_data(datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    """Everything that the page draws."""
+    most = max(dataset.sizes["case"] for dataset in datasets.values())
+    count = len(datasets)
+    return {
+        "results": [_result(label, dataset) for label, dataset in datasets.items()],
+        "mixtures": mixtures(),
+        "colours": {
+            scheme: {
+                "levels": {n: level_colours(n, scheme == "dark") for n in range(1, most + 1)},
+                "results": level_colours(count, scheme == "dark"),
+            }
+            for scheme in ("light", "dark")
+        }
+        | {"contacts": list(CONTACTS), "failed": FAILED, "grey": GREY},
+    }
+
+
+def mixtures() -> list[dict[str, Any]]:
+    """Every mixture of states in steps: [stick, slip, open] in percent, and its colour; `mixture_index` points into it."""
+    shares = [(STEPS - slip - open_, slip, open_) for slip in range(STEPS + 1) for open_ in range(STEPS + 1 - slip)]
+    colours = np.rint(255 * np.clip([state_colour(*(np.array(share) / STEPS)) for share in shares], 0.0, 1.0)).astype(int)
+    return [
+        {"shares": [round(100 * part / STEPS) for part in share], "colour": f"rgb({r},{g},{b})"}
+        for share, (r, g, b) in zip(shares, colours.tolist(), strict=True)
+    ]
+
+
+def mixture_index(slip: Array, open_: Array) -> list[int | None]:
+    """Index into `mixtures` for shares of slip and open, (n,); None where they are not numbers."""
+    first = np.concatenate([[0], np.cumsum(np.arange(STEPS + 1, 0, -1))])
+    known = np.isfinite(slip) & np.isfinite(open_)
+    opened = np.rint(STEPS * np.clip(np.nan_to_num(open_), 0.0, 1.0)).astype(int)
+    slipped = np.minimum(np.rint(STEPS * np.clip(np.nan_to_num(slip), 0.0, 1.0)).astype(int), STEPS - opened)
+    return [int(i) if k else None for i, k in zip(first[slipped] + opened, known, strict=True)]
+
+
+def rounded(values: ArrayLike, digits: int = 5) -> list[float | None]:
+    """A vector with so many digits; None for what is not a number."""
+    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
+
+
+def _result(label: str, dataset: xr.Dataset) -> dict[str, Any]:
+    names, shares, totals = shares_at_peak(dataset, len(CONTACTS))
+    return {
+        "label": label,
+        "newtons": levels_in_newtons(dataset),
+        "outputs": [str(name) for name in dataset.output.values],
+        "contacts": [row.label for row in contact_rows(dataset)],
+        "linearFrequency": rounded(dataset.linear_frequency.values, 7),
+        "energyNames": names,
+        "cases": [_case(dataset, case, shares[case], totals[case]) for case in range(dataset.sizes["case"])],
+    }
+
+
+def _case(dataset: xr.Dataset, case: int, shares: Array, total: float) -> dict[str, Any]:
+    outputs = range(dataset.sizes["output"])
+    amplitude = along_curve(dataset, "amplitude", case) / um
+    return {
+        "level": level_text(dataset, case),
+        "force": float(dataset.force_level[case]),
+        "point": points(dataset, case).tolist(),
+        "frequency": rounded(frequencies(dataset, case), 8),
+        "folded": is_folded(dataset, case),
+        "amplitude": [rounded(amplitude[:, output]) for output in outputs],
+        "peak": [_peak(dataset, case, output) for output in outputs],
+        "failed": rounded(dataset.frequency.values[case, failed_points(dataset, case)], 8),
+        "free": [rounded(dataset.free_amplitude.values[case, :, output] / um) for output in outputs],
+        "stuck": [rounded(dataset.stuck_amplitude.values[case, :, output] / um) for output in outputs],
+        "lossFactor": rounded(along_curve(dataset, "loss_factor", case)),
+        "dissipated": rounded(along_curve(dataset, "dissipated", case).sum(axis=1)),
+        "shares": rounded(shares),
+        "total": rounded([total])[0],
+        **_contacts(dataset, case),
+    }
+
+
+def _peak(dataset: xr.Dataset, case: int, output: int) -> dict[str, Any] | None:
+    peak = highest_peak(dataset, case, output)
+    if peak is None:
+        return None
+    frequency, amplitude = rounded([peak.frequency, peak.amplitude / um], 8)
+    return {"frequency": frequency, "amplitude": amplitude, "local": peak.local}
+
+
+def _contacts(dataset: xr.Dataset, case: int) -> dict[str, Any]:
+    """States along the curve and the loop at the peak, one entry a contact row."""
+    slip, open_ = (along_curve(dataset, f"share_{state}", case) for state in ("slip", "open"))
+    rows = contact_rows(dataset)
+    step = max(1, dataset.sizes["sample"] // LOOP_SAMPLES)
+    motion, force = dataset.loop_motion.values[case, :, :, ::step] / um, dataset.loop_force.values[case, :, :, ::step]
+    return {
+        "states": [mixture_index(slip[:, r.contact, r.direction], open_[:, r.contact, r.direction]) for r in rows],
+        "loops": [[rounded(motion[r.contact, r.direction]), rounded(force[r.contact, r.direction])] for r in rows],
+        "loopFrequency": rounded([dataset.loop_frequency.values[case]], 7)[0],
+    }

@@ -1,0 +1,106 @@
+"""What the data say, in sentences computed from them.
+
+Where each peak is, against the resonances with stuck and without contacts, and which force level is damped best.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.report.numbers import hertz, micrometres, number, percent
+from stickslip.results_view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak
+from stickslip.units import um
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
+
+
+def headline(dataset: xr.Dataset, output: int = 0) -> str:
+    """One or two sentences over all force levels."""
+    return _unbroken(_headline(dataset, output))
+
+
+def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
+    """The highest peak of one force level."""
+    return _unbroken(_level_sentence(dataset, case, output))
+
+
+def _unbroken(sentence: str) -> str:
+    """Numbers stay on one line with their units."""
+    return re.sub(r"(?<=\d) (?=Hz|%|µm|N\b)|(?<=×) (?=\d)", "\u00a0", sentence)
+
+
+def _headline(dataset: xr.Dataset, output: int) -> str:
+    peaks = _peaks(dataset, output)
+    if not peaks:
+        return "No point converged, so nothing can be concluded."
+    if len(peaks) == 1:
+        return _level_sentence(dataset, next(iter(peaks)), output)
+    normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
+    best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
+    unit = "µm/N" if levels_in_newtons(dataset) else "µm per unit level"
+    return (
+        f"Of the {len(peaks)} force levels, {level_text(dataset, best)} has the lowest response per force at its peak: "
+        f"{number(normalised[best] / um)} {unit}{_reductions(dataset, best, peaks[best], output)}. "
+        f"From {level_text(dataset, first)} to {level_text(dataset, last)} the peak moves from "
+        f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
+    )
+
+
+def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
+    peak = highest_peak(dataset, case, output)
+    name = dataset.output.values[output]
+    if peak is None:
+        return f"{level_text(dataset, case)}: no point converged."
+    what = f"{name} peaks at" if peak.local else f"the largest computed amplitude of {name}, not a peak of the curve, is"
+    return (
+        f"{level_text(dataset, case)}: {what} {micrometres(peak.amplitude)} µm at {hertz(peak.frequency)} Hz"
+        f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
+    )
+
+
+def reference(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
+    """Resonance of the "free" or "stuck" structure in the band: natural frequency, Hz, and amplitude of the linear curve, m."""
+    found = linear_peak(dataset, which, case, output)
+    if found is None:
+        return None
+    natural = dataset[f"natural_frequency_{which}"].values
+    natural = natural[np.isfinite(natural)]
+    near = natural[np.abs(natural / found[0] - 1.0) < 0.02] if natural.size else natural
+    return (float(near[np.argmin(np.abs(near - found[0]))]) if near.size else found[0]), found[1]
+
+
+def _peaks(dataset: xr.Dataset, output: int) -> dict[int, Peak]:
+    found = ((case, highest_peak(dataset, case, output)) for case in range(dataset.sizes["case"]))
+    return {case: peak for case, peak in found if peak is not None and float(dataset.force_level[case]) != 0.0}
+
+
+def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, int]:
+    levels = {case: float(dataset.force_level[case]) for case in peaks}
+    return min(levels, key=lambda case: levels[case]), max(levels, key=lambda case: levels[case])
+
+
+def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
+    words = []
+    for which in ("stuck", "free"):
+        linear = reference(dataset, which, case, output)
+        if linear is not None:
+            shift = peak.frequency - linear[0]
+            side = "above" if shift > 0 else "below"
+            words.append(f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side} the resonance {_ABSENT[which]}")
+    return ", " + " and ".join(words) if words else ""
+
+
+def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
+    words = []
+    for which in ("stuck", "free"):
+        linear = reference(dataset, which, case, output)
+        if linear is not None:
+            ratio = peak.amplitude / linear[1]
+            words.append(f"{percent(abs(1.0 - ratio))} {'lower' if ratio <= 1.0 else 'higher'} than {_ABSENT[which]}")
+    return "; " + ", ".join(words) if words else ""

@@ -1,0 +1,63 @@
+"""What failed, grouped by cause: a sentence with the count and the frequencies of each force level."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.outcome import Outcome
+from stickslip.report.numbers import counted, hertz
+from stickslip.results_view import level_text, points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def failures_of(dataset: xr.Dataset) -> list[str]:
+    """One sentence a cause, and one for each curve that has no points or stopped before the end of its band; empty if none."""
+    return _point_causes(dataset) + _unfinished(dataset)
+
+
+def _point_causes(dataset: xr.Dataset) -> list[str]:
+    sentences = []
+    outcomes = dataset.outcome.values
+    for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.EMPTY), int(Outcome.CONVERGED)}):
+        where = [f"{level_text(dataset, case)}: {_ranges(dataset, case, code)}" for case in _cases_with(dataset, code)]
+        count = int(np.count_nonzero(outcomes == code))
+        sentences.append(f"{counted(count, 'point')}: {_sentence(code)} ({'; '.join(where)})")
+    return sentences
+
+
+def _unfinished(dataset: xr.Dataset) -> list[str]:
+    sentences = []
+    for case in range(dataset.sizes["case"]):
+        message = str(dataset.case_message.values[case]).strip()
+        if int(dataset.case_outcome[case]) != Outcome.CONVERGED:
+            cause = message or _sentence(int(dataset.case_outcome[case]))
+            sentences.append(f"{level_text(dataset, case)}: the curve did not reach the end of the band. {cause}")
+        elif not points(dataset, case).size:
+            sentences.append(f"{level_text(dataset, case)}: no point was computed.")
+    return sentences
+
+
+def _cases_with(dataset: xr.Dataset, code: int) -> list[int]:
+    return [int(case) for case in np.flatnonzero(np.any(dataset.outcome.values == code, axis=1))]
+
+
+def _ranges(dataset: xr.Dataset, case: int, code: int) -> str:
+    """Neighbouring points as one range of frequencies."""
+    where = np.flatnonzero(dataset.outcome.values[case] == code)
+    words = []
+    for run in np.split(where, np.flatnonzero(np.diff(where) > 1) + 1):
+        span = dataset.frequency.values[case, run]
+        low, high = hertz(float(np.nanmin(span))), hertz(float(np.nanmax(span)))
+        words.append(f"{low} Hz" if low == high else f"{low} to {high} Hz")
+    return ", ".join(words)
+
+
+def _sentence(code: int) -> str:
+    try:
+        return Outcome(code).sentence
+    except ValueError:
+        return f"Unknown outcome {code}."

@@ -1,0 +1,63 @@
+"""HTML as strings: everything from a dataset passes through `text` or `cell`, and nothing else may carry it into the page."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+
+def text(value: object) -> str:
+    """Any value as text of the page: <, >, & and quotes are escaped."""
+    return html.escape(str(value), quote=True)
+
+
+def cell(shown: str, value: float | None = None, note: str = "") -> str:
+    """A table cell; a number carries its exact value in SI units as data-value."""
+    data = "" if value is None else f' data-value="{float(value)!r}"'
+    kind = ' class="number"' if value is not None else ""
+    return f"<td{kind}{data}>{text(shown)}{f' <small>{text(note)}</small>' if note else ''}</td>"
+
+
+def table(identifier: str, caption: str, heads: Sequence[str], rows: Iterable[str]) -> str:
+    """A table whose `rows` are ready <tr> elements."""
+    head = "".join(f'<th scope="col">{text(name)}</th>' for name in heads)
+    return (
+        f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}"><table id="{identifier}">'
+        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def section(identifier: str, title: str, *parts: str) -> str:
+    """A section of the page with its heading."""
+    heading = f'<h2 id="{identifier}-h">{text(title)}</h2>'
+    return f'<section id="{identifier}" aria-labelledby="{identifier}-h">{heading}{"".join(parts)}</section>'
+
+
+def chart(identifier: str, description: str, controls: str = "") -> str:
+    """An empty place that report.js draws in."""
+    place = f'<div class="chart" id="{identifier}" role="img" aria-label="{text(description)}"></div>'
+    return f'<div class="controls">{controls}</div>{place}' if controls else place
+
+
+def radios(name: str, legend: str, choices: Sequence[tuple[str, str]]) -> str:
+    """A choice of a few; the first is chosen."""
+    items = "".join(
+        f'<label><input type="radio" name="{name}" value="{value}"{" checked" if index == 0 else ""}> {text(word)}</label>'
+        for index, (value, word) in enumerate(choices)
+    )
+    return f"<fieldset><legend>{text(legend)}</legend>{items}</fieldset>"
+
+
+def select(identifier: str, label: str) -> str:
+    """A drop-down list, filled by report.js."""
+    return f'<label class="select">{text(label)} <select id="{identifier}"></select></label>'
+
+
+def script_data(identifier: str, data: Any) -> str:
+    """Data for report.js as JSON that cannot leave its element: <, > and & are written as escapes of JSON."""
+    encoded = json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=True)
+    for character in "<>&":
+        encoded = encoded.replace(character, f"\\u{ord(character):04x}")
+    return f'<script type="application/json" id="{identifier}">{encoded}</script>'

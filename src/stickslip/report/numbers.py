@@ -1,0 +1,46 @@
+"""Numbers in words, at the edge: µm, Hz, percent, energies with their prefix."""
+
+from __future__ import annotations
+
+import math
+
+from stickslip.units import um
+
+
+def micrometres(value: float) -> str:
+    """A length in µm, four digits."""
+    return number(value / um)
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number with so many digits, never in exponents where a reader would not write them."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.{digits}g}" if not 1e4 <= abs(value) < 1e7 else f"{value:.0f}"
+
+
+def hertz(value: float) -> str:
+    """A frequency, to a hundredth, or to five digits below 10 Hz."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.2f}" if abs(value) >= 10.0 else f"{value:.5g}"
+
+
+def percent(value: float) -> str:
+    """A share in percent; more digits where it is near 100 %."""
+    return f"{100.0 * value:.1f} %" if 0.0 < abs(1.0 - value) < 0.02 or abs(value) < 0.1 else f"{100.0 * value:.0f} %"
+
+
+def energy(value: float) -> str:
+    """An energy with a prefix."""
+    if not math.isfinite(value):
+        return "–"
+    for factor, unit in ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")):
+        if abs(value) >= factor:
+            return f"{value / factor:.3g} {unit}"
+    return f"{value / 1e-9:.3g} nJ" if value else "0 J"
+
+
+def counted(count: int, word: str) -> str:
+    """ "1 point", "2 points"."""
+    return f"{count} {word}{'' if count == 1 else 's'}"

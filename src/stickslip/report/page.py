@@ -1,0 +1,84 @@
+"""The page: sections in order, style and scripts inlined, and a content policy that lets nothing load and nothing foreign run.
+
+The policy names the scripts of this page by their hashes, so even text that slipped through as HTML could not execute.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+
+import xarray as xr
+
+from stickslip.checks import fault
+from stickslip.files import write_text
+from stickslip.report import sections
+from stickslip.report.chart_data import chart_data
+from stickslip.report.markup import script_data, select, text
+
+SECTIONS = (
+    ("overview", "Overview", sections.overview),
+    ("curves", "Curves", sections.curves),
+    ("peaks-section", "Peaks", sections.peaks),
+    ("loops", "Loops", sections.loops),
+    ("states", "States", sections.states),
+    ("energy", "Energy", sections.energies),
+    ("failures", "Failures", sections.failures),
+    ("study", "Study", sections.study),
+    ("versions", "Versions", sections.versions),
+)
+
+
+def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> Path:
+    """Write the report of one dataset, or of several by name, to `path`, whole or not at all; returns the path."""
+    if isinstance(datasets, xr.Dataset):
+        datasets = {str(datasets.attrs.get("title") or "Forced response"): datasets}
+    if not datasets:
+        raise fault("datasets", "must hold at least one result", "none")
+    return write_text(path, page(datasets))
+
+
+def page(datasets: Mapping[str, xr.Dataset]) -> str:
+    """The whole page as a string."""
+    title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
+    scripts = (_plotly(), _resource("report.js"))
+    style = _resource("report.css")
+    body = "".join(build(datasets) for _, _, build in SECTIONS)
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts)}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
+        f"<title>{text(title)} – stickslip</title><style>{style}</style></head>\n<body>"
+        f"<header><h1>{text(title)}</h1><p>Forced response, computed with stickslip</p></header>{_navigation(datasets)}"
+        f"<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>\n<main>{body}</main>\n"
+        f"{script_data('data', chart_data(datasets))}\n"
+        + "\n".join(f"<script>{script}</script>" for script in scripts)
+        + "</body></html>\n"
+    )
+
+
+def _navigation(datasets: Mapping[str, xr.Dataset]) -> str:
+    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in SECTIONS)
+    choice = select("result", "Charts show") if len(datasets) > 1 else ""
+    return f'<nav aria-label="Sections">{links}{choice}</nav>'
+
+
+def _policy(scripts: tuple[str, ...]) -> str:
+    """Nothing is loaded; only these scripts run. Styles are free, since plotly.js writes them; images are its exports."""
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
+    rest = "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
+    return f"default-src 'none'; script-src {allowed}; {rest}"
+
+
+def _plotly() -> str:
+    from plotly.offline import get_plotlyjs
+
+    return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _resource(name: str) -> str:
+    return files("stickslip.report").joinpath(name).read_text(encoding="utf-8")

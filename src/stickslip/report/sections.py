@@ -1,0 +1,205 @@
+"""The sections of the page, each a function from the datasets to HTML. Tables hold exact numbers in SI as data-value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.report.conclusions import headline, level_sentence
+from stickslip.report.failures import failures_of
+from stickslip.report.markup import cell, chart, radios, section, select, table, text
+from stickslip.report.numbers import counted, energy, hertz, micrometres, number
+from stickslip.results_view import converged_points, highest_peak, level_text, levels_in_newtons, points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Datasets = Mapping[str, "xr.Dataset"]
+
+ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
+"""What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
+
+
+def overview(datasets: Datasets) -> str:
+    """Conclusions in sentences, and where the peaks go over the force level."""
+    parts = [_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items()]
+    trend = ""
+    if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
+        trend = chart("chart-trend", "Highest peak over the force level: amplitude per force and frequency.")
+    return section("overview", "Overview", *parts, trend)
+
+
+def curves(datasets: Datasets) -> str:
+    """The response curves with their choices."""
+    controls = radios("scale", "Scale", [("log", "logarithmic"), ("linear", "linear")])
+    controls += radios("quantity", "Amplitude", [("displacement", "|X₁|"), ("perForce", "|X₁| / F")])
+    controls += select("output", "Output")
+    note = (
+        '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks, crosses '
+        'at the foot points without convergence. Click a point for what happens there.</p><p id="point" aria-live="polite"></p>'
+    )
+    description = "Response curves of all force levels beside the linear curves; the numbers of the peaks are in the next table."
+    return section("curves", "Response curves", chart("chart-curves", description, controls), note)
+
+
+def peaks(datasets: Datasets) -> str:
+    """Every local maximum of every curve."""
+    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(datasets) > 1)]
+    heads = [
+        "Force level",
+        "Output",
+        "Peak",
+        "Frequency in Hz",
+        "Amplitude in µm",
+        "Amplitude per force",
+        "Largest in µm",
+        "Loss factor",
+    ]
+    heads = ["Result", *heads] if len(datasets) > 1 else heads
+    caption = "Peaks: local maxima of the first harmonic along the curve, highest first; data-value holds the number in SI units."
+    return section("peaks-section", "Peaks", table("peaks", caption, heads, rows))
+
+
+def loops(datasets: Datasets) -> str:
+    """Hysteresis loops at the peak."""
+    controls = select("contact", "Contact") + radios(
+        "size", "Loops", [("own", "each to its own size"), ("shared", "on one scale")]
+    )
+    note = '<p class="note">One period at the highest peak of the first output. Double-click a level in the legend to see it alone.</p>'
+    return section("loops", "Hysteresis loops", chart("chart-loops", "Contact force against displacement.", controls), note)
+
+
+def states(datasets: Datasets) -> str:
+    """Contact states along the curves."""
+    key = "".join(
+        f'<span class="key"><i class="{state}"></i>{word}</span>'
+        for state, word in (("stick", "stick"), ("half", "half stick, half slip"), ("slip", "slip"), ("open", "open"))
+    )
+    note = f'<p class="note">Colours mix by the shares of the period: {key} Gaps: no convergence.</p>'
+    description = "Shares of the period in stick, slip and open, per contact and frequency."
+    return section("states", "Contact states", note, chart("chart-states", description))
+
+
+def energies(datasets: Datasets) -> str:
+    """Where the energy goes, and the numbers that say whether to trust it."""
+    rows = [row for label, dataset in datasets.items() for row in _energy_rows(label, dataset, len(datasets) > 1)]
+    heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
+    heads = ["Result", *heads] if len(datasets) > 1 else heads
+    caption = (
+        "Energy per cycle by friction at the highest peak, and accuracy over all converged points: the energy balance of the "
+        f"solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below {SLIP_WORK_LIMIT:g})."
+    )
+    charts = chart("chart-shares", "Share of each contact in the energy dissipated at the peak.")
+    charts += chart("chart-loss", "Loss factor against frequency.") + chart(
+        "chart-energy", "Energy dissipated against frequency."
+    )
+    return section("energy", "Energy", f'<div class="pair">{charts}</div>', table("energies", caption, heads, rows))
+
+
+def failures(datasets: Datasets) -> str:
+    """What failed and why, grouped by cause."""
+    parts = []
+    for label, dataset in datasets.items():
+        count = sum(points(dataset, case).size for case in range(dataset.sizes["case"]))
+        head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
+        causes = "".join(f"<li>{text(sentence)}</li>" for sentence in failures_of(dataset))
+        fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
+        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine))
+    return section("failures", "What failed, and why", *parts)
+
+
+def study(datasets: Datasets) -> str:
+    """The text of the study file."""
+    parts = []
+    for label, dataset in datasets.items():
+        content = str(dataset.attrs["study"])
+        if content.strip():
+            parts.append(f"<details><summary>{text(label)}</summary><pre>{text(content)}</pre></details>")
+        else:
+            parts.append(f"<p>{text(label)}: computed from Python, without a study file.</p>")
+    return section("study", "Study", *parts)
+
+
+def versions(datasets: Datasets) -> str:
+    """What computed it, and how."""
+    names = sorted({str(name) for dataset in datasets.values() for name in dataset.attrs} - {"study", "title"})
+    rows = []
+    for name in names:
+        values = "".join(cell(str(dataset.attrs.get(name, ""))) for dataset in datasets.values())
+        rows.append(f'<tr><th scope="row">{text(name)}</th>{values}</tr>')
+    return section("versions", "Versions and settings", table("attributes", "Kept with the results", ["", *datasets], rows))
+
+
+def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
+    head = f"<h3>{text(label)}</h3>" if several else ""
+    cases = range(dataset.sizes["case"])
+    count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
+    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in cases) if dataset.sizes["case"] > 1 else ""
+    sentences = f"<ul>{items}</ul>" if items else ""
+    if several and items:
+        sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
+    whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
+    seconds = f"{float(dataset.attrs['cpu_seconds']):.3g} s of processor time"
+    return (
+        f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(whole)}; {text(seconds)}.</p>'
+    )
+
+
+def _peak_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+    for case in range(dataset.sizes["case"]):
+        for output, name in enumerate(dataset.output.values):
+            for rank, values in _ranked(dataset, case, output):
+                force = float(dataset.force_level[case])
+                result = cell(label) if several else ""
+                words = f"{rank}" if rank else "none in the band; the largest point"
+                yield (
+                    f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
+                    f"<td>{text(words)}</td>{_peak_cells(values, force, levels_in_newtons(dataset))}</tr>"
+                )
+
+
+def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
+    """Rank and (frequency, amplitude, largest, loss factor) of each peak; rank 0 for a curve without local maximum."""
+    names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
+    table_of_peaks = np.array([dataset[name].values[case, :, output] for name in names]).T
+    solved = table_of_peaks[np.isfinite(table_of_peaks[:, 1])] if table_of_peaks.size else table_of_peaks
+    yield from enumerate(solved, start=1)
+    highest = highest_peak(dataset, case, output)
+    if not len(solved) and highest is not None:
+        yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
+
+
+def _peak_cells(values: Array, force: float, newtons: bool) -> str:
+    frequency, amplitude, largest, loss = (float(value) for value in values)
+    normalised = amplitude / abs(force) if force else float("nan")
+    unit = " µm/N" if newtons else " µm"
+    return (
+        cell(hertz(frequency), frequency)
+        + cell(micrometres(amplitude), amplitude)
+        + cell(micrometres(normalised) + unit, normalised)
+        + cell(micrometres(largest), largest)
+        + cell(number(loss), loss)
+    )
+
+
+def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+    for case in range(dataset.sizes["case"]):
+        peak, kept = highest_peak(dataset, case), converged_points(dataset, case)
+        result = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+        if peak is None:
+            yield f'<tr>{result}<td colspan="4">no point converged</td></tr>'
+            continue
+        total = float(np.sum(dataset.dissipated.values[case, peak.point]))
+        cells = cell(energy(total), total)
+        for name, limit in (
+            ("energy_residual", ENERGY_RESIDUAL_LIMIT),
+            ("slip_work_error", SLIP_WORK_LIMIT),
+            ("residual", np.inf),
+        ):
+            values = np.abs(dataset[name].values[case, kept])
+            worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")
+            cells += cell(f"{worst:.1e}" if np.isfinite(worst) else "–", worst, f"above {limit:g}" if worst > limit else "")
+        yield f"<tr>{result}{cells}</tr>"
