@@ -1,0 +1,154 @@
+"""From the tables of a study file to the objects of a problem, in SI. Each function raises all the faults it can see."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip import rigs
+from stickslip.checks import Array, Faults, InputError, fault, nearest, square, symmetric
+from stickslip.contact.point import Contact
+from stickslip.loads import Force, Output
+from stickslip.problem import Problem
+from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
+from stickslip.structure.matrices import Structure
+from stickslip.study.contacts import ContactTable, FrictionTable
+from stickslip.study.faults import Found
+from stickslip.study.matrices import matrices_in_si, read_matrices
+from stickslip.study.names import Names
+from stickslip.study.starts import start_rules
+from stickslip.study.tables import DampingTable, ForceTable, MatricesTable, StructureTable, SweepTable
+from stickslip.study.units import Units, in_si
+from stickslip.units import Band
+
+
+def rig_named(table: StructureTable) -> Problem:
+    """The ready problem that a [structure] table names."""
+    maker = rigs.RIGS.get(str(table.rig))
+    if maker is None:
+        raise fault("rig", "must be a known one", table.rig, nearest(str(table.rig), rigs.RIGS))
+    known = inspect.signature(maker).parameters
+    unknown = [name for name in table.parameters if name not in known]
+    if unknown:
+        raise Faults([str(fault("parameters, key", "must be a known one", name, nearest(name, known))) for name in unknown])
+    missing = [name for name, parameter in known.items() if parameter.default is parameter.empty and name not in table.parameters]
+    if missing:
+        raise Faults([f"parameters, {name} must be given, but is missing." for name in missing])
+    return made(maker, table.parameters)
+
+
+def made(maker: Callable[..., Problem], parameters: Mapping[str, Any]) -> Problem:
+    """The rig, with a value of a wrong kind said as a fault."""
+    try:
+        return maker(**parameters)
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise InputError(f"parameters must suit the rig, but {dict(parameters)!r} does not ({error}).") from None
+
+
+def structure(table: StructureTable, damping: Damping | None, folder: Path, units: Units) -> Structure:
+    """The structure of matrices and names, in SI."""
+    dofs = table.dofs or ()
+    found = Found()
+    matrices = raw_matrices(table, folder)
+    checked = {name: found.attempt("", check, name, matrices[name], dofs) for name, check in CHECKS.items() if name in matrices}
+    found.stop()
+    converted = matrices_in_si({name: matrix for name, matrix in checked.items() if matrix is not None}, dofs, units)
+    return Structure(converted["M"], converted["K"], tuple(dofs), converted.get("C"), damping)
+
+
+def raw_matrices(table: StructureTable, folder: Path) -> dict[str, Any]:
+    """The matrices as they stand in the file or in the study."""
+    if isinstance(table.matrices, MatricesTable):
+        given = {"M": table.matrices.M, "K": table.matrices.K, "C": table.matrices.C}
+        return {name: rectangular(name, rows) for name, rows in given.items() if rows is not None}
+    return dict(read_matrices(folder / str(table.matrices)))
+
+
+def rectangular(name: str, rows: Sequence[Sequence[float]]) -> Array:
+    """Rows of one length as an array."""
+    lengths = {len(row) for row in rows}
+    if len(lengths) != 1:
+        raise fault(name, "must have rows of one length", [len(row) for row in rows])
+    return np.array(rows, dtype=float)
+
+
+def _fits(name: str, matrix: Array, dofs: Sequence[str]) -> Array:
+    if matrix.shape == matrix.T.shape and matrix.shape[0] != len(dofs):
+        raise fault(f"dofs, the names of the rows of {name},", f"must have {matrix.shape[0]} entries", len(dofs))
+    return square(name, matrix)
+
+
+def _symmetric(name: str, matrix: Array, dofs: Sequence[str]) -> Array:
+    return symmetric(name, _fits(name, matrix, dofs))
+
+
+CHECKS: dict[str, Callable[[str, Array, Sequence[str]], Array]] = {"M": _symmetric, "K": _symmetric, "C": _fits}
+
+
+def damping_rule(table: DampingTable | None, units: Units) -> Damping | None:
+    """The damping rule, in SI."""
+    if table is None:
+        return None
+    if table.rayleigh is not None:
+        return RayleighDamping(table.rayleigh[0] / units.seconds, table.rayleigh[1] * units.seconds)
+    return ModalDamping(table.modal if isinstance(table.modal, float) else tuple(table.modal or ()), table.on)
+
+
+def contact(table: ContactTable, number: int, names: Names, units: Units) -> Contact:
+    """A contact in SI."""
+    law = table.make_law(units)
+    tangential, normal = directions(table, names)
+    friction = law.elements(len(tangential), normal is not None).friction
+    size = friction[0].stiffness.size if friction else 1
+    start = start_rules(table.start, units, len(tangential), size) if isinstance(table, FrictionTable) else ()
+    return Contact(table.name or f"contact {number}", law, tangential, normal, start, getattr(table, "balanced", False))
+
+
+def directions(table: ContactTable, names: Names) -> tuple[tuple[dict[str, float], ...], dict[str, float] | None]:
+    """The tangential directions and the normal one."""
+    tangential, normal = several(getattr(table, "tangential", None)), getattr(table, "normal", None)
+    if table.between is not None:
+        tangential, normal = ([table.between], None) if table.between_is == "tangential" else ([], table.between)
+    along = tuple(names.coefficients(direction) for direction in tangential)
+    return along, None if normal is None else names.coefficients(normal)
+
+
+def several(given: Any) -> list[Any]:
+    """A list of directions, of one or of several."""
+    if given is None:
+        return []
+    return given if isinstance(given, list) and not isinstance(given[0], str) else [given]
+
+
+def force(table: ForceTable, names: Names, units: Units) -> Force:
+    """A force in SI."""
+    values = in_si(table, units)
+    place = {table.at: 1.0} if isinstance(table.at, str) else table.at
+    amplitude = values["amplitude"]
+    complex_amplitude = complex(*amplitude) if isinstance(amplitude, list) else complex(amplitude)
+    return Force(names.coefficients(place), {table.harmonic: complex_amplitude}, values["static"])
+
+
+def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
+    """The outputs. A degree of freedom by its name is reported as it is, a rotation in rad."""
+    return tuple(
+        Output.of(place) if isinstance(place, str) else Output(place.name, names.coefficients(place.direction))
+        for place in table.outputs or ()
+    )
+
+
+def frequencies(table: SweepTable) -> Band | tuple[float, ...]:
+    """The band, or the frequencies to solve at, Hz."""
+    return Band(*table.frequency) if table.frequency is not None else tuple(table.at or ())
+
+
+def enough_samples(table: SweepTable) -> None:
+    """At least two samples in the period of the highest harmonic."""
+    if table.samples <= 2 * table.harmonics:
+        raise fault("samples", f"must be above 2 x harmonics = {2 * table.harmonics}", table.samples, "256 is usual.")

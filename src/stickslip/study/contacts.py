@@ -1,0 +1,158 @@
+"""[[contact]] tables of a study file, and the `Contact`s they make. One model per law; `LAWS` lists them."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from stickslip.checks import fault, nearest
+from stickslip.contact.gap import Gap
+from stickslip.contact.law import Law
+from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.microslip import MicroslipArray
+from stickslip.study.fields import (
+    Direction,
+    Directions,
+    NotNegative,
+    NotNegatives,
+    Number,
+    Numbers,
+    Pair,
+    Positive,
+    Positives,
+    Table,
+)
+from stickslip.study.starts import Starts
+from stickslip.study.units import FORCE, LENGTH, STIFFNESS, Units, in_si
+
+
+class ContactTable(Table):
+    """What every contact has. `between` stands for the only direction of a contact that has one."""
+
+    between_is: ClassVar[Literal["tangential", "normal"]] = "tangential"
+
+    name: Annotated[str, Field(min_length=1, description="name in the results; numbered when absent")] | None = None
+    between: Annotated[Pair | None, Field(description='[A, B]: A relative to B, as the only direction; B may be "ground"')] = None
+
+    @abstractmethod
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        """The law, from the fields in SI."""
+
+    def make_law(self, units: Units) -> Law:
+        """The law with its parameters converted to SI."""
+        return self.law_in_si(in_si(self, units))
+
+
+class FrictionTable(ContactTable):
+    """What every contact with friction has."""
+
+    exactly_one: ClassVar = (("between", "tangential"), ("kn", "normal_load"))
+    at_most_one: ClassVar = (("between", "normal"),)
+    together: ClassVar = (("kn", "normal"),)
+
+    tangential: Annotated[
+        Directions | None, Field(description="[A, B], or a table of coefficients, or a list of two of these: t1, t2")
+    ] = None
+    normal: Annotated[Direction | None, Field(description="[A, B] or a table of coefficients; positive closes")] = None
+    balanced: Annotated[
+        bool, Field(description="count z from the preloaded equilibrium: the structure feels N − N0, not the whole N")
+    ] = False
+    start: Annotated[
+        Starts | None, Field(description="start rule, or a list with one rule per direction; a virgin contact when absent")
+    ] = None
+
+
+class MacroslipTable(FrictionTable):
+    """One spring and slider per tangential direction."""
+
+    law: Literal["macroslip"]
+    kt: Annotated[Positive, STIFFNESS, Field(description="tangential stiffness")]
+    mu: Annotated[NotNegative, Field(description="friction coefficient")]
+    normal_load: Annotated[NotNegative | None, FORCE, Field(description="constant normal load, when there is no kn")] = None
+    kn: Annotated[Positive | None, STIFFNESS, Field(description="normal stiffness; needs `normal`")] = None
+    preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0 (an interference)")] = 0.0
+    gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        return Macroslip(**{key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")})
+
+
+class MicroslipArrayTable(FrictionTable):
+    """Parallel springs and sliders with gaps. A list has one entry per element; a number is the total, shared equally."""
+
+    at_most_one: ClassVar = (("between", "normal"), ("gaps", "largest_gap"))
+
+    law: Literal["microslip_array"]
+    kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
+    mu: Annotated[NotNegative, Field(description="friction coefficient")]
+    elements: Annotated[int | None, Field(ge=1, le=1000, description="number of elements, when nothing is a list")] = None
+    normal_load: Annotated[
+        NotNegatives | None, FORCE, Field(description="constant normal load, total or per element, when there is no kn")
+    ] = None
+    kn: Annotated[Positives | None, STIFFNESS, Field(description="normal stiffness, total or per element; needs `normal`")] = None
+    preload: Annotated[Numbers, FORCE, Field(description="N0, total or per element")] = 0.0
+    gaps: Annotated[list[Number] | None, LENGTH, Field(min_length=1, description="gap of each element")] = None
+    largest_gap: Annotated[Number | None, LENGTH, Field(description="gaps spaced equally from 0 to this, instead of `gaps`")] = (
+        None
+    )
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        size = self.size()
+        kt, kn, preload, load = (shared(values[key], size) for key in ("kt", "kn", "preload", "normal_load"))
+        return MicroslipArray(kt or (), self.mu, kn, self._gaps(values, size), preload or 0.0, load)
+
+    def size(self) -> int:
+        """Number of elements: that of every list, or `elements`."""
+        lists = {key: getattr(self, key) for key in ("kt", "kn", "preload", "gaps", "normal_load")}
+        sizes = {key: len(value) for key, value in lists.items() if isinstance(value, list)}
+        if self.elements is not None:
+            sizes["elements"] = self.elements
+        if not sizes:
+            raise fault("elements", "must be given when nothing is a list", "missing")
+        if len(set(sizes.values())) > 1:
+            raise fault("Lists of a microslip array", "must have one entry per element", sizes)
+        return next(iter(sizes.values()))
+
+    def _gaps(self, values: dict[str, Any], size: int) -> tuple[float, ...]:
+        if values["gaps"] is not None:
+            return tuple(values["gaps"])
+        return tuple((values["largest_gap"] or 0.0) * index / max(size - 1, 1) for index in range(size))
+
+
+class GapTable(ContactTable):
+    """A stop without friction."""
+
+    between_is: ClassVar[Literal["tangential", "normal"]] = "normal"
+    exactly_one: ClassVar = (("between", "normal"),)
+
+    law: Literal["gap"]
+    normal: Annotated[Direction | None, Field(description="[A, B] or a table of coefficients; positive closes")] = None
+    balanced: Annotated[bool, Field(description="count z from the preloaded equilibrium: the structure feels N − N0")] = False
+    kn: Annotated[Positive, STIFFNESS, Field(description="stiffness")]
+    gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0
+    preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0")] = 0.0
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        return Gap(**{key: values[key] for key in ("kn", "gap", "preload")})
+
+
+LAWS: dict[str, type[ContactTable]] = {"macroslip": MacroslipTable, "microslip_array": MicroslipArrayTable, "gap": GapTable}
+
+
+def shared(value: float | list[float] | None, size: int) -> tuple[float, ...] | None:
+    """One entry per element: a number is a total, shared equally."""
+    if value is None:
+        return None
+    return tuple(value) if isinstance(value, list) else (value / size,) * size
+
+
+def table_of(values: Any) -> type[ContactTable]:
+    """The model of a [[contact]] table, by its law."""
+    law = values.get("law") if isinstance(values, dict) else None
+    if law is None:
+        raise fault("law", "must be given", "missing", f"Known: {', '.join(LAWS)}.")
+    if not isinstance(law, str) or law not in LAWS:
+        raise fault("law", "must be a known one", law, nearest(str(law), LAWS))
+    return LAWS[law]

@@ -1,0 +1,125 @@
+"""Faults of a study file, collected in one pass: what pydantic finds, said in the project's way, and what building finds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar, get_args
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from stickslip.checks import Faults, InputError, fault, nearest
+from stickslip.study.fields import Table
+
+Made = TypeVar("Made")
+Model = TypeVar("Model", bound=Table)
+
+RULES = {
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "finite_number": "must be finite",
+    "string_type": "must be a text in quotes",
+    "bool_type": "must be true or false",
+    "list_type": "must be a list",
+    "dict_type": "must be a table",
+    "model_type": "must be a table",
+    "greater_than": "must be above {gt:g}",
+    "greater_than_equal": "must be at least {ge:g}",
+    "less_than_equal": "must be at most {le:g}",
+    "too_short": "must have {min_length} entries or more",
+    "too_long": "must have at most {max_length} entries",
+    "string_too_short": "must not be empty",
+    "literal_error": "must be {expected}",
+    "wrong_form": "must be written as the reference says",
+}
+
+
+class Found:
+    """Collects the faults of one file; each is said with the place where it stands."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+
+    def attempt(self, place: str, make: Callable[..., Made], *arguments: Any) -> Made | None:
+        """`make(*arguments)`, or None with the fault noted."""
+        try:
+            return make(*arguments)
+        except InputError as error:
+            messages = error.faults if isinstance(error, Faults) else (str(error),)
+            self.messages += [f"{place}: {message}" if place else message for message in messages]
+        return None
+
+    def stop(self) -> None:
+        """Raise what was found, if anything was."""
+        if self.messages:
+            raise Faults(self.messages)
+
+
+def parsed(model: type[Model], values: Any) -> Model:
+    """`values` as a table; all its faults at once."""
+    faults = misfits(model, values) if isinstance(values, dict) else []
+    try:
+        table = model.model_validate(values)
+    except ValidationError as error:
+        raise Faults([*faults, *(sentence(model, details) for details in error.errors())]) from None
+    if faults:
+        raise Faults(faults)
+    return table
+
+
+def misfits(model: type[Table], values: Mapping[str, Any]) -> list[str]:
+    """Keys that are missing beside others, or exclude each other."""
+    faults = []
+    for group in model.exactly_one + model.at_most_one:
+        given = [key for key in group if key in values]
+        if len(given) > 1:
+            faults.append(f"{' and '.join(given)} must not be given together, but are. Leave one out.")
+        elif not given and group in model.exactly_one:
+            faults.append(f"{' or '.join(group)} must be given, but is missing.")
+    for pair in model.together:
+        given = [key for key in pair if key in values]
+        if len(given) == 1:
+            faults.append(f"{' and '.join(pair)} must be given together, but only {given[0]} is.")
+    return faults
+
+
+def sentence(model: type[Table], details: ErrorDetails) -> str:
+    """One pydantic error as: what, rule, value, remedy."""
+    path = tuple(part for part in details["loc"] if not str(part).startswith("<"))
+    kind, context = details["type"], details.get("ctx", {})
+    if kind == "extra_forbidden":
+        return str(
+            fault(where(path[:-1], "key"), "must be a known one", path[-1], nearest(str(path[-1]), known_keys(model, path[:-1])))
+        )
+    if kind == "missing":
+        return f"{where(path)} must be given, but is missing."
+    rule = RULES[kind].format(**context) if kind in RULES else details["msg"].removeprefix("Value error, ")
+    remedy = (
+        nearest(str(details["input"]), context["expected"].replace("'", "").replace(" or ", ", ").split(", "))
+        if kind == "literal_error"
+        else ""
+    )
+    return str(fault(where(path), rule, details["input"], remedy))
+
+
+def where(path: Sequence[str | int], last: str = "") -> str:
+    """A path of keys and positions in words: `start, entry 2`. Positions count from 1."""
+    words = [f"entry {part + 1}" if isinstance(part, int) else part for part in path] + ([last] if last else [])
+    return ", ".join(words) or "The table"
+
+
+def known_keys(model: type[Table], path: Sequence[str | int]) -> list[str]:
+    """Keys of the table that stands at `path` inside `model`."""
+    for part in path:
+        if isinstance(part, str) and part in model.model_fields:
+            inner = tables_in(model.model_fields[part].annotation)
+            model = inner[0] if inner else model
+    return list(model.model_fields)
+
+
+def tables_in(annotation: Any) -> list[type[Table]]:
+    """The tables that an annotation speaks of."""
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return [annotation]
+    return [table for argument in get_args(annotation) for table in tables_in(argument)]

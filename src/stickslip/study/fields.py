@@ -1,0 +1,73 @@
+"""The kinds of values that a study file holds. Everything is strict: no text for numbers, no unknown keys, no NaN.
+
+A value that may have several forms (a number or a list) is a union that looks at the form first, so that a fault is said
+about the form the author meant. The marks of such forms are in angle brackets and never reach a message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+
+
+class Table(BaseModel):
+    """A table of a study file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    exactly_one: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Groups of keys of which one and only one must be given."""
+    at_most_one: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Groups of keys that exclude each other."""
+    together: ClassVar[tuple[tuple[str, str], ...]] = ()
+    """Pairs of keys of which either both or none must be given."""
+
+
+def _form(value: Any) -> str:
+    if isinstance(value, dict):
+        return "<table>"
+    return "<list>" if isinstance(value, list) else "<single>"
+
+
+def _places_form(value: Any) -> str:
+    if isinstance(value, list) and not (value and all(isinstance(item, str) for item in value)):
+        return "<several>"
+    return _form(value)
+
+
+def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
+    """A union told apart by `form`; a form that no member has is said in the words of the union's description."""
+    return Discriminator(form, custom_error_type="wrong_form", custom_error_message="wrong form")
+
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+Ratio = Annotated[float, Field(ge=-1, le=1)]
+
+Numbers = Annotated[Annotated[Number, Tag("<single>")] | Annotated[list[Number], Tag("<list>")], by_form()]
+Positives = Annotated[
+    Annotated[Positive, Tag("<single>")] | Annotated[list[Positive], Field(min_length=1), Tag("<list>")], by_form()
+]
+NotNegatives = Annotated[
+    Annotated[NotNegative, Tag("<single>")] | Annotated[list[NotNegative], Field(min_length=1), Tag("<list>")], by_form()
+]
+
+Coefficients = Annotated[dict[str, Number], Field(min_length=1)]
+Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
+Direction = Annotated[Annotated[Pair, Tag("<list>")] | Annotated[Coefficients, Tag("<table>")], by_form()]
+Directions = Annotated[
+    Annotated[Pair, Tag("<list>")]
+    | Annotated[Coefficients, Tag("<table>")]
+    | Annotated[list[Direction], Field(min_length=1, max_length=2), Tag("<several>")],
+    by_form(_places_form),
+]
+"""One direction (two names, or a table of coefficients), or a list of one or two of them."""
+
+Place = Annotated[Annotated[str, Tag("<single>")] | Annotated[Coefficients, Tag("<table>")], by_form()]
+Amplitude = Annotated[
+    Annotated[Number, Tag("<single>")] | Annotated[list[Number], Field(min_length=2, max_length=2), Tag("<list>")], by_form()
+]

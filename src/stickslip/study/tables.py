@@ -1,0 +1,107 @@
+"""The other tables of a study file: [study], [structure], [damping], [[force]] and [sweep]."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, Tag, field_validator
+
+from stickslip.study.fields import Amplitude, Coefficients, NotNegatives, Number, Place, Positive, Table, by_form
+from stickslip.study.units import FORCE, FREQUENCY, Dimension
+
+Matrix = list[list[Number]]
+
+
+class StudyTable(Table):
+    """What the study is."""
+
+    title: Annotated[str, Field(description="title of results and report")] = ""
+    analysis: Annotated[Literal["forced_response"], Field(description="what to compute")]
+
+
+class MatricesTable(Table):
+    """Small matrices, written row by row in the study file itself."""
+
+    M: Annotated[Matrix, Dimension("kg"), Field(description="mass")]
+    K: Annotated[Matrix, Dimension("N/m"), Field(description="stiffness")]
+    C: Annotated[Matrix | None, Dimension("N s/m"), Field(description="damping")] = None
+
+
+Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, Tag("<table>")], by_form()]
+
+
+class StructureTable(Table):
+    """A ready rig by name with its parameters, or matrices with names of their degrees of freedom."""
+
+    exactly_one: ClassVar = (("rig", "matrices"),)
+    at_most_one: ClassVar = (("rig", "dofs"), ("parameters", "matrices"))
+
+    rig: Annotated[str | None, Field(description="name of a ready problem")] = None
+    parameters: Annotated[dict[str, Any], Field(description="arguments of the rig, in SI")] = Field(default_factory=dict)
+    matrices: Annotated[
+        Matrices | None,
+        Field(description="a .npz or .mat file (beside the study) that holds M, K and perhaps C; or a table of these"),
+    ] = None
+    dofs: Annotated[
+        list[str] | None,
+        Field(min_length=1, description="NODE.DIRECTION of each row of the matrices; directions rx, ry, rz are rotations"),
+    ] = None
+
+
+class DampingTable(Table):
+    """Viscous damping, when there is no C."""
+
+    exactly_one: ClassVar = (("modal", "rayleigh"),)
+
+    modal: Annotated[NotNegatives | None, Field(description="damping ratio of all modes, or of the first ones one by one")] = None
+    on: Annotated[Literal["stuck", "free"], Field(description="modes with the contacts stuck, or absent")] = "stuck"
+    rayleigh: Annotated[
+        list[Number] | None, Dimension("1/s, s"), Field(min_length=2, max_length=2, description="[a, b]: C = a M + b K")
+    ] = None
+
+
+class ForceTable(Table):
+    """p(t) = static + Re(level · amplitude · exp(i h ω t))."""
+
+    at: Annotated[Place, Field(description="degree of freedom, or a table of coefficients")]
+    amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
+    harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
+    static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0
+
+
+class OutputTable(Table):
+    """A displacement along an inclined direction, with a name."""
+
+    name: Annotated[str, Field(min_length=1, description="name in the results")]
+    direction: Annotated[Coefficients, Field(description="coefficients of degrees of freedom")]
+
+
+OutputPlace = Annotated[Annotated[str, Tag("<single>")] | Annotated[OutputTable, Tag("<table>")], by_form()]
+
+
+class SweepTable(Table):
+    """Where to compute, and how finely."""
+
+    exactly_one: ClassVar = (("frequency", "at"),)
+
+    frequency: Annotated[
+        list[Positive] | None, FREQUENCY, Field(min_length=2, max_length=2, description="[start, stop]: continue over this band")
+    ] = None
+    at: Annotated[
+        list[Positive] | None, FREQUENCY, Field(min_length=1, description="instead of a band: solve exactly at these frequencies")
+    ] = None
+    force_levels: Annotated[list[Positive], Field(min_length=1, description="factors on every harmonic force")] = Field(
+        default_factory=lambda: [1.0]
+    )
+    harmonics: Annotated[int, Field(ge=1, le=1000, description="H, highest harmonic")] = 5
+    samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
+    outputs: Annotated[
+        list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
+    ] = None
+
+    @field_validator("frequency")
+    @classmethod
+    def _two_ends(cls, frequency: list[float] | None) -> list[float] | None:
+        if frequency is not None and frequency[0] == frequency[1]:
+            raise ValueError("must have two different ends")
+        return frequency
