@@ -91,10 +91,9 @@ function stateWords(mixture) {
 }
 
 function drawTrend() {
-  const output = index("output");
+  const name = result().outputs[index("output")];
   const traces = data.results.flatMap((r, i) => {
-    const found = r.cases.filter(c => c.peak[Math.min(output, r.outputs.length - 1)] && c.force);
-    const peaks = found.map(c => c.peak[Math.min(output, r.outputs.length - 1)]);
+    const output = r.outputs.indexOf(name), found = r.cases.filter(c => c.peak[output] && c.force), peaks = found.map(c => c.peak[output]);
     const look = { x: found.map(c => c.force), mode: "lines+markers", name: plain(r.label), legendgroup: String(i),
       line: { color: data.results.length > 1 ? scheme().results[i] : css("--accent"), width: 2 } };
     return [{ ...look, y: peaks.map((p, k) => p.amplitude / Math.abs(found[k].force)), showlegend: data.results.length > 1 },
@@ -104,7 +103,7 @@ function drawTrend() {
   const force = () => axis(data.results[0].newtons ? "force level in N" : "force level", { type: wide ? "log" : "linear", dtick: wide ? "D2" : undefined });
   const narrow = byId("chart-trend") && byId("chart-trend").clientWidth < 640;
   draw("chart-trend", traces, { grid: { rows: narrow ? 2 : 1, columns: narrow ? 1 : 2, pattern: "independent", xgap: 0.16, ygap: 0.3 }, xaxis: force(), xaxis2: force(),
-    yaxis: axis(`peak |X₁| / F in ${perForce(data.results[0])}`, { rangemode: "tozero" }), yaxis2: axis("its frequency in Hz") });
+    yaxis: axis(`peak of ${plain(name)} per force in ${perForce(data.results[0])}`, { rangemode: "tozero" }), yaxis2: axis("its frequency in Hz") });
 }
 
 function drawLoops() {

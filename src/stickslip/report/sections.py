@@ -21,6 +21,7 @@ Datasets = Mapping[str, "xr.Dataset"]
 
 ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 """What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
+LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
 
 
 def overview(datasets: Datasets) -> str:
@@ -48,27 +49,20 @@ def curves(datasets: Datasets) -> str:
 def peaks(datasets: Datasets) -> str:
     """Every local maximum of every curve."""
     rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(datasets) > 1)]
-    heads = [
-        "Force level",
-        "Output",
-        "Peak",
-        "Frequency in Hz",
-        "Amplitude in µm",
-        "Amplitude per force",
-        "Largest in µm",
-        "Loss factor",
-    ]
-    heads = ["Result", *heads] if len(datasets) > 1 else heads
+    heads = ["Force level", "Output", "Peak", "Frequency in Hz", "Amplitude in µm", "Amplitude per force"]
+    heads = [*_result_head(datasets), *heads, "Largest in µm", "Loss factor"]
     caption = "Peaks: local maxima of the first harmonic along the curve, highest first; data-value holds the number in SI units."
     return section("peaks-section", "Peaks", table("peaks", caption, heads, rows))
 
 
 def loops(datasets: Datasets) -> str:
     """Hysteresis loops at the peak."""
-    controls = select("contact", "Contact") + radios(
-        "size", "Loops", [("own", "each to its own size"), ("shared", "on one scale")]
+    controls = select("contact", "Contact")
+    controls += radios("size", "Loops", [("own", "each to its own size"), ("shared", "on one scale")])
+    note = (
+        '<p class="note">One period at the highest peak of the first output. '
+        "Double-click a level in the legend to see it alone.</p>"
     )
-    note = '<p class="note">One period at the highest peak of the first output. Double-click a level in the legend to see it alone.</p>'
     return section("loops", "Hysteresis loops", chart("chart-loops", "Contact force against displacement.", controls), note)
 
 
@@ -87,15 +81,14 @@ def energies(datasets: Datasets) -> str:
     """Where the energy goes, and the numbers that say whether to trust it."""
     rows = [row for label, dataset in datasets.items() for row in _energy_rows(label, dataset, len(datasets) > 1)]
     heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
-    heads = ["Result", *heads] if len(datasets) > 1 else heads
+    heads = [*_result_head(datasets), *heads]
     caption = (
         "Energy per cycle by friction at the highest peak, and accuracy over all converged points: the energy balance of the "
         f"solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below {SLIP_WORK_LIMIT:g})."
     )
     charts = chart("chart-shares", "Share of each contact in the energy dissipated at the peak.")
-    charts += chart("chart-loss", "Loss factor against frequency.") + chart(
-        "chart-energy", "Energy dissipated against frequency."
-    )
+    charts += chart("chart-loss", "Loss factor against frequency.")
+    charts += chart("chart-energy", "Energy dissipated against frequency.")
     return section("energy", "Energy", f'<div class="pair">{charts}</div>', table("energies", caption, heads, rows))
 
 
@@ -148,6 +141,10 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     )
 
 
+def _result_head(datasets: Datasets) -> list[str]:
+    return ["Result"] if len(datasets) > 1 else []
+
+
 def _peak_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
     for case in range(dataset.sizes["case"]):
         for output, name in enumerate(dataset.output.values):
@@ -194,11 +191,7 @@ def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str
             continue
         total = float(np.sum(dataset.dissipated.values[case, peak.point]))
         cells = cell(energy(total), total)
-        for name, limit in (
-            ("energy_residual", ENERGY_RESIDUAL_LIMIT),
-            ("slip_work_error", SLIP_WORK_LIMIT),
-            ("residual", np.inf),
-        ):
+        for name, limit in LIMITS.items():
             values = np.abs(dataset[name].values[case, kept])
             worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")
             cells += cell(f"{worst:.1e}" if np.isfinite(worst) else "–", worst, f"above {limit:g}" if worst > limit else "")
