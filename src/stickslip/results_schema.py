@@ -56,7 +56,7 @@ SCHEMA = (
         ("active_rows", "1", "rows of the Newton system"),
         ("loss_factor", "1", "loss factor"),
         ("energy_residual", "1", "energy balance of the solution, relative to the input"),
-        ("slip_work_error", "1", "slip work against contact work"),
+        ("slip_work_error", "1", "slip work against contact work, relative to the input"),
     ),
     *_rows("case point output harmonic part", ("response", "m", "response")),
     *_rows(

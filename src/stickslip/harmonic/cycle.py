@@ -1,0 +1,88 @@
+"""One steady period of every contact, sample by sample: motion, force, state, slip work. For results, never for solving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stickslip.checks import Array
+from stickslip.contact.period import OPEN, STICK, friction_period
+from stickslip.contact.table import ContactTable
+from stickslip.harmonic.contact_forces import element_limits
+from stickslip.harmonic.fourier import Fourier
+
+SLIP = 1
+
+
+@dataclass(frozen=True, eq=False)
+class ContactCycle:
+    """Samples over one period of every row: displacement [m], force [N], state (STICK, SLIP or OPEN), each (rows, Nt).
+
+    slip_work (rows,): Σ μN |Δs| over the period, J.
+    """
+
+    displacement: Array
+    force: Array
+    state: NDArray[np.int64]
+    slip_work: Array
+
+    def shares(self) -> Array:
+        """Shares of the period in stick, slip and without contact, (3, rows). A closed normal direction counts as stick."""
+        return np.stack([np.mean(self.state == code, axis=1) for code in (STICK, SLIP, OPEN)])
+
+
+def contact_cycle(table: ContactTable, tables: Fourier, w: Array) -> ContactCycle:
+    """The period of every contact for motion w (rows, 2H+1), m."""
+    rows, samples = table.rows, tables.E.shape[0]
+    displacement = np.ascontiguousarray(w[:rows] @ tables.E.T)
+    force, state = np.zeros((rows, samples)), np.zeros((rows, samples), dtype=np.int64)
+    slip_work = np.zeros(rows)
+    _fill_cycle(table, displacement, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work)
+    return ContactCycle(displacement, force, state, slip_work)
+
+
+@njit(cache=True)
+def _fill_cycle(
+    table: ContactTable, displacement: Array, mean: Array, force: Array, state: NDArray[np.int64], slip_work: Array
+) -> None:
+    samples = displacement.shape[1]
+    limit, slope, y = np.empty(samples), np.empty(samples), np.empty(samples)
+    event = np.empty(samples, dtype=np.int64)
+    for c in range(table.normal_row.size):
+        first, last = table.normal_first[c], table.normal_first[c + 1]
+        loads, slopes = np.zeros((max(last - first, 1), samples)), np.zeros((max(last - first, 1), samples))
+        row = table.normal_row[c]
+        for e in range(first, last):
+            for n in range(samples):
+                loads[e - first, n] = max(table.normal_stiffness[e] * displacement[row, n] + table.normal_constant[e], 0.0)
+                force[row, n] += loads[e - first, n]
+        if row >= 0:
+            for n in range(samples):
+                state[row, n] = STICK if force[row, n] > 0.0 else OPEN
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            if r == row:
+                continue
+            state[r, :] = OPEN
+            for e in range(table.friction_first[r], table.friction_first[r + 1]):
+                kt = table.stiffness[e]
+                element_limits(table, e, first, loads, slopes, limit, slope)
+                ku = kt * displacement[r]
+                kind, value = table.start_kind[e], table.start_value[e]
+                friction_period(kind, value, kt, ku, limit, kt * mean[r], y, event)
+                force[r] += y + ku
+                slip_work[r] += _slip_work(kt, y, limit)
+                for n in range(samples):
+                    if event[n] != OPEN and state[r, n] != SLIP:
+                        state[r, n] = STICK if event[n] == STICK else SLIP
+
+
+@njit(cache=True)
+def _slip_work(kt: float, y: Array, limit: Array) -> float:
+    """Σ L |Δs| of one element, s = −y/kt the slider; L taken at the middle of each step."""
+    work = 0.0
+    for n in range(y.size):
+        work += 0.5 * (limit[n] + limit[n - 1]) * abs(y[n] - y[n - 1]) / kt
+    return work

@@ -1,0 +1,45 @@
+"""The two linear limits of every curve: the structure without its contacts, and with all of them stuck."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import HarmonicBalance
+
+POINTS = 400
+RESOLUTION = np.concatenate([-np.geomspace(30.0, 0.05, 20), [0.0], np.geomspace(0.05, 30.0, 20)])
+"""Extra frequencies around each resonance, in half widths ζ f."""
+
+
+def linear_frequencies(balance: HarmonicBalance, low: float, high: float) -> Array:
+    """Frequencies in Hz between low and high, denser around the resonances of the free and of the stuck structure."""
+    problem = balance.problem
+    natural = np.concatenate([problem.frequencies(stuck=False), problem.frequencies(stuck=True)])
+    inside = natural[(natural >= low) & (natural <= high)]
+    width = (high - low) / (50.0 * POINTS)
+    extra = [f + RESOLUTION * max(5e-4 * f, width) for f in inside]
+    grid = np.unique(np.concatenate([np.linspace(low, high, POINTS), *extra]))
+    return np.asarray(grid[(grid >= low) & (grid <= high)])
+
+
+def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Array, Array]:
+    """|X_1| per unit force level of every output, free and stuck: two arrays (frequencies, outputs), m.
+
+    Free means F = λ + K_c w = 0, so w = e' + G'K_c w.
+    """
+    rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
+    free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
+    everything, contacts = np.arange(rows + outputs), np.arange(rows)
+    w, by_omega, by_level = (np.empty((rows + outputs, balance.columns)) for _ in range(3))
+    none = np.zeros((rows, balance.columns))
+    for k, frequency in enumerate(frequencies):
+        omega = 2.0 * np.pi * frequency
+        balance.linear.motion(none, omega, 0.0, w, by_omega, by_level)
+        motion = by_level[:, 1] - 1j * by_level[:, 2]
+        real, imaginary = balance.linear.receptance(omega, 1, everything, contacts)[:, 1]
+        softened = (real + 1j * imaginary) * balance.stiffness
+        moving = np.linalg.solve(np.eye(rows) - softened[:rows], motion[:rows])
+        free[k] = np.abs(motion[rows:] + softened[rows:] @ moving)
+        stuck[k] = np.abs(motion[rows:])
+    return free, stuck
