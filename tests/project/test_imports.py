@@ -26,6 +26,7 @@ LAYERS = (
     ("analyses",),
     ("plots", "study"),
     ("report",),
+    ("console",),
     ("cli",),
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}

@@ -15,6 +15,7 @@ from stickslip.contact.microslip import MicroslipArray
 from stickslip.study.fields import (
     Direction,
     Directions,
+    Groups,
     NotNegative,
     NotNegatives,
     Number,
@@ -48,9 +49,9 @@ class ContactTable(Table):
 class FrictionTable(ContactTable):
     """What every contact with friction has."""
 
-    exactly_one: ClassVar = (("between", "tangential"), ("kn", "normal_load"))
-    at_most_one: ClassVar = (("between", "normal"),)
-    together: ClassVar = (("kn", "normal"),)
+    exactly_one: ClassVar[Groups] = (("between", "tangential"), ("kn", "normal_load"))
+    at_most_one: ClassVar[Groups] = (("between", "normal"),)
+    together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"),)
 
     tangential: Annotated[
         Directions | None, Field(description="[A, B], or a table of coefficients, or a list of two of these: t1, t2")
@@ -82,7 +83,7 @@ class MacroslipTable(FrictionTable):
 class MicroslipArrayTable(FrictionTable):
     """Parallel springs and sliders with gaps. A list has one entry per element; a number is the total, shared equally."""
 
-    at_most_one: ClassVar = (("between", "normal"), ("gaps", "largest_gap"))
+    at_most_one: ClassVar[Groups] = (("between", "normal"), ("gaps", "largest_gap"))
 
     law: Literal["microslip_array"]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
@@ -125,7 +126,7 @@ class GapTable(ContactTable):
     """A stop without friction."""
 
     between_is: ClassVar[Literal["tangential", "normal"]] = "normal"
-    exactly_one: ClassVar = (("between", "normal"),)
+    exactly_one: ClassVar[Groups] = (("between", "normal"),)
 
     law: Literal["gap"]
     normal: Annotated[Direction | None, Field(description="[A, B] or a table of coefficients; positive closes")] = None

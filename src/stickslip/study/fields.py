@@ -11,15 +11,17 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
+Groups = tuple[tuple[str, ...], ...]
+
 
 class Table(BaseModel):
     """A table of a study file."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    exactly_one: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    exactly_one: ClassVar[Groups] = ()
     """Groups of keys of which one and only one must be given."""
-    at_most_one: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    at_most_one: ClassVar[Groups] = ()
     """Groups of keys that exclude each other."""
     together: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Pairs of keys of which either both or none must be given."""

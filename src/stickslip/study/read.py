@@ -53,11 +53,15 @@ class Tables:
 
 def read(path: Path) -> Job:
     """The study at `path`, checked as a whole. Raises `Faults` with every fault of the file."""
-    text = text_of(path)
+    return job(text_of(path), path.parent, path.stem)
+
+
+def job(text: str, folder: Path, name: str) -> Job:
+    """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title."""
     document = toml(text)
     found = Found()
     tables = tables_of(document, found)
-    problem = problem_of(tables, document, path.parent, found)
+    problem = problem_of(tables, document, folder, found)
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
@@ -66,7 +70,7 @@ def read(path: Path) -> Job:
     found.stop()
     if not (tables.study and tables.sweep and problem and frequencies):
         raise AssertionError("a study without faults has all its parts")
-    title = tables.study.title or problem.title or path.stem
+    title = tables.study.title or problem.title or name
     levels, sweep = tuple(tables.sweep.force_levels), tables.sweep
     return Job(title, tables.study.analysis, problem, frequencies, levels, sweep.harmonics, sweep.samples, text)
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag, field_validator
 
-from stickslip.study.fields import Amplitude, Coefficients, NotNegatives, Number, Place, Positive, Table, by_form
+from stickslip.study.fields import Amplitude, Coefficients, Groups, NotNegatives, Number, Place, Positive, Table, by_form
 from stickslip.study.units import FORCE, FREQUENCY, Dimension
 
 Matrix = list[list[Number]]
@@ -33,8 +33,8 @@ Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, 
 class StructureTable(Table):
     """A ready rig by name with its parameters, or matrices with names of their degrees of freedom."""
 
-    exactly_one: ClassVar = (("rig", "matrices"),)
-    at_most_one: ClassVar = (("rig", "dofs"), ("parameters", "matrices"))
+    exactly_one: ClassVar[Groups] = (("rig", "matrices"),)
+    at_most_one: ClassVar[Groups] = (("rig", "dofs"), ("parameters", "matrices"))
 
     rig: Annotated[str | None, Field(description="name of a ready problem")] = None
     parameters: Annotated[dict[str, Any], Field(description="arguments of the rig, in SI")] = Field(default_factory=dict)
@@ -51,7 +51,7 @@ class StructureTable(Table):
 class DampingTable(Table):
     """Viscous damping, when there is no C."""
 
-    exactly_one: ClassVar = (("modal", "rayleigh"),)
+    exactly_one: ClassVar[Groups] = (("modal", "rayleigh"),)
 
     modal: Annotated[NotNegatives | None, Field(description="damping ratio of all modes, or of the first ones one by one")] = None
     on: Annotated[Literal["stuck", "free"], Field(description="modes with the contacts stuck, or absent")] = "stuck"
@@ -82,7 +82,7 @@ OutputPlace = Annotated[Annotated[str, Tag("<single>")] | Annotated[OutputTable,
 class SweepTable(Table):
     """Where to compute, and how finely."""
 
-    exactly_one: ClassVar = (("frequency", "at"),)
+    exactly_one: ClassVar[Groups] = (("frequency", "at"),)
 
     frequency: Annotated[
         list[Positive] | None, FREQUENCY, Field(min_length=2, max_length=2, description="[start, stop]: continue over this band")

@@ -1,0 +1,248 @@
+"""The command line: demo, new, check, run, report. Everything heavy loads inside the commands, so that help is quick."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import stickslip
+from stickslip.checks import fault
+from stickslip.console import INCOMPLETE, Report, nothing_compiled_yet, progress, say, tell_fault, warn
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.study import Job
+
+app = typer.Typer(
+    name="stickslip",
+    help="Vibration of blades and bladed disks with friction dampers.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+DEMO_MASSES = (2.6, 4.6, 6.6)
+FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point; ends with an exit code and never with a traceback, unless asked by --debug."""
+    app(args=None if arguments is None else list(arguments), prog_name="stickslip")
+
+
+def guarded(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose errors become a message and an exit code."""
+
+    @wraps(command)
+    def with_messages(ctx: typer.Context, **arguments: Any) -> None:
+        try:
+            command(ctx, **arguments)
+        except (Exception, KeyboardInterrupt) as error:
+            if isinstance(error, typer.Exit) or ctx.obj:
+                raise
+            raise typer.Exit(tell_fault(error)) from None
+
+    return with_messages
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        say(f"stickslip {stickslip.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    ctx: typer.Context,
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", hidden=True, help="Show tracebacks.")] = False,
+) -> None:
+    ctx.obj = debug
+
+
+@app.command()
+@guarded
+def demo(
+    ctx: typer.Context,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("results/demo"),
+    preload_mass: Annotated[list[float] | None, typer.Option(help="kg; may be given several times.")] = None,
+    fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
+) -> None:
+    """Compute a turbine blade with two underplatform dampers, at six force levels and three preloads."""
+    from stickslip import study
+    from stickslip.study.templates import FORCE_LEVELS, single_blade_study
+
+    folder = writable_folder(out)
+    masses = preload_mass or (FAST_MASSES if fast else DEMO_MASSES)
+    levels, harmonics = (FAST_LEVELS, FAST_HARMONICS) if fast else (FORCE_LEVELS, 5)
+    say(f"Meshing and reducing the blade for {', '.join(f'{mass:g} kg' for mass in masses)}.")
+    texts = {f"{mass:g}kg": single_blade_study(mass, levels, harmonics) for mass in masses}
+    jobs = {name: study.job(text, Path(), "demo") for name, text in texts.items()}
+    finish(computed(jobs, folder), folder)
+
+
+@app.command()
+@guarded
+def new(
+    ctx: typer.Context,
+    kind: Annotated[str, typer.Argument(help="forced_response (a ready rig) or lumped (matrices and contacts).")],
+    file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
+) -> None:
+    """Write a commented study file to begin with."""
+    from stickslip.study.templates import write_new
+
+    written = write_new(kind, file or Path(f"{kind}.toml"), force)
+    say(f"Wrote {' and '.join(map(str, written))}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
+
+
+@app.command()
+@guarded
+def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
+    """Check a study without running it; names all its faults at once."""
+    from stickslip.study import read
+
+    job = read(study)
+    say(f"{study} is sound: {summary(job)}.")
+
+
+@app.command()
+@guarded
+def run(
+    ctx: typer.Context,
+    study: Annotated[Path, typer.Argument(help="The study file.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+) -> None:
+    """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
+    from stickslip.study import read
+
+    job = read(study)
+    folder = writable_folder(out)
+    say(f"{job.title}: {summary(job)}.")
+    finish(computed({"": job}, folder), folder)
+
+
+@app.command()
+@guarded
+def report(
+    ctx: typer.Context, results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")]
+) -> None:
+    """Write the report and the figures of results again."""
+    from stickslip.results import open_results
+
+    files = results_in(results)
+    folder = results if results.is_dir() else results.parent
+    write_reports({name: open_results(file) for name, file in files.items()}, writable_folder(folder))
+
+
+def summary(job: Job) -> str:
+    """A study in half a line."""
+    problem = job.problem
+    where = f"at {len(job.frequencies)} frequencies" if isinstance(job.frequencies, tuple) else "over a band"
+    counts = f"{problem.structure.size} degrees of freedom, {len(problem.contacts)} contacts"
+    return f"{counts}, {len(job.force_levels)} force levels {where}, {job.harmonics} harmonics, {job.samples} samples"
+
+
+def writable_folder(folder: Path) -> Path:
+    """The folder, made when it is missing; refused when nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise fault("The output folder", "must be a folder that can be written", str(folder), f"({error.strerror})") from None
+
+
+def results_in(place: Path) -> dict[str, Path]:
+    """The results file, or those of a folder and of its folders, by name."""
+    if not place.is_dir():
+        return {"": place}
+    if (place / "results.nc").is_file():
+        return {"": place / "results.nc"}
+    found = {file.parent.name: file for file in sorted(place.glob("*/results.nc"))}
+    if not found:
+        raise fault(
+            "RESULTS", "must be results.nc, or a folder that holds it", str(place), "`stickslip run STUDY --out DIR` writes one."
+        )
+    return found
+
+
+def computed(jobs: Mapping[str, Job], folder: Path) -> dict[str, xr.Dataset]:
+    """The results of each job, saved as soon as they are there."""
+    from stickslip.results import save
+
+    datasets = {}
+    with progress("Forced response") as tell:
+        for number, (name, job) in enumerate(jobs.items()):
+            datasets[name] = dataset = solved(job, part_of(tell, number, len(jobs), name))
+            save(dataset, folder / name / "results.nc")
+    return datasets
+
+
+def part_of(tell: Report, number: int, total: int, name: str) -> Report:
+    """Progress of one of several jobs."""
+    return lambda fraction, text: tell((number + fraction) / total, f"{name} {text}".strip())
+
+
+def solved(job: Job, tell: Report) -> xr.Dataset:
+    """The labelled result of a job, with the study's text inside."""
+    from stickslip.analyses.forced_response import forced_response
+
+    if nothing_compiled_yet():
+        warn("First run on this machine: the contact kernels are compiled, which takes up to a minute; they are kept on disk.")
+    levels = list(job.force_levels)
+    response = forced_response(job.problem, job.frequencies, levels, job.harmonics, job.samples, progress=tell)
+    return response.dataset.assign_attrs(title=job.title, study=job.text)
+
+
+def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
+    """Peaks to the screen, report and figures to the folder, and the exit code."""
+    for name, dataset in datasets.items():
+        say_peaks(name, dataset)
+    write_reports(datasets, folder)
+    broken = [message for name, dataset in datasets.items() for message in failures(name, dataset)]
+    for message in broken:
+        warn(message)
+    if broken:
+        raise typer.Exit(INCOMPLETE)
+
+
+def say_peaks(name: str, dataset: xr.Dataset) -> None:
+    """The highest peak of the first output at each force level."""
+    output = str(dataset["output"].values[0])
+    say(f"{name + ': ' if name else ''}highest peak of {output}")
+    first = dataset.isel(output=0, peak=0)
+    columns = (first["force_level"], first["peak_frequency"], first["peak_amplitude"], first["peak_loss_factor"])
+    for level, frequency, amplitude, loss in zip(*(column.values for column in columns), strict=True):
+        say(f"  force {level:<8g} {frequency:12.6g} Hz   amplitude {amplitude:12.6g} m   loss factor {loss:.4g}")
+
+
+def failures(name: str, dataset: xr.Dataset) -> list[str]:
+    """A sentence for each case that did not reach the end of its band."""
+    cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
+    return [f"{name} force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+
+
+def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
+    """report.html for all, and the figures of each."""
+    from stickslip.plots.forced_response import save_figures
+    from stickslip.report import write
+
+    single = datasets.get("") if len(datasets) == 1 else None
+    page = write(datasets if single is None else single, folder / "report.html")
+    for name, dataset in datasets.items():
+        save_figures(dataset, folder / name / "figures")
+    say(f"Report: {page}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,81 @@
+"""What the command line says and how: progress with the remaining time, messages, and one way to end on a fault."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from stickslip.checks import Faults, InputError
+
+Report = Callable[[float, str], None]
+"""Called with the fraction done (0 to 1) and what is being done."""
+
+WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
+"""Exit codes: wrong use or input; a fault of the program; Ctrl-C; computed, but a curve broke off."""
+
+
+def say(message: str) -> None:
+    """A line to the user."""
+    _console(stderr=False).print(message, markup=False, highlight=False, soft_wrap=True)
+
+
+def warn(message: str) -> None:
+    """A line on the error stream."""
+    _console(stderr=True).print(message, markup=False, highlight=False, soft_wrap=True)
+
+
+def _console(stderr: bool) -> Console:
+    return Console(stderr=stderr)
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Report]:
+    """A bar with the remaining time on the error stream, as long as the block runs; plain files get no bar."""
+    console = _console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda fraction, text: bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
+
+
+def tell_fault(error: BaseException) -> int:
+    """Say what went wrong; returns the exit code."""
+    match error:
+        case KeyboardInterrupt():
+            warn("Interrupted: what was finished before is kept, nothing is half written.")
+            return INTERRUPTED
+        case Faults(faults=faults) if len(faults) > 1:
+            warn(
+                f"{len(faults)} faults:\n" + "\n".join(f"  {number}. {message}" for number, message in enumerate(faults, start=1))
+            )
+            return WRONG_INPUT
+        case InputError():
+            warn(f"Error: {error}")
+            return WRONG_INPUT
+        case OSError():
+            place = f" ({error.filename})" if error.filename else ""
+            warn(f"Error: the system refused a file{place}: {error.strerror or error}.")
+            return WRONG_INPUT
+        case MemoryError():
+            warn("Error: this needs more memory than the machine has. Fewer harmonics, samples or degrees of freedom need less.")
+            return FAILED
+        case _:
+            warn(
+                f"Error inside stickslip ({type(error).__name__}: {error}). Please report it with the output of `stickslip --debug ...`."
+            )
+            return FAILED
+
+
+def nothing_compiled_yet() -> bool:
+    """Whether the compiled kernels of the loaded modules are still missing on disk."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("stickslip.")]
+    kernels = [
+        value for module in modules for value in vars(module).values() if hasattr(value, "py_func") and hasattr(value, "stats")
+    ]
+    folders = {Path(kernel.stats.cache_path) for kernel in kernels if kernel.stats.cache_path}
+    return bool(folders) and not any(file for folder in folders for file in folder.glob("*.nbi"))

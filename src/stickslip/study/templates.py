@@ -1,0 +1,131 @@
+"""Commented study files to begin with. `KINDS` names them; a kind writes the study and whatever files it needs beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.checks import fault, nearest
+from stickslip.files import replacing, write_text
+from stickslip.rigs import three_mass_wedge
+
+FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
+"""Force levels of the published experiment on the single blade, N."""
+
+SINGLE_BLADE = """\
+# Forced response of one blade between two underplatform dampers, a rig that is meshed and reduced on the spot.
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
+
+[study]
+title = "Single blade with two dampers, {preload_mass:g} kg"
+analysis = "forced_response"
+
+[structure]
+rig = "single_blade"              # a ready problem: structure, dampers, contacts, load and outputs
+
+[structure.parameters]            # arguments of the rig, in SI; leave one out for its default
+preload_mass = {preload_mass}                # kg; its weight pulls each damper against the platforms; published: 2.6, 4.6, 6.6
+
+[sweep]
+frequency = [480.0, 600.0]        # Hz: continue over this band; or at = [520.0, 530.0]: solve exactly there
+force_levels = {force_levels}     # factors on the harmonic force of the rig, 1 N
+harmonics = {harmonics}                     # highest harmonic H
+samples = 256                     # samples of a period
+"""
+
+WEDGE = """\
+# Two blades and a wedge damper between them as three masses in a plane: matrices and contacts by name.
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it. SI units; see `units` in the
+# documentation for others.
+
+[study]
+title = "Two blades and a wedge damper"
+analysis = "forced_response"
+
+[structure]
+matrices = "{matrices}"           # M, K and C by these names, .npz or .mat; the path counts from this file
+dofs = ["1.x", "1.y", "2.x", "2.y", "D.x", "D.y"]  # NODE.DIRECTION, in the order of the matrices
+
+# When the file has no C:
+# [damping]
+# modal = 0.005                   # of all modes; or a list; or rayleigh = [a, b] for C = a M + b K
+# on = "stuck"                    # modes with the contacts stuck, or "free": without them
+
+# A contact: A relative to B, as [A, B] (one may be "ground") or as coefficients. Here the damper slides along the two
+# platforms, which are inclined by 30 degrees.
+[[contact]]
+name = "blade 1"
+law = "macroslip"                 # or "microslip_array", "gap"
+tangential = {{ "D.x" = {c}, "D.y" = {s}, "1.x" = -{c}, "1.y" = -{s} }}
+normal = {{ "D.x" = -{s}, "D.y" = {c}, "1.x" = {s}, "1.y" = -{c} }}  # positive closes
+kt = 3e5                          # tangential stiffness, N/m
+kn = 3e5                          # normal stiffness, N/m
+mu = 0.5
+start = {{ traction_ratio = 0.0 }}  # state at the last sample; or slider_offset (default, 0), mean_traction
+
+[[contact]]
+name = "blade 2"
+law = "macroslip"
+tangential = {{ "D.x" = {c}, "D.y" = -{s}, "2.x" = -{c}, "2.y" = {s} }}
+normal = {{ "D.x" = {s}, "D.y" = {c}, "2.x" = -{s}, "2.y" = -{c} }}
+kt = 3e5
+kn = 3e5
+mu = 0.5
+start = {{ traction_ratio = 0.0 }}
+
+[[force]]
+at = "1.y"
+amplitude = [0.0, 20.0]           # [re, im], N: F cos wt is [F, 0], F sin wt is [0, -F]
+
+[[force]]
+at = "2.x"
+amplitude = [0.0, -5.0]
+
+[[force]]
+at = "D.y"
+static = 120.0                    # the pull on the damper; force levels leave it as it is
+
+[sweep]
+frequency = [145.0, 235.0]        # Hz: continue over this band; or at = [150.0, 222.0]: solve exactly there
+force_levels = [0.2, 0.5, 1.0]    # multiply every harmonic force
+harmonics = 5
+samples = 256
+outputs = ["2.y", "1.y"]
+"""
+
+
+def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:
+    """The study of the single-blade rig, as text."""
+    return SINGLE_BLADE.format(preload_mass=float(preload_mass), force_levels=list(map(float, force_levels)), harmonics=harmonics)
+
+
+def write_forced_response(path: Path) -> list[Path]:
+    """The single-blade rig."""
+    return [write_text(path, single_blade_study())]
+
+
+def write_lumped(path: Path) -> list[Path]:
+    """The three-mass wedge, with its matrices beside it."""
+    structure = three_mass_wedge().structure
+    matrices = path.with_suffix(".npz")
+    with replacing(matrices) as temporary:
+        np.savez(temporary, M=structure.M, K=structure.K, C=np.asarray(structure.C))
+    text = WEDGE.format(matrices=matrices.name, c=repr(float(np.cos(np.pi / 6))), s="0.5")
+    return [write_text(path, text), matrices]
+
+
+KINDS: dict[str, Callable[[Path], list[Path]]] = {"forced_response": write_forced_response, "lumped": write_lumped}
+
+
+def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
+    """Write a study of a kind to `path`; returns the paths of all files written."""
+    if kind not in KINDS:
+        raise fault("KIND", "must be a known one", kind, f"{nearest(kind, KINDS)} Kinds: {', '.join(KINDS)}.")
+    for existing in (path, path.with_suffix(".npz")):
+        if existing.exists() and not overwrite:
+            raise fault("FILE", "must not exist yet", str(existing), "Name another, or add --force.")
+    if path.suffix != ".toml":
+        raise fault("FILE", "must end in .toml", str(path))
+    return KINDS[kind](path)
