@@ -65,9 +65,8 @@ def tell_fault(error: BaseException) -> int:
             warn("Error: this needs more memory than the machine has. Fewer harmonics, samples or degrees of freedom need less.")
             return FAILED
         case _:
-            warn(
-                f"Error inside stickslip ({type(error).__name__}: {error}). Please report it with the output of `stickslip --debug ...`."
-            )
+            what = f"{type(error).__name__}: {error}"
+            warn(f"Error inside stickslip ({what}). Please report it with what `stickslip --debug ...` says.")
             return FAILED
 
 
