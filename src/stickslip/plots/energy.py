@@ -55,7 +55,8 @@ def _shares(axes: Axes, dataset: xr.Dataset) -> None:
         axes.barh(np.arange(total.size), np.nan_to_num(percent[:, index]), left=left, color=colour, label=plain(name))
         left += np.nan_to_num(percent[:, index])
     joules = EngFormatter("J", places=2)
-    words = [f"{level_text(dataset, case)}\n{joules(total[case])}" for case in range(total.size)]
+    sizes = [joules(value) if np.isfinite(value) else "not converged" for value in total]
+    words = [f"{level_text(dataset, case)}\n{size}" for case, size in enumerate(sizes)]
     axes.set_yticks(np.arange(total.size), words, fontsize=8)
     axes.set(title="At the highest peak", xlabel="share of the contacts in %", xlim=(0.0, 100.0))
     axes.grid(axis="y", visible=False)

@@ -19,7 +19,7 @@ GREY = "#6b7078"
 FAILED = "#c1272d"
 
 _LEVELS_ON_LIGHT = ("#0d0887", "#5c01a6", "#9c179e", "#cc4778", "#e8704f", "#f0a01e")
-_LEVELS_ON_DARK = ("#8f8cff", "#b583f5", "#e07ad0", "#f78f92", "#fdb35f", "#f5e663")
+_LEVELS_ON_DARK = ("#7d7aff", "#a680fa", "#d082dc", "#f7929a", "#fcb865", "#f5ec7a")
 
 STYLE: dict[str, Any] = {
     "font.size": 9.5,

@@ -1,0 +1,78 @@
+"""Figures: every one drawn, saved whole, with the data in it; strange datasets do not break them."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from report.synthetic import KINDS, poor
+
+from stickslip.checks import InputError
+from stickslip.plots import plot
+from stickslip.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_are_drawn_and_not_blank(name, dataset_with_failures, tmp_path):
+    figure = FIGURES[name](dataset_with_failures)
+    figure.savefig(tmp_path / "f.png", dpi=60)
+    pixels = imread(tmp_path / "f.png")[..., :3]
+    inked = np.mean(np.any(pixels < 0.97, axis=-1))
+    assert 0.02 < inked < 0.9
+
+
+def test_save_figures_writes_png_and_svg_alike_each_time(dataset, tmp_path):
+    first, second = (save_figures(dataset, tmp_path / folder, formats=("svg",)) for folder in "ab")
+    assert [path.stem for path in first] == list(FIGURES)
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+    assert not list(tmp_path.glob("*/.*"))
+
+
+def test_curves_hold_the_data_in_micrometres(dataset):
+    axes = response_curves(dataset).axes[0]
+    line = next(line for line in axes.lines if line.get_label() == "force × 80")
+    amplitude = dataset.amplitude.values[3, :, 0]
+    assert np.allclose(line.get_ydata(), 1e6 * amplitude[np.isfinite(amplitude)])
+    assert axes.get_yscale() == "log"
+    assert "µm" in axes.get_ylabel()
+    assert "Hz" in axes.get_xlabel()
+
+
+def test_per_force_divides_by_the_level(dataset):
+    axes = response_curves(dataset, output="root.x", log=False, per_force=True).axes[0]
+    line = next(line for line in axes.lines if line.get_label() == "force × 20")
+    assert np.nanmax(line.get_ydata()) == pytest.approx(1e6 * float(dataset.amplitude[2, :, 1].max()) / 20.0)
+
+
+def test_loops_hold_the_data(dataset):
+    panels = hysteresis_loops(dataset).axes
+    line = panels[3].lines[0]
+    assert np.allclose(line.get_ydata()[:-1], dataset.loop_force.values[3, 0, 0])
+    assert np.allclose(line.get_xdata()[:-1], 1e6 * dataset.loop_motion.values[3, 0, 0])
+
+
+def test_unknown_output_is_refused(dataset):
+    with pytest.raises(InputError, match=r"must be an output.*tip\.x"):
+        response_curves(dataset, output="tip.y")
+
+
+def test_plot_finds_the_figure_of_a_result(dataset):
+    class ForcedResponse:
+        def __init__(self):
+            self.dataset = dataset
+
+    assert isinstance(plot(ForcedResponse(), log=False), Figure)
+    with pytest.raises(InputError, match="must be one of"):
+        plot(3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_poor_datasets_are_drawn(kind, tmp_path):
+    assert all(path.stat().st_size > 1000 for path in save_figures(poor(kind), tmp_path, formats=("png",)))
+
+
+def test_plots_load_matplotlib_late():
+    code = "import sys, stickslip.plots, stickslip.results; sys.exit(any(m in sys.modules for m in ('matplotlib', 'xarray')))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

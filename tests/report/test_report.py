@@ -1,0 +1,203 @@
+"""The report: exact numbers in its tables, nothing loaded from elsewhere, and no way for a name to become code."""
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from report.synthetic import KINDS, poor, synthetic
+
+from stickslip.checks import InputError
+from stickslip.report import write
+from stickslip.report.conclusions import headline, level_sentence
+from stickslip.report.failures import failures_of
+from stickslip.report.markup import script_data
+
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"' & <!-- \u2028"
+
+
+class Page(HTMLParser):
+    """Elements, table cells and scripts of a page, as a browser would split them."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.rows, self.scripts, self.words = [], [], [], []
+        self._table = self._cell = self._script = None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.elements.append((tag, attrs))
+        if tag == "table":
+            self._table = attrs.get("id")
+        if tag == "tr":
+            self.rows.append((self._table, attrs, []))
+        if tag in ("td", "th"):
+            self.rows[-1][2].append(attrs)
+        if tag == "script":
+            self.scripts.append((attrs, ""))
+            self._script = True
+
+    def handle_endtag(self, tag):
+        self._script = None if tag == "script" else self._script
+
+    def handle_data(self, data):
+        if self._script:
+            self.scripts[-1] = (self.scripts[-1][0], self.scripts[-1][1] + data)
+        else:
+            self.words.append(data)
+
+    def numbers(self, table):
+        """data-value of the cells of each row."""
+        found = [
+            [float(cell["data-value"]) for cell in cells if "data-value" in cell] for name, _, cells in self.rows if name == table
+        ]
+        return [row for row in found if row]
+
+    def data(self):
+        return json.loads(next(text for attrs, text in self.scripts if attrs.get("id") == "data"))
+
+    def text(self):
+        return " ".join(" ".join(self.words).split())
+
+
+def page_of(datasets, tmp_path):
+    return Page(write(datasets, tmp_path / "report.html").read_text(encoding="utf-8"))
+
+
+def test_peak_table_holds_the_exact_numbers(dataset, tmp_path):
+    rows = page_of(dataset, tmp_path).numbers("peaks")
+    expected = [
+        [
+            float(dataset.force_level[case]),
+            float(dataset.peak_frequency[case, 0, output]),
+            float(dataset.peak_amplitude[case, 0, output]),
+            float(dataset.peak_amplitude[case, 0, output]) / float(dataset.force_level[case]),
+            float(dataset.peak_max_abs[case, 0, output]),
+            float(dataset.peak_loss_factor[case, 0, output]),
+        ]
+        for case in range(4)
+        for output in range(2)
+    ]
+    assert rows == expected
+
+
+def test_energy_table_holds_the_maxima(dataset, tmp_path):
+    dataset.slip_work_error[2, 7] = -0.02
+    dataset.energy_residual[3, :] = np.nan
+    rows = page_of(dataset, tmp_path).numbers("energies")
+    assert [row[3] for row in rows] == [3e-4, 3e-4, 0.02, 3e-4]
+    assert np.isnan(rows[3][2])
+    text = page_of(dataset, tmp_path).text()
+    assert text.count("above 0.001") == 1
+
+
+def test_charts_hold_the_data(dataset, tmp_path):
+    case = page_of(dataset, tmp_path).data()["results"][0]["cases"][1]
+    assert case["amplitude"][0] == pytest.approx(1e6 * dataset.amplitude.values[1, : len(case["point"]), 0], rel=1e-4)
+    assert case["loops"][1][1] == pytest.approx(dataset.loop_force.values[1, 1, 0], rel=1e-4)
+
+
+def test_several_results_stand_in_one_report(dataset, tmp_path):
+    page = page_of({"2.6 kg": synthetic(levels=(1.0, 5.0)), "4.6 kg": dataset}, tmp_path)
+    assert len(page.numbers("peaks")) == 4 + 8
+    assert [result["label"] for result in page.data()["results"]] == ["2.6 kg", "4.6 kg"]
+    assert any(attrs.get("id") == "result" for tag, attrs in page.elements if tag == "select")
+
+
+def test_nothing_is_loaded_from_elsewhere(dataset, tmp_path):
+    page = page_of(dataset, tmp_path)
+    links = [value for _, attrs in page.elements for key, value in attrs.items() if key in ("src", "href", "data", "action")]
+    assert links
+    assert all(link.startswith("#") for link in links)
+    assert not {"link", "iframe", "object", "embed", "base"} & {tag for tag, _ in page.elements}
+    style = re.search(r"<style>(.*?)</style>", (tmp_path / "report.html").read_text(encoding="utf-8"), re.S).group(1)
+    assert "url(" not in style
+    assert "@import" not in style
+
+
+def test_plotly_is_inlined_once_and_cannot_upload(dataset, tmp_path):
+    page = page_of({"a": dataset, "b": dataset}, tmp_path)
+    large = [text for _, text in page.scripts if len(text) > 1_000_000]
+    assert len(large) == 1
+    own = page.scripts[-1][1]
+    assert "showSendToCloud: false" in own
+    assert 'plotlyServerURL: ""' in own
+
+
+def test_policy_allows_these_scripts_only(dataset, tmp_path):
+    page = page_of(dataset, tmp_path)
+    policy = next(attrs["content"] for tag, attrs in page.elements if attrs.get("http-equiv") == "Content-Security-Policy")
+    code = [text for attrs, text in page.scripts if attrs.get("type") != "application/json"]
+    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in code]
+    assert re.search(r"script-src ([^;]*)", policy).group(1).split() == [f"'sha256-{digest}'" for digest in digests]
+    assert "default-src 'none'" in policy
+
+
+def test_hostile_names_stay_text(tmp_path):
+    hostile = {"title": HOSTILE, "study": HOSTILE + "</pre>", HOSTILE: HOSTILE}
+    dataset = synthetic(outputs=(HOSTILE,), contacts=(HOSTILE, "b"), **hostile)
+    dataset.case_message[0] = HOSTILE
+    dataset.case_outcome[0] = 2
+    page, plain = page_of({HOSTILE: dataset, "b": dataset}, tmp_path), page_of({"a": synthetic(), "b": synthetic()}, tmp_path)
+    assert [attrs for tag, attrs in page.elements if tag in ("img", "script")] == [
+        attrs for tag, attrs in plain.elements if tag in ("img", "script")
+    ]
+    assert not any(key.startswith("on") for _, attrs in page.elements for key in attrs)
+    assert page.data()["results"][0]["outputs"] == [HOSTILE]
+    assert "alert(1)" in page.text()
+
+
+def test_script_data_cannot_leave_its_element():
+    encoded = script_data("data", {"name": HOSTILE})
+    assert encoded.count("<") == 2
+    assert json.loads(encoded[encoded.index(">") + 1 : encoded.rindex("<")]) == {"name": HOSTILE}
+
+
+def test_failures_are_grouped_by_cause(dataset_with_failures):
+    sentences = failures_of(dataset_with_failures)
+    assert len(sentences) == 2
+    low, high = dataset_with_failures.frequency.values[1, [40, 41]]
+    assert sentences[0].startswith("3 points: Newton's method did not converge")
+    assert f"force × 5: {low:.2f} to {high:.2f} Hz; force × 80: " in sentences[0]
+    assert sentences[1].startswith("1 point: The prescribed start state admits no static equilibrium")
+
+
+def test_a_curve_that_stopped_is_said(dataset):
+    dataset.case_outcome[2] = 2
+    dataset.case_message[2] = "Steps shrank to nothing at 500 Hz."
+    assert failures_of(dataset) == ["force × 20: the curve did not reach the end of the band. Steps shrank to nothing at 500 Hz."]
+
+
+def test_success_is_said(dataset, tmp_path):
+    text = page_of(dataset, tmp_path).text()
+    count = int(np.count_nonzero(dataset.outcome == 1))
+    assert f"Every point converged: {count} points on 4 curves." in text
+    assert f"All {count} points converged" in text
+
+
+def test_conclusions_are_computed_from_the_data(dataset):
+    frequency, amplitude = float(dataset.peak_frequency[2, 0, 0]), float(dataset.peak_amplitude[2, 0, 0])
+    sentence = level_sentence(dataset, 2).replace("\u00a0", " ")
+    assert f"tip.x peaks at {1e6 * amplitude:.4g} µm at {frequency:.2f} Hz, {561.0 - frequency:.3g} Hz" in sentence
+    lower = 100.0 * (1.0 - amplitude / float(dataset.stuck_amplitude[2, :, 0].max()))
+    assert f"{lower:.0f} % lower than with stuck contacts" in sentence
+    per_force = dataset.peak_amplitude.values[:, 0, 0] / dataset.force_level.values
+    best = dataset.force_level.values[np.argmin(per_force)]
+    assert f"force × {best:g} has the lowest response per force" in headline(dataset).replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_poor_datasets_are_reported(kind, tmp_path):
+    page = page_of(poor(kind), tmp_path)
+    assert len(page.data()["results"][0]["cases"]) == (2 if kind == "names" else 1)
+    assert "NaN" not in page.scripts[0][1]
+
+
+def test_nothing_to_report_is_refused(tmp_path):
+    with pytest.raises(InputError, match="at least one result"):
+        write({}, tmp_path / "report.html")
+    assert list(tmp_path.iterdir()) == []

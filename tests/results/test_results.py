@@ -1,0 +1,170 @@
+"""Results files: round trips, whole or not at all, and clear words about files that are not results."""
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from stickslip.checks import Faults, InputError
+from stickslip.files import replacing
+from stickslip.outcome import Outcome
+from stickslip.results import SCHEMA, labelled, open_results, save
+
+
+def test_round_trip_is_identical(any_dataset, tmp_path):
+    path = save(any_dataset, tmp_path / "new folder" / "results.nc")
+    xr.testing.assert_identical(any_dataset, open_results(path))
+
+
+def test_round_trip_keeps_types_and_padding(dataset, tmp_path):
+    opened = open_results(save(dataset, tmp_path / "results.nc"))
+    assert opened.outcome.dtype == np.int8
+    assert opened.contact.values.tolist() == ["C0 é", "C1 é"]
+    assert opened.contact.dtype.kind == "U"
+    assert opened.attrs["title"] == "Größe α"
+    assert isinstance(opened.attrs["file_format"], int)
+    assert np.isnan(opened.frequency[1, -1])
+    assert opened.outcome[1, -1] == Outcome.EMPTY
+
+
+def test_outcome_carries_its_meanings(dataset, tmp_path):
+    attrs = open_results(save(dataset, tmp_path / "results.nc")).outcome.attrs
+    assert attrs["flag_values"].tolist() == [int(outcome) for outcome in Outcome]
+    assert attrs["flag_meanings"].split() == [outcome.name.lower() for outcome in Outcome]
+
+
+def test_every_variable_has_units_and_long_name(dataset):
+    assert all({"units", "long_name"} <= set(variable.attrs) for variable in dataset.variables.values())
+    assert list(dataset.data_vars) == [variable.name for variable in SCHEMA]
+
+
+def test_file_is_plain_hdf5_without_pickle(dataset, tmp_path):
+    with h5py.File(save(dataset, tmp_path / "results.nc")) as file:
+        assert file["contact_force"].compression == "gzip"
+        assert file["contact_force"].fletcher32
+        kinds = {item.dtype.kind if h5py.check_string_dtype(item.dtype) is None else "string" for item in file.values()}
+    assert kinds <= {"f", "i", "string"}
+
+
+def test_file_is_closed_after_opening(dataset, tmp_path):
+    path = save(dataset, tmp_path / "results.nc")
+    first = open_results(path)
+    save(dataset.assign_attrs(title="second"), path)
+    assert first.frequency[0, 0] == open_results(path).frequency[0, 0]
+    assert open_results(path).attrs["title"] == "second"
+
+
+def test_failed_write_leaves_the_old_file_and_no_other(dataset, tmp_path, monkeypatch):
+    path = save(dataset, tmp_path / "results.nc")
+    before = path.read_bytes()
+
+    def half(self, temporary, **_):
+        temporary.write_bytes(b"half a file")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", half)
+    with pytest.raises(OSError, match="No space"):
+        save(dataset, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_interrupted_write_leaves_nothing(tmp_path):
+    def interrupted():
+        with replacing(tmp_path / "a.txt") as temporary:
+            temporary.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_file_is_said(tmp_path):
+    with pytest.raises(InputError, match=r"must exist.*nothing\.nc"):
+        open_results(tmp_path / "nothing.nc")
+
+
+def test_folder_is_no_file(tmp_path):
+    with pytest.raises(InputError, match="must be readable"):
+        open_results(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"CDF\x01 an old NetCDF file", b"not a results file at all"])
+def test_foreign_file_is_said(tmp_path, content):
+    (tmp_path / "r.nc").write_bytes(content)
+    with pytest.raises(InputError, match="must be NetCDF-4"):
+        open_results(tmp_path / "r.nc")
+
+
+@pytest.mark.parametrize("share", [0.001, 0.02, 0.3, 0.7, 0.999])
+def test_truncated_file_is_said(dataset, tmp_path, share):
+    path = save(dataset, tmp_path / "results.nc")
+    content = path.read_bytes()
+    path.write_bytes(content[: max(9, int(share * len(content)))])
+    with pytest.raises(InputError, match="truncated or damaged"):
+        open_results(path)
+
+
+def test_flipped_bits_are_noticed(dataset, tmp_path):
+    path = save(dataset, tmp_path / "results.nc")
+    with h5py.File(path) as file:
+        chunk = file["contact_force"].id.get_chunk_info(0)
+    content = bytearray(path.read_bytes())
+    content[chunk.byte_offset + chunk.size // 2] ^= 0xFF
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="truncated or damaged"):
+        open_results(path)
+
+
+def test_file_of_another_program_is_said(tmp_path):
+    xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "r.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match="must carry the attribute file_format"):
+        open_results(tmp_path / "r.nc")
+
+
+@pytest.mark.parametrize(("found", "words"), [(2, "newer stickslip"), (0, "Run the study again"), ("1", "Run the study again")])
+def test_other_file_format_is_said(dataset, tmp_path, found, words):
+    path = tmp_path / "r.nc"
+    dataset.assign_attrs(file_format=found).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(InputError, match=f"must be 1, but is {found!r}.*{words}"):
+        open_results(path)
+
+
+def test_all_faults_of_the_schema_are_said_at_once(dataset, tmp_path):
+    broken = dataset.drop_vars(["rms", "loop_force"]).drop_attrs(deep=False).assign_attrs(file_format=1)
+    broken["residual"] = broken.residual.transpose()
+    broken.to_netcdf(tmp_path / "r.nc", engine="h5netcdf")
+    with pytest.raises(Faults) as raised:
+        open_results(tmp_path / "r.nc")
+    text = str(raised.value)
+    assert all(word in text for word in ("'rms'", "'loop_force'", "'title'", "'residual' must have dimensions"))
+
+
+def test_saving_refuses_what_is_not_in_the_schema(dataset, tmp_path):
+    with pytest.raises(InputError, match="'amplitude' must be there"):
+        save(dataset.drop_vars("amplitude"), tmp_path / "r.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_labelled_names_the_nearest_variable(variables_coords_attrs):
+    variables, coords, attrs = variables_coords_attrs
+    variables["amplitudes"] = variables.pop("amplitude")
+    with pytest.raises(Faults, match=r"'amplitude' must be given(.|\n)*'amplitudes' is not in the schema.*'amplitude'"):
+        labelled(variables, coords, attrs)
+
+
+def test_labelled_refuses_axes_that_do_not_fit(variables_coords_attrs):
+    variables, coords, attrs = variables_coords_attrs
+    variables["rms"] = variables["rms"][:, :-1]
+    variables["residual"] = variables["residual"][0]
+    with pytest.raises(Faults) as raised:
+        labelled(variables, coords, attrs)
+    assert "The axis 'point' of 'rms' must have size 60 as in 'frequency', but has 59." in raised.value.faults
+    assert "The variable 'residual' must have axes ('case', 'point'), but has shape (60,)." in raised.value.faults
+
+
+def test_labelled_refuses_missing_attributes(variables_coords_attrs):
+    variables, coords, attrs = variables_coords_attrs
+    with pytest.raises(Faults, match="'harmonics' must be there"):
+        labelled(variables, coords, {key: value for key, value in attrs.items() if key != "harmonics"})
