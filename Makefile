@@ -1,6 +1,7 @@
 # make setup    environment in .venv, from requirements.lock      make check   format, lint, types, spelling, documentation
 # make demo     the single blade with two dampers                 make ci      check + test: what the continuous integration runs
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
+# make format   mend format and lint                              make reference   renew docs/study_reference.md
 
 PYTHON ?= python3
 UV ?= uv
@@ -14,7 +15,7 @@ test ci demo: export OPENBLAS_NUM_THREADS = 1
 test ci: export OMP_NUM_THREADS = 1
 test ci: export MKL_NUM_THREADS = 1
 
-.PHONY: setup demo test check format docs ci lock clean
+.PHONY: setup demo test check format reference docs ci lock clean
 
 setup: $(STAMP)
 
@@ -41,6 +42,9 @@ check: setup
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+reference: setup
+	$(BIN)/python -m stickslip.study.reference docs/study_reference.md
 
 docs: setup
 	$(BIN)/sphinx-build -b html docs docs/_build/html

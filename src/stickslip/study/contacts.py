@@ -34,7 +34,7 @@ class ContactTable(Table):
 
     between_is: ClassVar[Literal["tangential", "normal"]] = "tangential"
 
-    name: Annotated[str, Field(min_length=1, description="name in the results; numbered when absent")] | None = None
+    name: Annotated[str | None, Field(min_length=1, description="name in the results; numbered when absent")] = None
     between: Annotated[Pair | None, Field(description='[A, B]: A relative to B, as the only direction; B may be "ground"')] = None
 
     @abstractmethod
@@ -54,9 +54,9 @@ class FrictionTable(ContactTable):
     together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"),)
 
     tangential: Annotated[
-        Directions | None, Field(description="[A, B], or a table of coefficients, or a list of two of these: t1, t2")
+        Directions | None, Field(description="t1, or [t1, t2]; a direction is [A, B] or a table of coefficients")
     ] = None
-    normal: Annotated[Direction | None, Field(description="[A, B] or a table of coefficients; positive closes")] = None
+    normal: Annotated[Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
     balanced: Annotated[
         bool, Field(description="count z from the preloaded equilibrium: the structure feels N − N0, not the whole N")
     ] = False
@@ -68,7 +68,7 @@ class FrictionTable(ContactTable):
 class MacroslipTable(FrictionTable):
     """One spring and slider per tangential direction."""
 
-    law: Literal["macroslip"]
+    law: Annotated[Literal["macroslip"], Field(description="the contact law")]
     kt: Annotated[Positive, STIFFNESS, Field(description="tangential stiffness")]
     mu: Annotated[NotNegative, Field(description="friction coefficient")]
     normal_load: Annotated[NotNegative | None, FORCE, Field(description="constant normal load, when there is no kn")] = None
@@ -85,7 +85,7 @@ class MicroslipArrayTable(FrictionTable):
 
     at_most_one: ClassVar[Groups] = (("between", "normal"), ("gaps", "largest_gap"))
 
-    law: Literal["microslip_array"]
+    law: Annotated[Literal["microslip_array"], Field(description="the contact law")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
     mu: Annotated[NotNegative, Field(description="friction coefficient")]
     elements: Annotated[int | None, Field(ge=1, le=1000, description="number of elements, when nothing is a list")] = None
@@ -128,8 +128,8 @@ class GapTable(ContactTable):
     between_is: ClassVar[Literal["tangential", "normal"]] = "normal"
     exactly_one: ClassVar[Groups] = (("between", "normal"),)
 
-    law: Literal["gap"]
-    normal: Annotated[Direction | None, Field(description="[A, B] or a table of coefficients; positive closes")] = None
+    law: Annotated[Literal["gap"], Field(description="the contact law")]
+    normal: Annotated[Direction | None, Field(description="the closing direction, positive when A moves into B")] = None
     balanced: Annotated[bool, Field(description="count z from the preloaded equilibrium: the structure feels N − N0")] = False
     kn: Annotated[Positive, STIFFNESS, Field(description="stiffness")]
     gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0

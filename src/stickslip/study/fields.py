@@ -7,11 +7,19 @@ about the form the author meant. The marks of such forms are in angle brackets a
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 Groups = tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Words:
+    """What the reference calls a type."""
+
+    text: str
 
 
 class Table(BaseModel):
@@ -58,18 +66,23 @@ NotNegatives = Annotated[
     Annotated[NotNegative, Tag("<single>")] | Annotated[list[NotNegative], Field(min_length=1), Tag("<list>")], by_form()
 ]
 
-Coefficients = Annotated[dict[str, Number], Field(min_length=1)]
-Pair = Annotated[list[str], Field(min_length=2, max_length=2)]
-Direction = Annotated[Annotated[Pair, Tag("<list>")] | Annotated[Coefficients, Tag("<table>")], by_form()]
+Coefficients = Annotated[dict[str, Number], Field(min_length=1), Words("table of coefficients")]
+Pair = Annotated[list[str], Field(min_length=2, max_length=2), Words("pair of names")]
+Direction = Annotated[Annotated[Pair, Tag("<list>")] | Annotated[Coefficients, Tag("<table>")], by_form(), Words("direction")]
 Directions = Annotated[
     Annotated[Pair, Tag("<list>")]
     | Annotated[Coefficients, Tag("<table>")]
     | Annotated[list[Direction], Field(min_length=1, max_length=2), Tag("<several>")],
     by_form(_places_form),
+    Words("direction or list of two directions"),
 ]
 """One direction (two names, or a table of coefficients), or a list of one or two of them."""
 
-Place = Annotated[Annotated[str, Tag("<single>")] | Annotated[Coefficients, Tag("<table>")], by_form()]
+Place = Annotated[
+    Annotated[str, Tag("<single>")] | Annotated[Coefficients, Tag("<table>")], by_form(), Words("name or table of coefficients")
+]
 Amplitude = Annotated[
-    Annotated[Number, Tag("<single>")] | Annotated[list[Number], Field(min_length=2, max_length=2), Tag("<list>")], by_form()
+    Annotated[Number, Tag("<single>")] | Annotated[list[Number], Field(min_length=2, max_length=2), Tag("<list>")],
+    by_form(),
+    Words("number or pair of numbers"),
 ]

@@ -8,13 +8,15 @@ from pydantic import Field, Tag
 
 from stickslip.checks import fault
 from stickslip.contact.start import STARTS, SliderOffset, Start
-from stickslip.study.fields import Number, Numbers, Ratio, Table, by_form
+from stickslip.study.fields import Number, Numbers, Ratio, Table, Words, by_form
 from stickslip.study.units import FORCE, LENGTH, Units, in_si
 
 Values = Annotated[Annotated[Number, Tag("<single>")] | Annotated[list[Numbers], Field(min_length=1), Tag("<list>")], by_form()]
 RatioOrList = Annotated[Annotated[Ratio, Tag("<single>")] | Annotated[list[Ratio], Tag("<list>")], by_form()]
 Ratios = Annotated[
-    Annotated[Ratio, Tag("<single>")] | Annotated[list[RatioOrList], Field(min_length=1), Tag("<list>")], by_form()
+    Annotated[Ratio, Tag("<single>")] | Annotated[list[RatioOrList], Field(min_length=1), Tag("<list>")],
+    by_form(),
+    Words("number or list"),
 ]
 """A number for all; a list with one entry per direction, or per element; a list of lists: per direction and element."""
 

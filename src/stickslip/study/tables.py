@@ -6,10 +6,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, Tag, field_validator
 
-from stickslip.study.fields import Amplitude, Coefficients, Groups, NotNegatives, Number, Place, Positive, Table, by_form
+from stickslip.study.fields import Amplitude, Coefficients, Groups, NotNegatives, Number, Place, Positive, Table, Words, by_form
 from stickslip.study.units import FORCE, FREQUENCY, Dimension
 
-Matrix = list[list[Number]]
+Two = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
+Ends = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair of numbers")]
+Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 
 class StudyTable(Table):
@@ -55,9 +57,7 @@ class DampingTable(Table):
 
     modal: Annotated[NotNegatives | None, Field(description="damping ratio of all modes, or of the first ones one by one")] = None
     on: Annotated[Literal["stuck", "free"], Field(description="modes with the contacts stuck, or absent")] = "stuck"
-    rayleigh: Annotated[
-        list[Number] | None, Dimension("1/s, s"), Field(min_length=2, max_length=2, description="[a, b]: C = a M + b K")
-    ] = None
+    rayleigh: Annotated[Two | None, Dimension("1/s, s"), Field(description="[a, b]: C = a M + b K")] = None
 
 
 class ForceTable(Table):
@@ -84,9 +84,7 @@ class SweepTable(Table):
 
     exactly_one: ClassVar[Groups] = (("frequency", "at"),)
 
-    frequency: Annotated[
-        list[Positive] | None, FREQUENCY, Field(min_length=2, max_length=2, description="[start, stop]: continue over this band")
-    ] = None
+    frequency: Annotated[Ends | None, FREQUENCY, Field(description="[start, stop]: continue over this band")] = None
     at: Annotated[
         list[Positive] | None, FREQUENCY, Field(min_length=1, description="instead of a band: solve exactly at these frequencies")
     ] = None

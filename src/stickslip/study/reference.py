@@ -1,0 +1,160 @@
+"""The reference of the study file, written from its models: every key with type, unit, default, range and meaning.
+
+`python -m stickslip.study.reference FILE` writes it; the documentation includes that file.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le
+from pydantic.fields import FieldInfo
+
+from stickslip.files import write_text
+from stickslip.study.contacts import LAWS
+from stickslip.study.faults import tables_in
+from stickslip.study.fields import Table, Words
+from stickslip.study.starts import StartTable
+from stickslip.study.tables import DampingTable, ForceTable, MatricesTable, OutputTable, StructureTable, StudyTable, SweepTable
+from stickslip.study.units import SYSTEMS, Dimension, Units
+
+SECTIONS: dict[str, tuple[type[Table], ...]] = {
+    "[study]": (StudyTable,),
+    "[structure]": (StructureTable, MatricesTable),
+    "[damping]": (DampingTable,),
+    "[[contact]]": (*LAWS.values(), StartTable),
+    "[[force]]": (ForceTable,),
+    "[sweep]": (SweepTable, OutputTable),
+    "[units]": (Units,),
+}
+TITLES: dict[type[Table], str] = {
+    MatricesTable: "`matrices` as a table",
+    StartTable: "`start`",
+    OutputTable: "An entry of `outputs` as a table",
+    **{model: f'`law = "{law}"`' for law, model in LAWS.items()},
+}
+WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+HEAD = "| key | type | unit | default | range | meaning |\n| --- | --- | --- | --- | --- | --- |"
+
+
+def reference() -> str:
+    """The whole reference as Markdown."""
+    parts = [
+        "<!-- Written by `make reference` from the models in src/stickslip/study. Do not edit. -->",
+        "# Every key of the study file",
+    ]
+    for section, models in SECTIONS.items():
+        parts.append(f"## `{section}`")
+        for model in models:
+            parts += [f"### {TITLES[model]}"] if model in TITLES else []
+            parts += [str(model.__doc__), "\n".join([HEAD, *rows(model)]), *rules(model)]
+    parts.append(f"Instead of a table, `units` may be the name of a system: {', '.join(f'`{name}`' for name in SYSTEMS)}.")
+    return "\n\n".join(parts) + "\n"
+
+
+def rows(model: type[Table]) -> Iterator[str]:
+    """One row per key."""
+    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != "law"):
+        cells = (f"`{name}`", kind_of(field), unit(field), default(field), limits(field), field.description or "")
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def rules(model: type[Table]) -> list[str]:
+    """Which keys need or exclude each other, in words."""
+    lines = [f"* Exactly one of {listed(group)}." for group in model.exactly_one]
+    lines += [f"* At most one of {listed(group)}." for group in model.at_most_one]
+    lines += [f"* {listed(pair)} go together." for pair in model.together]
+    return ["\n".join(lines)] if lines else []
+
+
+def listed(keys: tuple[str, ...]) -> str:
+    return ", ".join(f"`{key}`" for key in keys)
+
+
+def kind_of(field: FieldInfo) -> str:
+    """The type of a field in words."""
+    named = [item.text for item in field.metadata if isinstance(item, Words)]
+    return named[0] if named else kind(field.annotation)
+
+
+def plural(words: str) -> str:
+    """Several of a type: "number or table" gives "numbers or tables"."""
+    return " or ".join(f"lists{word[4:]}" if word.startswith("list") else f"{word}s" for word in words.split(" or "))
+
+
+def kind(annotation: Any) -> str:
+    """A type in words; alternatives in the order of the model."""
+    named = [item.text for item in getattr(annotation, "__metadata__", ()) if isinstance(item, Words)]
+    if named or annotation in WORDS:
+        return named[0] if named else WORDS[annotation]
+    origin, arguments = get_origin(annotation), [a for a in get_args(annotation) if a is not type(None)]
+    if origin is Literal:
+        return ", ".join(f'`"{value}"`' for value in arguments)
+    if origin is list:
+        return f"list of {plural(kind(arguments[0]))}"
+    if origin is dict:
+        return "table" if arguments[1] is Any else f"table of {plural(kind(arguments[1]))}"
+    if hasattr(annotation, "__metadata__"):
+        return kind(arguments[0])
+    if tables_in(annotation) == [annotation]:
+        return "table"
+    return " or ".join(dict.fromkeys(kind(argument) for argument in arguments))
+
+
+def unit(field: FieldInfo) -> str:
+    return next((item.symbol for item in field.metadata if isinstance(item, Dimension)), "-")
+
+
+def default(field: FieldInfo) -> str:
+    """The default as it would be typed."""
+    if field.is_required():
+        return "required"
+    value = field.get_default(call_default_factory=True, validated_data={})
+    if value is None or value == {} or value == "":
+        return "-"
+    return f"`{str(value).lower() if isinstance(value, bool) else repr(value).replace(chr(39), chr(34))}`"
+
+
+def limits(field: FieldInfo) -> str:
+    """Bounds of the numbers."""
+    found = list(dict.fromkeys(bound for item in all_metadata(field) if (bound := bound_text(item))))
+    return ", ".join(found) or "-"
+
+
+def bound_text(item: Any) -> str:
+    """One bound in words."""
+    match item:
+        case Gt(gt=value):
+            return f"> {value:g}"
+        case Ge(ge=value):
+            return f"≥ {value:g}"
+        case Le(le=value):
+            return f"≤ {value:g}"
+        case _:
+            return ""
+
+
+def all_metadata(field: FieldInfo) -> Iterator[Any]:
+    """Constraints of a field, of its alternatives and of their entries."""
+    yield from flat(field.metadata)
+    yield from nested_metadata(field.annotation)
+
+
+def nested_metadata(annotation: Any) -> Iterator[Any]:
+    yield from flat(getattr(annotation, "__metadata__", ()))
+    for argument in get_args(annotation):
+        if not (isinstance(argument, type) and issubclass(argument, Table)):
+            yield from nested_metadata(argument)
+
+
+def flat(metadata: Any) -> Iterator[Any]:
+    """Constraints, out of the `Field`s that hold them."""
+    for item in metadata:
+        yield from item.metadata if isinstance(item, FieldInfo) else (item,)
+
+
+if __name__ == "__main__":
+    write_text(Path(sys.argv[1]), reference())
