@@ -84,6 +84,11 @@ SCHEMA = (
         ("peak_max_abs", "m", "largest displacement at the peak"),
         ("peak_loss_factor", "1", "loss factor at the peak"),
     ),
+    *_rows(
+        "case output",
+        ("highest_max_abs", "m", "largest displacement along the curve, at a peak of its own"),
+        ("highest_max_abs_frequency", "Hz", "frequency of the largest displacement"),
+    ),
     *_rows("linear_point", ("linear_frequency", "Hz", "frequency of the linear curves")),
     *_rows(
         "case linear_point output",

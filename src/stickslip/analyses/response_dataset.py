@@ -80,6 +80,11 @@ class ResponseTable:
                 self._fill_peak((case, k, output), point)
             if output == 0 and ranked:
                 self._fill_loops(case, ranked[0])
+        for output, extreme in enumerate(curve.largest):
+            if extreme is not None:
+                size = largest_absolute(extreme.evaluation.w[self.balance.rows + output])[0]
+                arrays["highest_max_abs"][case, output] = size
+                arrays["highest_max_abs_frequency"][case, output] = extreme.point.omega / (2.0 * np.pi)
 
     def _fill_point(self, place: tuple[int, int], point: CurvePoint) -> None:
         arrays, evaluation = self.arrays, point.evaluation
@@ -107,13 +112,13 @@ class ResponseTable:
         arrays["response"][place] = _parts(motion)
         arrays["amplitude"][place] = np.hypot(motion[:, 1], motion[:, 2])
         arrays["rms"][place] = np.sqrt(motion[:, 0] ** 2 + 0.5 * np.sum(motion[:, 1:] ** 2, axis=1))
-        arrays["max_abs"][place] = [largest_absolute(row) for row in motion]
+        arrays["max_abs"][place] = [largest_absolute(row)[0] for row in motion]
 
     def _fill_peak(self, place: tuple[int, int, int], point: CurvePoint) -> None:
         arrays, output = self.arrays, place[2]
         arrays["peak_frequency"][place] = point.point.omega / (2.0 * np.pi)
         arrays["peak_amplitude"][place] = self._amplitude(point, output)
-        arrays["peak_max_abs"][place] = largest_absolute(point.evaluation.w[self.balance.rows + output])
+        arrays["peak_max_abs"][place] = largest_absolute(point.evaluation.w[self.balance.rows + output])[0]
         energy = self.energy.at(point.evaluation, self._cycle(point.evaluation))
         arrays["peak_loss_factor"][place] = energy.loss_factor
 

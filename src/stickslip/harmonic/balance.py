@@ -82,8 +82,11 @@ class PathCondition:
 
     def gap(self, evaluation: Evaluation) -> float:
         """How far the condition is from being met."""
-        met = self.slope * evaluation.point.value(self.parameter) - self.target
-        return met if self.weight is None else met + float(np.vdot(self.weight, evaluation.w))
+        return self.rate(evaluation.w, evaluation.point.value(self.parameter)) - self.target
+
+    def rate(self, dw: Array, dp: float) -> float:
+        """How the left side changes with motion and parameter."""
+        return self.slope * dp if self.weight is None else self.slope * dp + float(np.vdot(self.weight, dw))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,22 +7,31 @@ import numpy as np
 from stickslip.checks import Array
 
 
-def largest_absolute(motion: Array) -> float:
-    """max over time of |x(t)| for real storage (2H+1,): the best samples of a fine grid, refined by Newton's method on x'."""
+def largest_absolute(motion: Array) -> tuple[float, Array]:
+    """max over time of |x(t)| for real storage (2H+1,), and its gradient by the storage.
+
+    The best samples of a fine grid, refined by Newton's method on x'.
+    """
     order = np.arange(1, (motion.size + 1) // 2)
-    a, b = motion[1::2], motion[2::2]
-
-    def series(angle: Array, derivative: int) -> Array:
-        phases = np.outer(angle, order) + 0.5 * np.pi * derivative
-        return np.asarray((np.cos(phases) * order**derivative) @ a + (np.sin(phases) * order**derivative) @ b)
-
-    grid = 2.0 * np.pi * np.arange(16 * order.size + 16) / (16 * order.size + 16)
-    values = np.abs(motion[0] + series(grid, 0))
-    best = grid[np.argsort(values)[-4:]]
-    step = grid[1]
+    size = 16 * order.size + 16
+    grid = 2.0 * np.pi * np.arange(size) / size
+    best = grid[np.argsort(np.abs(_basis(grid, order, 0) @ motion))[-4:]]
     refined = best.copy()
     for _ in range(6):
-        curvature = series(refined, 2)
-        move = -series(refined, 1) / np.where(curvature == 0.0, np.inf, curvature)
-        refined = np.clip(refined + move, best - step, best + step)
-    return float(max(values.max(), np.abs(motion[0] + series(refined, 0)).max()))
+        curvature = _basis(refined, order, 2) @ motion
+        move = -(_basis(refined, order, 1) @ motion) / np.where(curvature == 0.0, np.inf, curvature)
+        refined = np.clip(refined + move, best - grid[1], best + grid[1])
+    rows = _basis(np.concatenate([best, refined]), order, 0)
+    values = rows @ motion
+    k = int(np.argmax(np.abs(values)))
+    return float(abs(values[k])), np.asarray(np.sign(values[k]) * rows[k])
+
+
+def _basis(angles: Array, order: Array, derivative: int) -> Array:
+    """Rows of 1, cos hθ, sin hθ, ... or of their first or second derivative by θ, (angles, 2H+1)."""
+    phases = np.outer(angles, order) + 0.5 * np.pi * derivative
+    rows = np.empty((angles.size, 2 * order.size + 1))
+    rows[:, 0] = 1.0 if derivative == 0 else 0.0
+    rows[:, 1::2] = np.cos(phases) * order**derivative
+    rows[:, 2::2] = np.sin(phases) * order**derivative
+    return rows

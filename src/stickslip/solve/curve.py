@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import CurvePoint, Lost, StepControl, first_point, solve_at, trace
 from stickslip.solve.newton import Correction, correct, fixed
@@ -19,14 +20,18 @@ SINGULAR = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None; peaks per output."""
+    """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
+
+    peaks: of the first harmonic, per output; largest: where max |x(t)| is highest, per output, or None without a peak.
+    """
 
     level: float
     points: tuple[CurvePoint, ...]
     outcome: Outcome
     message: str
     lost_at: float | None
-    peaks: tuple[tuple[CurvePoint, ...], ...]
+    peaks: tuple[tuple[CurvePoint, ...], ...] = ()
+    largest: tuple[CurvePoint | None, ...] = ()
 
 
 def solve_curve(
@@ -42,7 +47,7 @@ def solve_curve(
     first = first_point(balance, start, level)
     if not first.converged:
         outcome = failure(balance, first)
-        return Curve(level, (), outcome, outcome.sentence, start, _no_peaks(balance))
+        return Curve(level, (), outcome, outcome.sentence, start)
     points: list[CurvePoint] = []
     lost: str | None = None
     try:
@@ -62,21 +67,22 @@ def solve_curve(
 def _finished(
     balance: HarmonicBalance, level: float, points: list[CurvePoint], lost: str | None, wanted: Sequence[float] | None
 ) -> Curve:
-    found = _all_peaks(balance, points) if wanted is None else _no_peaks(balance)
-    last = points[-1].point.omega if points else None
-    kept = points if wanted is None else _at(balance, points, wanted)
-    if lost is None:
-        return Curve(level, tuple(kept), Outcome.CONVERGED, "The curve reached the end of the band.", None, found)
-    return Curve(level, tuple(kept), Outcome.NOT_CONVERGED, lost, last, found)
-
-
-def _all_peaks(balance: HarmonicBalance, points: list[CurvePoint]) -> tuple[tuple[CurvePoint, ...], ...]:
+    outcome = Outcome.CONVERGED if lost is None else Outcome.NOT_CONVERGED
+    message = lost or "The curve reached the end of the band."
+    lost_at = points[-1].point.omega if lost is not None and points else None
+    if wanted is not None:
+        return Curve(level, tuple(_at(balance, points, wanted)), outcome, message, lost_at)
     outputs = range(balance.problem.output_rows.shape[0])
-    return tuple(tuple(peaks(balance, points, output)) for output in outputs)
+    found = tuple(tuple(peaks(balance, points, output)) for output in outputs)
+    largest = tuple(_largest(balance, points, output) for output in outputs)
+    return Curve(level, tuple(points), outcome, message, lost_at, found, largest)
 
 
-def _no_peaks(balance: HarmonicBalance) -> tuple[tuple[CurvePoint, ...], ...]:
-    return ((),) * balance.problem.output_rows.shape[0]
+def _largest(balance: HarmonicBalance, points: Sequence[CurvePoint], output: int) -> CurvePoint | None:
+    """The highest peak of max |x(t)|."""
+    row = balance.rows + output
+    found = peaks(balance, points, output, largest_absolute)
+    return max(found, key=lambda point: largest_absolute(point.evaluation.w[row])[0], default=None)
 
 
 def _only_point(balance: HarmonicBalance, first: Correction) -> CurvePoint:

@@ -1,4 +1,4 @@
-"""Resonance peaks, solved: the points of a curve at which the first harmonic of an output is largest.
+"""Resonance peaks, solved: the points of a curve at which a measure of an output, its first harmonic say, is largest.
 
 Sampling and stick-slip make a curve piecewise smooth: near a flat top stand many small cusps, one for each sample that an
 event passes. The search is therefore a branch and bound: slopes around an interval bound the amplitude inside it, and the
@@ -7,7 +7,7 @@ interval of the highest bound is divided until no bound exceeds the best point b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,34 +69,38 @@ class _Interval:
         return a.fraction + share * (b.fraction - a.fraction)
 
 
-def peaks(balance: HarmonicBalance, curve: Sequence[CurvePoint], output: int) -> list[CurvePoint]:
-    """All peaks of |X_1| of an output along a curve in ω, each solved; the ends of the band do not count."""
+Measure = Callable[[Array], tuple[float, Array]]
+"""A size of one row of motion (2H+1,), m, and its gradient by that row."""
+
+
+def first_harmonic(motion: Array) -> tuple[float, Array]:
+    """|X_1| = √(a1² + b1²)."""
+    amplitude = float(np.hypot(motion[1], motion[2]))
+    gradient = np.zeros_like(motion)
+    gradient[1:3] = motion[1:3] / max(amplitude, np.finfo(float).tiny)
+    return amplitude, gradient
+
+
+def peaks(
+    balance: HarmonicBalance, curve: Sequence[CurvePoint], output: int, measure: Measure = first_harmonic
+) -> list[CurvePoint]:
+    """All peaks of a measure of an output along a curve in ω, each solved; the ends of the band do not count."""
     row = balance.rows + output
-    search = _Search(balance, curve, row)
-    rising = [_growth(point.evaluation.w[row], point.tangent.motion[row]) > 0.0 for point in curve]
+    search = _Search(balance, curve, row, measure)
+    rising = [float(measure(p.evaluation.w[row])[1] @ p.tangent.motion[row]) > 0.0 for p in curve]
     found = [search.highest(k) for k in range(len(curve) - 1) if rising[k] and not rising[k + 1]]
-    return [sample.point for sample in _prominent(found, curve, row)]
+    sizes = [measure(point.evaluation.w[row])[0] for point in curve]
+    return [sample.point for sample in _prominent(found, sizes)]
 
 
-def amplitude_of(motion: Array) -> float:
-    """|X_1| of one row of motion (2H+1,)."""
-    return float(np.hypot(motion[1], motion[2]))
-
-
-def _growth(motion: Array, change: Array) -> float:
-    """d|X_1| along a change of motion."""
-    return float(motion[1] * change[1] + motion[2] * change[2]) / max(amplitude_of(motion), 1e-300)
-
-
-def _prominent(found: list[_Sample], curve: Sequence[CurvePoint], row: int) -> list[_Sample]:
-    """Maxima between which the curve dips; of the others only the highest."""
+def _prominent(found: list[_Sample], sizes: Sequence[float]) -> list[_Sample]:
+    """Maxima between which the curve, of given sizes at its points, dips; of the others only the highest."""
     kept: list[_Sample] = []
     for sample in found:
         if kept:
             last = kept[-1]
             lower = min(last.amplitude, sample.amplitude)
-            dip = [amplitude_of(point.evaluation.w[row]) for point in curve[last.segment + 1 : sample.segment + 1]]
-            if min(dip, default=lower) > (1.0 - PROMINENCE) * lower:
+            if min(sizes[last.segment + 1 : sample.segment + 1], default=lower) > (1.0 - PROMINENCE) * lower:
                 if sample.amplitude > last.amplitude:
                     kept[-1] = sample
                 continue
@@ -113,8 +117,8 @@ def _bound(intervals: list[_Interval], i: int) -> float:
 class _Search:
     """Solves points between those of a curve and remembers how a segment is parametrised."""
 
-    def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int) -> None:
-        self.balance, self.curve, self.row = balance, curve, row
+    def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int, measure: Measure) -> None:
+        self.balance, self.curve, self.row, self.measure = balance, curve, row, measure
         self.places = np.cumsum([point.length for point in curve])
 
     def highest(self, segment: int) -> _Sample:
@@ -151,11 +155,9 @@ class _Search:
         return PathCondition("omega", weight, slope, ends[0] + fraction * span), span
 
     def _sample(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Sample:
-        motion, tangent = point.evaluation.w[self.row], point.tangent
-        assert condition.weight is not None
-        rate = float(np.vdot(condition.weight, tangent.motion)) + condition.slope * tangent.parameter
-        slope = _growth(motion, tangent.motion[self.row]) / rate
-        return _Sample(k, fraction, self.places[k] + fraction * span, amplitude_of(motion), slope, point)
+        size, gradient = self.measure(point.evaluation.w[self.row])
+        slope = float(gradient @ point.tangent.motion[self.row]) / condition.rate(point.tangent.motion, point.tangent.parameter)
+        return _Sample(k, fraction, self.places[k] + fraction * span, size, slope, point)
 
     def _solve(self, k: int, fraction: float) -> _Sample:
         current, following = self.curve[k], self.curve[k + 1]
