@@ -16,7 +16,7 @@ from stickslip.study.names import levers
 from stickslip.study.units import Units
 
 NAMES = ("M", "K", "C")
-DAMAGED = (OSError, EOFError, ValueError, TypeError, KeyError, IndexError, zlib.error, zipfile.BadZipFile, MemoryError)
+DAMAGED = (OSError, EOFError, ValueError, TypeError, KeyError, IndexError, zlib.error, zipfile.BadZipFile, io.matlab.MatReadError)
 """What NumPy and SciPy raise for files that are truncated or hold something else."""
 
 
@@ -64,12 +64,11 @@ def real(name: str, value: Any) -> Array:
 
 
 def _npz(path: Path) -> dict[str, Any]:
-    archive = np.load(path, allow_pickle=False)
-    if not isinstance(archive, np.lib.npyio.NpzFile):
-        raise fault("matrices", "must be a .npz archive", path.name, "Write it with numpy.savez(file, M=M, K=K).")
-    with archive:
-        known = [name for name in NAMES if name in archive.files]
-        return {name: archive[name] for name in known} | {name: None for name in archive.files if name not in known}
+    with path.open("rb") as file:
+        archive = np.load(file, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise fault("matrices", "must be a .npz archive", path.name, "Write it with numpy.savez(file, M=M, K=K).")
+        return {name: archive[name] if name in NAMES else None for name in archive.files}
 
 
 def _mat(path: Path) -> dict[str, Any]:

@@ -36,7 +36,8 @@ class StructureTable(Table):
     """A ready rig by name with its parameters, or matrices with names of their degrees of freedom."""
 
     exactly_one: ClassVar[Groups] = (("rig", "matrices"),)
-    at_most_one: ClassVar[Groups] = (("rig", "dofs"), ("parameters", "matrices"))
+    at_most_one: ClassVar[Groups] = (("parameters", "matrices"),)
+    together: ClassVar[tuple[tuple[str, str], ...]] = (("matrices", "dofs"),)
 
     rig: Annotated[str | None, Field(description="name of a ready problem")] = None
     parameters: Annotated[dict[str, Any], Field(description="arguments of the rig, in SI")] = Field(default_factory=dict)

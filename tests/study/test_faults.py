@@ -1,0 +1,188 @@
+"""Wrong study files are refused with what, rule, value and remedy; all faults of a file at once."""
+
+import numpy as np
+import pytest
+
+from stickslip.checks import Faults, InputError
+from stickslip.study import job, read
+
+GOOD = """
+[study]
+analysis = "forced_response"
+[structure]
+matrices = { M = [[1.0, 0.0], [0.0, 2.0]], K = [[2.0, -1.0], [-1.0, 1.0]], C = [[0.1, 0.0], [0.0, 0.1]] }
+dofs = ["1.x", "2.x"]
+[[contact]]
+law = "macroslip"
+between = ["1.x", "ground"]
+kt = 0.5
+mu = 1.0
+normal_load = 1.0
+[[force]]
+at = "2.x"
+amplitude = 1.0
+[sweep]
+frequency = [0.1, 0.3]
+harmonics = 5
+samples = 256
+outputs = ["2.x"]
+"""
+
+ONE_CHANGE = [
+    ('analysis = "forced_response"', 'analysis = "forced_respons"', "'forced_respons'. Did you mean 'forced_response'?"),
+    ('analysis = "forced_response"', "", "analysis must be given, but is missing"),
+    ("[0.0, 2.0]]", "[0.0, nan]]", "M, entry 2, entry 2 must be finite, but is nan"),
+    ("M = [[1.0, 0.0], [0.0, 2.0]]", "M = [[1.0, 0.0]]", "M must be a square matrix, but is (1, 2)"),
+    ("M = [[1.0, 0.0], [0.0, 2.0]]", "M = [[1.0, 0.0], [0.0]]", "M must have rows of one length, but is [2, 1]"),
+    ("[2.0, -1.0]", "[2.0, -1.5]", "K must be symmetric, but is 'K[0, 1] = -1.5 against K[1, 0] = -1'"),
+    ("[0.0, 2.0]]", "[0.0, -2.0]]", "M must have no negative eigenvalue"),
+    ('dofs = ["1.x", "2.x"]', 'dofs = ["1.x", "1.x"]', "dofs must be unique, but is ['1.x']"),
+    ('dofs = ["1.x", "2.x"]', 'dofs = ["1.x"]', "must have 2 entries, but is 1"),
+    ('dofs = ["1.x", "2.x"]', "", "matrices and dofs must be given together, but only matrices is"),
+    ("K = [[2.0, -1.0], [-1.0, 1.0]]", "K = [[1.0, -1.0], [-1.0, 0.5]]", "is of negative stiffness"),
+    ('law = "macroslip"', 'law = "macrslip"', "'macrslip'. Did you mean 'macroslip'?"),
+    ('law = "macroslip"', "", "law must be given, but is 'missing'"),
+    ('"ground"', '"gruond"', "between: degree of freedom 'gruond' does not exist. Did you mean 'ground'?"),
+    ('between = ["1.x", "ground"]', 'between = ["1.x", "1.x"]', "must join two different places"),
+    ('between = ["1.x", "ground"]', "", "between or tangential must be given, but is missing"),
+    ('between = ["1.x", "ground"]', 'between = ["1.x"]', "between must have 2 entries or more, but is ['1.x']"),
+    ("kt = 0.5", "kt = -0.5", "[[contact]] 1: kt must be above 0, but is -0.5"),
+    ("kt = 0.5", 'kt = "0.5"', "kt must be a number, but is '0.5'"),
+    ("kt = 0.5", "kt = true", "kt must be a number, but is True"),
+    ("kt = 0.5", "kt = nan", "kt must be"),
+    ("kt = 0.5", "kt = 0.5\nkt2 = 1", "key must be a known one, but is 'kt2'. Did you mean 'kt'?"),
+    ("mu = 1.0", "mu = -1.0", "mu must be at least 0, but is -1.0"),
+    ("normal_load = 1.0", "", "kn or normal_load must be given, but is missing"),
+    ("normal_load = 1.0", "normal_load = 1.0\nkn = 1.0", "kn and normal must be given together, but only kn is"),
+    ("normal_load = 1.0", "normal_load = 1.0\nbalanced = true", "balanced must go with a normal direction"),
+    ("normal_load = 1.0", "normal_load = 1.0\nstart = { traction_ratio = 1.5 }", "traction_ratio must be at most 1, but is 1.5"),
+    ("normal_load = 1.0", "normal_load = 1.0\nstart = { slider_ofset = 0.0 }", "'slider_ofset'. Did you mean 'slider_offset'?"),
+    ("normal_load = 1.0", "normal_load = 1.0\nstart = { }", "start must name exactly one rule"),
+    (
+        "normal_load = 1.0",
+        "normal_load = 1.0\nstart = { slider_offset = [0, 1] }",
+        "an entry per direction (1) or per element (1)",
+    ),
+    ('at = "2.x"', 'at = "3.x"', "[[force]] 1: at: degree of freedom '3.x' does not exist"),
+    ('at = "2.x"', "", "[[force]] 1: at must be given"),
+    ("amplitude = 1.0", "amplitude = [1.0, 2.0, 3.0]", "amplitude must have at most 2 entries"),
+    ("amplitude = 1.0", "static = 1.0", "forces must hold a harmonic force, but is 'none'"),
+    ("amplitude = 1.0", "amplitude = 1.0\nharmonic = 7", "harmonics must reach the load's harmonic 7, but is 5"),
+    ("frequency = [0.1, 0.3]", "frequency = [0.1, 0.1]", "frequency must have two different ends, but is [0.1, 0.1]"),
+    ("frequency = [0.1, 0.3]", "frequency = [-0.1, 0.3]", "frequency, entry 1 must be above 0, but is -0.1"),
+    ("frequency = [0.1, 0.3]", "frequency = []", "frequency must have 2 entries or more, but is []"),
+    ("frequency = [0.1, 0.3]", "", "frequency or at must be given, but is missing"),
+    ("frequency = [0.1, 0.3]", "frequency = [0.1, 0.3]\nat = [0.1]", "frequency and at must not be given together"),
+    ("harmonics = 5", "harmonics = 2.5", "harmonics must be a whole number, but is 2.5"),
+    ("samples = 256", "samples = 10", "samples must be above 2 x harmonics = 10, but is 10"),
+    ("harmonics = 5", "force_levels = [1.0, 0.0]", "force_levels, entry 2 must be above 0, but is 0.0"),
+    ('outputs = ["2.x"]', 'outputs = ["2.y"]', "outputs: degree of freedom '2.y' does not exist. Did you mean '2.x'?"),
+    ('outputs = ["2.x"]', "", "outputs must be given, but is missing"),
+    ("[sweep]", "[swep]", "table must be a known one, but is 'swep'. Did you mean 'sweep'?"),
+    ("[[force]]", "[force]", "[force] must be written with double brackets"),
+    ("[study]", 'units = "mm-t"\n[study]', "units: The system must be a known one, but is 'mm-t'. Did you mean 'mm-t-s'?"),
+    (
+        "[sweep]",
+        '[damping]\nmodal = 0.01\non = "stuk"\n[sweep]',
+        "on must be 'stuck' or 'free', but is 'stuk'. Did you mean 'stuck'?",
+    ),
+    ("[sweep]", "[damping]\nmodal = 0.01\n[sweep]", "must have either C or a damping rule, but has both"),
+    ("[sweep]", "[damping]\nmodal = 0.01\nrayleigh = [1, 1]\n[sweep]", "modal and rayleigh must not be given together"),
+    ("[sweep]", "[damping]\n[sweep]", "modal or rayleigh must be given, but is missing"),
+    ("[study]", "[study", "must be valid TOML, but is not"),
+    ("[study]", "study = 3\n[studies]", "[study]: The table must be a table, but is 3"),
+]
+
+
+def test_the_good_file_is_good(tmp_path):
+    assert job(GOOD, tmp_path, "good").title == "good"
+
+
+@pytest.mark.parametrize(("old", "new", "said"), ONE_CHANGE, ids=[change[2][:50] for change in ONE_CHANGE])
+def test_one_fault_is_named(tmp_path, old, new, said):
+    assert old in GOOD
+    with pytest.raises(InputError) as raised:
+        job(GOOD.replace(old, new, 1), tmp_path, "study")
+    assert said in str(raised.value)
+
+
+def test_a_structure_that_nothing_holds_is_refused(tmp_path):
+    text = GOOD.replace("K = [[2.0, -1.0], [-1.0, 1.0]]", "K = [[1.0, -1.0], [-1.0, 1.0]]")
+    floating = text.replace('between = ["1.x", "ground"]', 'between = ["1.x", "2.x"]')
+    with pytest.raises(InputError, match="held by nothing"):
+        job(floating, tmp_path, "floating")
+    assert job(text, tmp_path, "held by its contact").problem
+
+
+def test_all_faults_are_named_at_once(tmp_path):
+    text = GOOD
+    changes = ["kt = -0.5", '"gruond"', "[2.0, -1.5]", 'outputs = ["2.y"]', "frequency = [-0.1, 0.3]", "mu = -1.0"]
+    for new in changes:
+        old, _, said = next(change for change in ONE_CHANGE if change[1] == new)
+        text = text.replace(old, new, 1)
+    with pytest.raises(Faults) as raised:
+        job(text, tmp_path, "study")
+    assert len(raised.value.faults) == len(changes)
+    for new in changes:
+        said = next(change for change in ONE_CHANGE if change[1] == new)[2]
+        assert any(said in fault for fault in raised.value.faults)
+
+
+RIG = """
+[study]
+analysis = "forced_response"
+[structure]
+rig = "single_mass"
+[structure.parameters]
+kt = 2.0
+[sweep]
+frequency = [0.08, 0.32]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("single_mass", "single_mas", "rig must be a known one, but is 'single_mas'. Did you mean 'single_mass'?"),
+        ("kt = 2.0", "ktt = 2.0", "parameters, key must be a known one, but is 'ktt'. Did you mean 'kt'?"),
+        ("kt = 2.0", "kt = -2.0", "kt must be positive, but is -2.0"),
+        ("kt = 2.0", 'kt = "much"', "must be a number, but is 'much'"),
+        ("[sweep]", '[[force]]\nat = "1.x"\n[sweep]', "force must go with matrices, but stands beside a rig"),
+        ("[sweep]", '[sweep]\noutputs = ["9.x"]', "outputs: degree of freedom '9.x' does not exist"),
+        ('"single_mass"', '"single_mass"\nmatrices = "a.npz"', "rig and matrices must not be given together"),
+    ],
+)
+def test_faults_beside_a_rig(tmp_path, old, new, said):
+    assert job(RIG, tmp_path, "rig").problem.contact_stiffness == pytest.approx([2.0])
+    with pytest.raises(InputError) as raised:
+        job(RIG.replace(old, new, 1), tmp_path, "rig")
+    assert said in str(raised.value)
+
+
+def test_files_that_are_no_studies(tmp_path):
+    with pytest.raises(InputError, match="must exist"):
+        read(tmp_path / "missing.toml")
+    with pytest.raises(InputError, match="must be a file"):
+        read(tmp_path)
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="UTF-8"):
+        read(tmp_path / "binary.toml")
+    (tmp_path / "deep.toml").write_text("a = " + "[" * 5000)
+    with pytest.raises(InputError, match="valid TOML"):
+        read(tmp_path / "deep.toml")
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_file_cut_or_scrambled_anywhere_is_refused_or_read(tmp_path, seed):
+    """Nothing but InputError comes out, whatever a line is replaced by."""
+    rng = np.random.default_rng(seed)
+    lines = GOOD.splitlines()
+    for position in rng.integers(len(lines), size=3):
+        key = lines[position].partition("=")[0]
+        lines[position] = rng.choice(
+            ["", "[[contact]]", f"{key} = []", f"{key} = {{}}", f"{key} = [[[1]]]", f"{key} = 'x'", f"{key} = inf"]
+        )
+    try:
+        assert job("\n".join(lines), tmp_path, "study").problem
+    except InputError as error:
+        said = str(error)

@@ -1,0 +1,59 @@
+"""Templates are sound studies, and the documentation of the study file is current."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.checks import InputError
+from stickslip.rigs import three_mass_wedge
+from stickslip.study import read
+from stickslip.study.reference import reference
+from stickslip.study.templates import KINDS, write_new
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "forced_response"])
+def test_templates_are_sound(tmp_path, kind):
+    written = write_new(kind, tmp_path / "study.toml")
+    assert all(path.is_file() for path in written)
+    assert read(tmp_path / "study.toml").problem.contacts
+
+
+def test_the_template_of_the_rig_is_sound(tmp_path):
+    write_new("forced_response", tmp_path / "study.toml")
+    study = read(tmp_path / "study.toml")
+    assert study.force_levels == (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
+    assert len(study.problem.contacts) == 16
+
+
+def test_the_lumped_template_is_the_wedge_of_the_rigs(tmp_path):
+    """Text and matrices of the template against the Python rig."""
+    write_new("lumped", tmp_path / "study.toml")
+    ours, rig = read(tmp_path / "study.toml").problem, three_mass_wedge()
+    for key in ("stuck_stiffness", "C", "contact_stiffness"):
+        np.testing.assert_allclose(getattr(ours, key), getattr(rig, key), rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(ours.load(1), rig.load(1))
+    assert [contact.start for contact in ours.contacts] == [(rig.contacts[0].start,)] * 2
+
+
+def test_nothing_is_overwritten_unless_asked(tmp_path):
+    write_new("lumped", tmp_path / "a.toml")
+    with pytest.raises(InputError, match="must not exist yet"):
+        write_new("lumped", tmp_path / "a.toml")
+    assert write_new("lumped", tmp_path / "a.toml", overwrite=True)
+
+
+def test_the_reference_in_the_documentation_is_current():
+    assert (DOCS / "study_reference.md").read_text() == reference(), "run `make reference`"
+
+
+def test_the_studies_in_the_documentation_are_sound(tmp_path):
+    """Every complete example of the study page and of the README is read."""
+    np.savez(tmp_path / "mass.npz", M=np.eye(1), K=np.eye(1), C=0.02 * np.eye(1))
+    blocks = (DOCS.parent / "README.md").read_text().split("```toml\n")[1:]
+    assert blocks
+    for block in blocks:
+        (tmp_path / "study.toml").write_text(block.split("```")[0])
+        assert read(tmp_path / "study.toml").problem.contacts
