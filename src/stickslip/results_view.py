@@ -114,24 +114,50 @@ def linear_peak(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> 
 
 
 def contact_rows(dataset: xr.Dataset) -> list[ContactRow]:
-    """The tangential directions that each contact has; the normal one where it has no other."""
+    """The tangential directions in which each contact moves; the normal one where it has no other.
+
+    A direction that moves by less than 1e-9 of the largest motion is at rest but for rounding: it is left out, unless it is
+    the only one of its contact.
+    """
     directions = [str(name) for name in dataset.direction.values]
-    tangential = [index for index, name in enumerate(directions) if name != "n"]
+    motion = _largest_motion(dataset)
+    moving = motion >= 1e-9 * np.max(motion, initial=0.0)
+    used = np.any(np.isfinite(dataset.share_stick.values), axis=(0, 1))
     rows = []
     for contact, name in enumerate(dataset.contact.values):
-        used = np.any(np.isfinite(dataset.share_stick.values[:, :, contact, :]), axis=(0, 1))
-        kept = [index for index in tangential if used[index]] or [index for index in range(len(directions)) if used[index]]
+        present = np.flatnonzero(used[contact])
+        tangential = [index for index in present if directions[index] != "n"] or list(present)
+        kept = [index for index in tangential if moving[contact, index]] or tangential[:1]
         labels = [f"{name}, {directions[index]}" if len(kept) > 1 or directions[index] == "n" else str(name) for index in kept]
-        rows += [ContactRow(contact, index, label) for index, label in zip(kept, labels, strict=True)]
+        rows += [ContactRow(contact, int(index), label) for index, label in zip(kept, labels, strict=True)]
     return rows
 
 
-def most_dissipating(dataset: xr.Dataset, rows: list[ContactRow], count: int) -> list[ContactRow]:
-    """The `count` rows whose contacts dissipate most at any converged point, in their old order."""
-    energy = np.where((dataset.outcome.values == Outcome.CONVERGED)[:, :, None], dataset.dissipated.values, np.nan)
-    largest = np.nanmax(np.nan_to_num(energy), axis=(0, 1), initial=0.0)
-    order = sorted(range(len(rows)), key=lambda index: -largest[rows[index].contact])[:count]
+def largest_loops(dataset: xr.Dataset, rows: list[ContactRow], count: int) -> list[ContactRow]:
+    """The `count` rows whose loops at the peak enclose most at any force level, in their old order."""
+    area = loop_areas(dataset)
+    order = sorted(range(len(rows)), key=lambda index: -area[rows[index].contact, rows[index].direction])[:count]
     return [rows[index] for index in sorted(order)]
+
+
+def loop_areas(dataset: xr.Dataset) -> Array:
+    """Largest |∮ T du| of the loops over the force levels, (contact, direction), J; 0 where there is none."""
+    motion, force = dataset.loop_motion.values, dataset.loop_force.values
+    work = np.abs(np.sum(0.5 * (force + np.roll(force, -1, axis=-1)) * (np.roll(motion, -1, axis=-1) - motion), axis=-1))
+    return np.asarray(np.max(np.nan_to_num(work), axis=0, initial=0.0))
+
+
+def _largest_motion(dataset: xr.Dataset) -> Array:
+    """Largest harmonic of the motion at any point, without the mean, (contact, direction), m; 0 where there is none."""
+    parts = np.nan_to_num(dataset.contact_motion.values[:, :, :, :, 1:])
+    return np.asarray(np.max(np.hypot(parts[..., 0], parts[..., 1]), axis=(0, 1, 4), initial=0.0))
+
+
+def dissipated(dataset: xr.Dataset, case: int) -> Array:
+    """Energy per cycle of each contact at `points`, (point, contact), J; rounding, 1e-12 of the largest, counts as nothing."""
+    energy = along_curve(dataset, "dissipated", case)
+    largest = np.max(np.nan_to_num(dataset.dissipated.values), initial=0.0)
+    return np.asarray(np.where(np.abs(energy) < 1e-12 * largest, 0.0, energy))
 
 
 def shares_at_peak(dataset: xr.Dataset, most: int) -> tuple[list[str], Array, Array]:
@@ -143,7 +169,7 @@ def shares_at_peak(dataset: xr.Dataset, most: int) -> tuple[list[str], Array, Ar
     for case in range(dataset.sizes["case"]):
         peak = highest_peak(dataset, case)
         if peak is not None:
-            energy[case] = dataset.dissipated.values[case, peak.point]
+            energy[case] = dissipated(dataset, case)[np.searchsorted(points(dataset, case), peak.point)]
     names = [str(name) for name in dataset.contact.values]
     if len(names) > most:
         order = np.argsort(-np.nansum(energy, axis=0), kind="stable")

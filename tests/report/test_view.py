@@ -2,19 +2,21 @@
 
 import numpy as np
 import pytest
-from report.synthetic import synthetic
+from report.synthetic import KT, LIMIT, synthetic
 
 from stickslip.plots.look import level_colours, state_colour
 from stickslip.report.chart_data import mixture_index, mixtures
 from stickslip.results_view import (
     along_curve,
     contact_rows,
+    dissipated,
     failed_points,
     highest_peak,
     is_folded,
+    largest_loops,
     level_text,
     linear_peak,
-    most_dissipating,
+    loop_areas,
     shares_at_peak,
 )
 
@@ -57,10 +59,30 @@ def test_contacts_give_their_tangential_rows_or_the_normal_one(dataset):
     assert [row.label for row in contact_rows(dataset)] == ["cylinder, n", "flat, t1", "flat, t2"]
 
 
-def test_most_dissipating_rows_keep_their_order(dataset):
+def test_directions_at_rest_are_left_out(dataset):
+    for name in ("share_stick", "share_slip", "share_open"):
+        dataset[name][:, :, :, 1] = dataset[name][:, :, :, 0]
+    dataset.contact_motion[:, :, :, 0] = 1e-6
+    dataset.contact_motion[:, :, 0, 1], dataset.contact_motion[:, :, 1, 1] = 1e-6, 1e-18
+    assert [row.label for row in contact_rows(dataset)] == ["cylinder, t1", "cylinder, t2", "flat"]
+
+
+def test_loop_areas_are_the_energy_of_the_elements(dataset):
+    amplitude = float(dataset.peak_amplitude[3, 0, 0])
+    exact = 4 * LIMIT * (amplitude - LIMIT / KT)
+    assert loop_areas(dataset)[:, 0] == pytest.approx(exact, rel=2e-2)
+
+
+def test_largest_loops_keep_their_order(dataset):
     rows = contact_rows(dataset)
-    assert most_dissipating(dataset, rows, 2) == rows
-    assert [row.label for row in most_dissipating(dataset, rows, 1)] == ["flat"]
+    assert largest_loops(dataset, rows, 2) == rows
+    assert [row.label for row in largest_loops(dataset, rows, 1)] == ["flat"]
+
+
+def test_rounding_is_no_dissipation(dataset):
+    dataset.dissipated[0] = 1e-25
+    assert np.all(dissipated(dataset, 0)[:200] == 0.0)
+    assert np.array_equal(dissipated(dataset, 3)[:9], dataset.dissipated.values[3, :9])
 
 
 def test_small_shares_are_summed(dataset):

@@ -11,20 +11,21 @@ from matplotlib.patches import Patch
 
 from stickslip.checks import Array
 from stickslip.plots.look import GREY, OPEN, SLIP, STICK, house_style, level_colours, plain, state_colour
-from stickslip.results_view import ContactRow, along_curve, contact_rows, frequencies, is_folded, level_text, most_dissipating
+from stickslip.results_view import ContactRow, along_curve, contact_rows, frequencies, is_folded, largest_loops, level_text
 from stickslip.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
 
+MANY_ROWS = 12
 MOST_CONTACTS = 8
-"""Contacts in the figure of loops; of more, those that dissipate most are drawn."""
+"""Contacts in the figure of loops; of more, those with the largest loops are drawn."""
 
 
 def hysteresis_loops(dataset: xr.Dataset) -> Figure:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = contact_rows(dataset)
-    shown = most_dissipating(dataset, rows, MOST_CONTACTS)
+    shown = largest_loops(dataset, rows, MOST_CONTACTS)
     cases = dataset.sizes["case"]
     with house_style():
         figure = Figure(figsize=(max(6.0, 1.75 * cases + 0.8), 1.6 * max(len(shown), 1) + 0.9), layout="constrained")
@@ -35,7 +36,7 @@ def hysteresis_loops(dataset: xr.Dataset) -> Figure:
                 _loop(axes, dataset, case, row, colour)
         for axes, row in zip(panels[:, 0], shown, strict=False):
             axes.set_ylabel(plain(row.label), fontsize=8.5)
-        left_out = f" ({len(shown)} of {len(rows)}, those that dissipate most)" if len(shown) < len(rows) else ""
+        left_out = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
         figure.suptitle(f"Loops at the highest peak{left_out}", x=0.01, ha="left", fontweight="bold", fontsize=10.5)
         figure.supxlabel("relative displacement in µm", fontsize=9.5)
         figure.supylabel("contact force in N", fontsize=9.5)
@@ -47,7 +48,10 @@ def contact_states(dataset: xr.Dataset) -> Figure:
     rows = contact_rows(dataset)
     cases = dataset.sizes["case"]
     with house_style():
-        figure = Figure(figsize=(7.6, 1.0 + cases * (0.42 + 0.16 * max(len(rows), 2))), layout="constrained")
+        figure = Figure(
+            figsize=(7.6, 1.0 + cases * (0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.085) * max(len(rows), 2))),
+            layout="constrained",
+        )
         for case, axes in enumerate(figure.subplots(cases, 1, squeeze=False).ravel()):
             _states_of(axes, dataset, case, rows)
         folded = any(is_folded(dataset, case) for case in range(cases))
@@ -86,7 +90,7 @@ def _states_of(axes: Axes, dataset: xr.Dataset, case: int, rows: list[ContactRow
     hertz = frequencies(dataset, case)
     axes.grid(visible=False)
     axes.set_title(level_text(dataset, case), fontsize=8.5, fontweight="normal")
-    axes.set_yticks(np.arange(len(rows)), [plain(row.label) for row in rows], fontsize=8 if len(rows) <= 12 else 6)
+    axes.set_yticks(np.arange(len(rows)), [plain(row.label) for row in rows], fontsize=8 if len(rows) <= MANY_ROWS else 5)
     if not hertz.size or not rows:
         axes.text(0.5, 0.5, "no points", transform=axes.transAxes, ha="center", va="center", color=GREY)
         return

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from stickslip.plots.look import CONTACTS, house_style, level_colours, plain
-from stickslip.results_view import along_curve, frequencies, level_text, shares_at_peak
+from stickslip.results_view import along_curve, dissipated, frequencies, level_text, shares_at_peak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,13 +22,13 @@ def dissipation(dataset: xr.Dataset) -> Figure:
         figure = Figure(figsize=(9.4, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2)
         for case, colour in enumerate(level_colours(dataset.sizes["case"])):
-            energy = np.sum(along_curve(dataset, "dissipated", case), axis=1)
+            energy = np.sum(dissipated(dataset, case), axis=1)
             energy[energy <= 0.0] = np.nan
             left.plot(frequencies(dataset, case), energy, color=colour, label=level_text(dataset, case))
         if np.nansum(dataset.dissipated.values) > 0.0:
             left.set_yscale("log")
         left.set(title="Dissipated by friction, all contacts", xlabel="frequency in Hz", ylabel="energy per cycle in J")
-        left.legend(loc="upper right")
+        left.legend(loc="best")
         _shares(right, dataset)
     return figure
 

@@ -16,10 +16,12 @@ from stickslip.plots.look import CONTACTS, FAILED, GREY, level_colours, state_co
 from stickslip.results_view import (
     along_curve,
     contact_rows,
+    dissipated,
     failed_points,
     frequencies,
     highest_peak,
     is_folded,
+    largest_loops,
     level_text,
     levels_in_newtons,
     points,
@@ -79,11 +81,13 @@ def rounded(values: ArrayLike, digits: int = 5) -> list[float | None]:
 
 def _result(label: str, dataset: xr.Dataset) -> dict[str, Any]:
     names, shares, totals = shares_at_peak(dataset, len(CONTACTS))
+    rows = contact_rows(dataset)
     return {
         "label": label,
         "newtons": levels_in_newtons(dataset),
         "outputs": [str(name) for name in dataset.output.values],
-        "contacts": [row.label for row in contact_rows(dataset)],
+        "contacts": [row.label for row in rows],
+        "largestLoop": rows.index(largest_loops(dataset, rows, 1)[0]) if rows else 0,
         "linearFrequency": rounded(dataset.linear_frequency.values, 7),
         "energyNames": names,
         "cases": [_case(dataset, case, shares[case], totals[case]) for case in range(dataset.sizes["case"])],
@@ -105,7 +109,7 @@ def _case(dataset: xr.Dataset, case: int, shares: Array, total: float) -> dict[s
         "free": [rounded(dataset.free_amplitude.values[case, :, output] / um) for output in outputs],
         "stuck": [rounded(dataset.stuck_amplitude.values[case, :, output] / um) for output in outputs],
         "lossFactor": rounded(along_curve(dataset, "loss_factor", case)),
-        "dissipated": rounded(along_curve(dataset, "dissipated", case).sum(axis=1)),
+        "dissipated": rounded(dissipated(dataset, case).sum(axis=1)),
         "shares": rounded(shares),
         "total": rounded([total])[0],
         **_contacts(dataset, case),

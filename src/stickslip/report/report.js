@@ -71,7 +71,7 @@ function drawCurves() {
   const title = normalised ? `|X₁| / F in ${perForce(shown)}` : "amplitude |X₁| in µm";
   draw("chart-curves", [...linearCurves(shown, output, factors, normalised), ...curves, dots, crosses], {
     xaxis: axis("frequency in Hz"), hovermode: "closest",
-    yaxis: axis(title, { type: log ? "log" : "linear", exponentformat: "power", ...(heights.length ? { range } : {}) }),
+    yaxis: axis(title, { type: log ? "log" : "linear", exponentformat: "power", ...(log && high > 30 * low ? { dtick: 1 } : {}), ...(heights.length ? { range } : {}) }),
     yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true } });
 }
 
@@ -103,7 +103,8 @@ function drawTrend() {
   const force = () => axis(data.results[0].newtons ? "force level in N" : "force level", { type: wide ? "log" : "linear", dtick: wide ? "D2" : undefined });
   const narrow = byId("chart-trend") && byId("chart-trend").clientWidth < 640;
   draw("chart-trend", traces, { grid: { rows: narrow ? 2 : 1, columns: narrow ? 1 : 2, pattern: "independent", xgap: 0.16, ygap: 0.3 }, xaxis: force(), xaxis2: force(),
-    yaxis: axis(`peak of ${plain(name)} per force in ${perForce(data.results[0])}`, { rangemode: "tozero" }), yaxis2: axis("its frequency in Hz") });
+    yaxis: axis(`peak |X₁|/F in ${perForce(data.results[0])}`, { rangemode: "tozero" }), yaxis2: axis("its frequency in Hz"),
+    title: { text: `Highest peak of ${plain(name)}`, font: { size: 14 }, x: 0.01 }, margin: { l: 60, r: 16, t: 40, b: 48 } });
 }
 
 function drawLoops() {
@@ -121,7 +122,7 @@ function drawLoops() {
 
 function drawStates() {
   const shown = result(), count = shown.cases.length, rows = Math.max(shown.contacts.length, 1), last = data.mixtures.length - 1;
-  const scale = data.mixtures.map((m, i) => [i / last, m.colour]), panel = 46 + 15 * rows, height = count * panel + 70;
+  const scale = data.mixtures.map((m, i) => [i / last, m.colour]), panel = 46 + (rows > 12 ? 10 : 16) * rows, height = count * panel + 70;
   const layout = { showlegend: false, height, margin: { l: 60, r: 16, t: 34, b: 44 }, annotations: [] };
   const traces = shown.cases.map((c, i) => {
     const key = i ? i + 1 : "", top = 1 - i * panel / (count * panel), ascending = c.frequency.length < 2 || c.frequency[0] <= c.frequency.at(-1);
@@ -131,7 +132,7 @@ function drawStates() {
     layout[`xaxis${key}`] = axis(i === count - 1 ? "frequency in Hz" : "", { anchor: `y${key}`, showgrid: false,
       ...(c.folded ? { tickvals: ticks, ticktext: ticks.map(k => String(Number(c.frequency[k].toPrecision(4)))) } : {}) });
     layout[`yaxis${key}`] = axis("", { domain: [top - (panel - 40) / (count * panel), top], anchor: `x${key}`, autorange: "reversed", showgrid: false,
-      zeroline: false, tickvals: shown.contacts.map((_, k) => k), ticktext: shown.contacts.map(plain), tickfont: { size: rows > 12 ? 9 : 12 } });
+      zeroline: false, tickvals: shown.contacts.map((_, k) => k), ticktext: shown.contacts.map(plain), tickfont: { size: rows > 12 ? 8 : 12 } });
     layout.annotations.push({ text: `<b>${plain(c.level)}</b>${c.folded ? ", along the folded curve" : ""}`, x: 0, xref: "paper", xanchor: "left", y: top,
       yref: "paper", yanchor: "bottom", showarrow: false, font: { size: 12 } });
     return { type: "heatmap", x: c.folded ? order : order.map(k => c.frequency[k]), y: shown.contacts.map((_, k) => k), xaxis: `x${key}`, yaxis: `y${key}`,
@@ -167,6 +168,7 @@ function drawAll() {
 function showResult() {
   fill(byId("output"), result().outputs);
   fill(byId("contact"), result().contacts);
+  byId("contact").value = result().largestLoop;
   byId("point").textContent = "";
   drawAll();
 }
