@@ -217,13 +217,23 @@ def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
 
 
 def say_peaks(name: str, dataset: xr.Dataset) -> None:
-    """The highest peak of the first output at each force level."""
-    output = str(dataset["output"].values[0])
-    say(f"{name + ': ' if name else ''}highest peak of {output}")
-    first = dataset.isel(output=0, peak=0)
-    columns = (first["force_level"], first["peak_frequency"], first["peak_amplitude"], first["peak_loss_factor"])
-    for level, frequency, amplitude, loss in zip(*(column.values for column in columns), strict=True):
-        say(f"  force {level:<8g} {frequency:12.6g} Hz   amplitude {amplitude:12.6g} m   loss factor {loss:.4g}")
+    """The highest peak of the first output at each force level, or the largest point where there is no peak."""
+    first = dataset.isel(output=0)
+    say(f"{name + ': ' if name else ''}highest peaks of {dataset['output'].values[0]}")
+    for case, level in enumerate(first["force_level"].values):
+        say(f"  force {level:<8g} {peak_words(first.isel(case=case))}")
+
+
+def peak_words(case: xr.Dataset) -> str:
+    """The highest peak of one curve."""
+    if case.sizes["peak"] and case["peak_amplitude"].notnull().any():
+        peak = case.isel(peak=0)
+        frequency, amplitude, loss = (float(peak[f"peak_{key}"]) for key in ("frequency", "amplitude", "loss_factor"))
+        return f"{frequency:12.6g} Hz   amplitude {amplitude:12.6g} m   loss factor {loss:.4g}"
+    if not case["amplitude"].notnull().any():
+        return "no point was found"
+    point = case.isel(point=int(case["amplitude"].argmax("point")))
+    return f"no peak; largest at {float(point['frequency']):.6g} Hz: amplitude {float(point['amplitude']):.6g} m"
 
 
 def failures(name: str, dataset: xr.Dataset) -> list[str]:

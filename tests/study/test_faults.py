@@ -1,5 +1,7 @@
 """Wrong study files are refused with what, rule, value and remedy; all faults of a file at once."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
@@ -182,7 +184,5 @@ def test_a_file_cut_or_scrambled_anywhere_is_refused_or_read(tmp_path, seed):
         lines[position] = rng.choice(
             ["", "[[contact]]", f"{key} = []", f"{key} = {{}}", f"{key} = [[[1]]]", f"{key} = 'x'", f"{key} = inf"]
         )
-    try:
+    with suppress(InputError):
         assert job("\n".join(lines), tmp_path, "study").problem
-    except InputError as error:
-        said = str(error)

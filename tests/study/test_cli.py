@@ -1,0 +1,201 @@
+"""The command line end to end: what it writes, what it says, how it ends."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import stickslip
+from stickslip import console
+from stickslip.cli import app
+from stickslip.results import open_results
+
+COMMAND = [sys.executable, "-m", "stickslip"]
+
+ONE_MASS = """
+[study]
+title = "One mass and a slider"
+analysis = "forced_response"
+[structure]
+matrices = "one.npz"
+dofs = ["1.x"]
+[[contact]]
+law = "macroslip"
+between = ["1.x", "ground"]
+kt = 1.0
+mu = 1.0
+normal_load = 1.0
+[[force]]
+at = "1.x"
+amplitude = 1.0
+[sweep]
+frequency = [0.07957747154594767, 0.3183098861837907]  # 0.5 to 2 rad/s
+force_levels = [0.1, 0.5, 1.0, 2.0]
+harmonics = 7
+samples = 256
+outputs = ["1.x"]
+"""
+
+
+def stickslip_command(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def one_mass(tmp_path):
+    np.savez(tmp_path / "one.npz", M=[[1.0]], K=[[1.0]], C=[[0.02]])
+    path = tmp_path / "one.toml"
+    path.write_text(ONE_MASS)
+    return path
+
+
+def test_the_peaks_of_one_mass(one_mass, tmp_path):
+    """Peaks of |x| and of the first harmonic, maximised over frequency to 1e-9 by an independent script of this project."""
+    result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    data = open_results(tmp_path / "out" / "results.nc")
+    first_harmonic = [1.060053763, 1.572294392, 3.537416372, 37.82571321]
+    largest = [1.05850631, 1.567292339, 3.560423909, 37.86808498]
+    np.testing.assert_allclose(data["peak_amplitude"].isel(peak=0, output=0), first_harmonic, rtol=1e-6)
+    np.testing.assert_allclose(data["peak_max_abs"].isel(peak=0, output=0), largest, rtol=1e-6)
+    rates = 2.0 * np.pi * data["peak_frequency"].isel(peak=0, output=0)
+    np.testing.assert_allclose(rates, [1.406102402, 1.293482118, 1.108840082, 1.003282071], rtol=1e-6)
+    assert data.attrs["study"] == ONE_MASS
+    assert data.attrs["title"] == "One mass and a slider"
+
+
+def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path):
+    quick = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
+    one_mass.write_text(quick)
+    out = tmp_path / "deep" / "out"
+    result = stickslip_command("run", one_mass, "--out", out)
+    assert result.exit_code == 0
+    assert "highest peaks of 1.x" in result.output
+    assert "force 0.5" in result.output
+    written = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert {"results.nc", "report.html", "figures/response.png", "figures/response.svg"} <= written
+    (out / "report.html").unlink()
+    for place in (out, out / "results.nc"):
+        assert stickslip_command("report", place).exit_code == 0
+    assert "One mass and a slider" in (out / "report.html").read_text()
+
+
+def test_new_check_and_run_of_a_template(tmp_path):
+    study = tmp_path / "wedge.toml"
+    assert stickslip_command("new", "lumped", study).exit_code == 0
+    checked = stickslip_command("check", study)
+    assert checked.exit_code == 0
+    assert "6 degrees of freedom, 2 contacts, 3 force levels over a band, 5 harmonics, 256 samples" in checked.output
+    study.write_text(study.read_text().replace("frequency = [145.0, 235.0]", "at = [222.0]").replace("[0.2, 0.5, 1.0]", "[1.0]"))
+    result = stickslip_command("run", study, "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    assert "no peak; largest at 222 Hz: amplitude 4.92812e-05 m" in result.output
+    amplitude = open_results(tmp_path / "out" / "results.nc")["amplitude"].sel(output="2.y").values.ravel()
+    np.testing.assert_allclose(amplitude, [4.928118e-5], rtol=1e-5)  # an independent script of this project
+
+
+def test_several_results_share_a_report(one_mass, tmp_path):
+    one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1"))
+    for name in ("first", "second"):
+        assert stickslip_command("run", one_mass, "--out", tmp_path / "both" / name).exit_code == 0
+    result = stickslip_command("report", tmp_path / "both")
+    assert result.exit_code == 0
+    text = (tmp_path / "both" / "report.html").read_text()
+    assert "first" in text
+    assert "second" in text
+
+
+def refused(result, *said, code=console.WRONG_INPUT):
+    assert result.exit_code == code
+    assert "Traceback" not in result.output
+    for words in said:
+        assert words in result.output
+
+
+def test_check_names_all_faults(one_mass):
+    text = ONE_MASS.replace("kt = 1.0", "kt = -1.0").replace('at = "1.x"', 'at = "2.x"').replace("harmonics", "harmonic")
+    one_mass.write_text(text)
+    refused(
+        stickslip_command("check", one_mass),
+        "3 faults",
+        "[[contact]] 1: kt must be above 0, but is -1.0",
+        "'2.x' does not exist. Did you mean '1.x'?",
+        "'harmonic'. Did you mean 'harmonics'?",
+    )
+
+
+def test_wrong_use_is_refused(one_mass, tmp_path):
+    refused(stickslip_command("check", tmp_path / "missing.toml"), "must exist", "missing.toml")
+    refused(stickslip_command("run", tmp_path / "missing.toml", "--out", tmp_path / "o"), "must exist")
+    refused(stickslip_command("run", one_mass), "--out")
+    refused(stickslip_command("chek", one_mass), "chek")
+    refused(stickslip_command("check", one_mass, "--fats"), "--fats")
+    refused(stickslip_command("new", "lumpd", tmp_path / "a.toml"), "'lumpd'. Did you mean 'lumped'?")
+    refused(stickslip_command("new", "lumped", one_mass), "must not exist yet")
+    refused(stickslip_command("new", "lumped", tmp_path / "a.txt"), "must end in .toml")
+    refused(stickslip_command("report", tmp_path), "RESULTS must be results.nc")
+    refused(stickslip_command("report", tmp_path / "no.nc"), "must exist")
+    refused(stickslip_command("report", one_mass), "must be NetCDF-4")
+    refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "much"), "--preload-mass")
+    refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "-1"), "preload_mass must be positive")
+
+
+def test_a_folder_that_cannot_be_written(one_mass, tmp_path):
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file", tmp_path / "file" / "below"):
+        refused(stickslip_command("run", one_mass, "--out", place), "The output folder must be a folder that can be written")
+    if os.geteuid() != 0:
+        (tmp_path / "locked").mkdir(mode=0o500)
+        refused(stickslip_command("run", one_mass, "--out", tmp_path / "locked"), "can be written")
+
+
+def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypatch):
+    def broken(path):
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr("stickslip.study.read", broken)
+    refused(stickslip_command("check", one_mass), "Error inside stickslip (ZeroDivisionError: a bug)", code=console.FAILED)
+    with pytest.raises(ZeroDivisionError):
+        CliRunner().invoke(app, ["--debug", "check", str(one_mass)], catch_exceptions=False)
+
+
+def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
+    """Results are written all the same; the exit code tells scripts."""
+    one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1"))
+    monkeypatch.setattr("stickslip.cli.failures", lambda name, dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
+    result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
+    refused(result, "force 0.5: the curve stopped at 0.2 Hz.", code=console.INCOMPLETE)
+    assert (tmp_path / "out" / "results.nc").is_file()
+
+
+def test_the_version_and_no_command():
+    assert stickslip_command("--version").output == f"stickslip {stickslip.__version__}\n"
+    assert "Commands" in stickslip_command().output
+
+
+def test_interrupted_from_the_keyboard(one_mass, tmp_path):
+    """Ctrl-C while it computes: a sentence, exit code 130, no half-written file."""
+    one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", str(np.linspace(0.5, 2.0, 400).tolist())))
+    arguments = [*COMMAND, "run", str(one_mass), "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert "One mass and a slider" in process.stdout.readline()
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == console.INTERRUPTED, errors
+    assert errors.strip().endswith("Interrupted: what was finished before is kept, nothing is half written.")
+    assert "Traceback" not in output + errors
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_the_process_ends_with_a_message_on_the_error_stream(tmp_path):
+    process = subprocess.run([*COMMAND, "check", str(tmp_path / "no.toml")], capture_output=True, text=True, check=False)
+    assert process.returncode == console.WRONG_INPUT
+    assert process.stdout == ""
+    assert process.stderr.startswith("Error: The study file must exist, but is ")
+    assert process.stderr.count("\n") == 1
