@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.outcome import Outcome
+from stickslip.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,6 +40,20 @@ class ContactRow:
     contact: int
     direction: int
     label: str
+
+
+@dataclass(frozen=True)
+class Length:
+    """A unit of length to show numbers in: its size in metres and its name."""
+
+    metres: float
+    name: str
+
+
+def length_unit(*datasets: xr.Dataset) -> Length:
+    """Micrometres, or metres where amplitudes exceed a centimetre: lumped models are often stated without dimensions."""
+    largest = max(float(np.max(np.nan_to_num(dataset.amplitude.values), initial=0.0)) for dataset in datasets)
+    return Length(um, "µm") if largest <= 0.01 else Length(1.0, "m")
 
 
 def level_text(dataset: xr.Dataset, case: int) -> str:
@@ -134,9 +149,13 @@ def contact_rows(dataset: xr.Dataset) -> list[ContactRow]:
 
 
 def largest_loops(dataset: xr.Dataset, rows: list[ContactRow], count: int) -> list[ContactRow]:
-    """The `count` rows whose loops at the peak enclose most at any force level, in their old order."""
-    area = loop_areas(dataset)
-    order = sorted(range(len(rows)), key=lambda index: -area[rows[index].contact, rows[index].direction])[:count]
+    """At most `count` rows whose loops at the peak enclose most at any force level, in their old order.
+
+    Loops below 1e-6 of the largest are lines: they are left out where there are others.
+    """
+    areas = loop_areas(dataset)
+    area = np.array([areas[row.contact, row.direction] for row in rows])
+    order = [index for index in np.argsort(-area, kind="stable")[:count] if area[index] >= 1e-6 * area.max()]
     return [rows[index] for index in sorted(order)]
 
 

@@ -14,6 +14,7 @@ from stickslip.results_view import (
     highest_peak,
     is_folded,
     largest_loops,
+    length_unit,
     level_text,
     linear_peak,
     loop_areas,
@@ -98,6 +99,12 @@ def test_linear_peak_is_a_maximum_inside_the_band(dataset):
     assert linear_peak(dataset, "stuck", 0)[0] == pytest.approx(561.0, abs=0.5)
     dataset.stuck_amplitude[0, :, 0] = np.linspace(0.0, 1.0, dataset.sizes["linear_point"])
     assert linear_peak(dataset, "stuck", 0) is None
+
+
+def test_lengths_are_shown_in_metres_where_micrometres_would_be_absurd(dataset):
+    assert length_unit(dataset).name == "µm"
+    large = dataset.assign(amplitude=1e4 * dataset.amplitude)
+    assert length_unit(large).name == length_unit(dataset, large).name == "m"
 
 
 def test_levels_are_newtons_only_where_the_dataset_says_so(dataset):

@@ -11,8 +11,16 @@ from matplotlib.patches import Patch
 
 from stickslip.checks import Array
 from stickslip.plots.look import GREY, OPEN, SLIP, STICK, house_style, level_colours, plain, state_colour
-from stickslip.results_view import ContactRow, along_curve, contact_rows, frequencies, is_folded, largest_loops, level_text
-from stickslip.units import um
+from stickslip.results_view import (
+    ContactRow,
+    along_curve,
+    contact_rows,
+    frequencies,
+    is_folded,
+    largest_loops,
+    length_unit,
+    level_text,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +46,7 @@ def hysteresis_loops(dataset: xr.Dataset) -> Figure:
             axes.set_ylabel(plain(row.label), fontsize=8.5)
         left_out = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
         figure.suptitle(f"Loops at the highest peak{left_out}", x=0.01, ha="left", fontweight="bold", fontsize=10.5)
-        figure.supxlabel("relative displacement in µm", fontsize=9.5)
+        figure.supxlabel(f"relative displacement in {length_unit(dataset).name}", fontsize=9.5)
         figure.supylabel("contact force in N", fontsize=9.5)
     return figure
 
@@ -48,10 +56,8 @@ def contact_states(dataset: xr.Dataset) -> Figure:
     rows = contact_rows(dataset)
     cases = dataset.sizes["case"]
     with house_style():
-        figure = Figure(
-            figsize=(7.6, 1.0 + cases * (0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.085) * max(len(rows), 2))),
-            layout="constrained",
-        )
+        panel = 0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
+        figure = Figure(figsize=(7.6, 1.0 + cases * panel), layout="constrained")
         for case, axes in enumerate(figure.subplots(cases, 1, squeeze=False).ravel()):
             _states_of(axes, dataset, case, rows)
         folded = any(is_folded(dataset, case) for case in range(cases))
@@ -72,7 +78,7 @@ def mesh_edges(centres: Array) -> Array:
 
 def _loop(axes: Axes, dataset: xr.Dataset, case: int, row: ContactRow, colour: str) -> None:
     """One closed loop on its own scale."""
-    motion = dataset.loop_motion.values[case, row.contact, row.direction] / um
+    motion = dataset.loop_motion.values[case, row.contact, row.direction] / length_unit(dataset).metres
     force = dataset.loop_force.values[case, row.contact, row.direction]
     axes.plot(np.append(motion, motion[:1]), np.append(force, force[:1]), color=colour, linewidth=1.3)
     axes.locator_params(nbins=4)

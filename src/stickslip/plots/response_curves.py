@@ -16,10 +16,10 @@ from stickslip.results_view import (
     failed_points,
     frequencies,
     highest_peak,
+    length_unit,
     level_text,
     levels_in_newtons,
 )
-from stickslip.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +29,7 @@ LINEAR_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
 
 
 def response_curves(dataset: xr.Dataset, output: str | None = None, log: bool = True, per_force: bool = False) -> Figure:
-    """Amplitude of the first harmonic in µm against Hz, one curve a force level; per_force divides by the level.
+    """Amplitude of the first harmonic in µm (or m) against Hz, one curve a force level; per_force divides by the level.
 
     Peaks are marked with dots, points without convergence with crosses on the frequency axis.
     """
@@ -51,11 +51,17 @@ def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
     peaks = [highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])]
     found = [(float(dataset.force_level[case]), peak) for case, peak in enumerate(peaks) if peak is not None]
     levels = np.array([level for level, _ in found])
-    amplitudes = np.array([peak.amplitude for _, peak in found])
+    per_force = np.array([_scale(dataset, case, True) * peak.amplitude for case, peak in enumerate(peaks) if peak is not None])
     with house_style():
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
         left, right = figure.subplots(1, 2)
-        left.plot(levels, amplitudes / np.where(levels == 0.0, np.nan, np.abs(levels)) / um, "o-", color="#2b6ca3", markersize=5)
+        left.plot(
+            levels,
+            amplitudes / np.where(levels == 0.0, np.nan, np.abs(levels)) / length_unit(dataset).metres,
+            "o-",
+            color="#2b6ca3",
+            markersize=5,
+        )
         right.plot(levels, [peak.frequency for _, peak in found], "o-", color="#2b6ca3", markersize=5)
         left.set(title=f"Highest peak, {plain(dataset.output.values[index])}", ylim=(0.0, None))
         left.set_ylabel(amplitude_label(dataset, True))
@@ -77,15 +83,16 @@ def output_index(dataset: xr.Dataset, output: str | None) -> int:
 
 def amplitude_label(dataset: xr.Dataset, per_force: bool) -> str:
     """What the amplitude axis says."""
+    unit = length_unit(dataset).name
     if not per_force:
-        return "amplitude |X₁| in µm"
-    return "amplitude per force |X₁|/F in " + ("µm/N" if levels_in_newtons(dataset) else "µm per unit level")
+        return f"amplitude |X₁| in {unit}"
+    return f"amplitude per force |X₁|/F in {unit}{'/N' if levels_in_newtons(dataset) else ' per unit level'}"
 
 
 def _scale(dataset: xr.Dataset, case: int, per_force: bool) -> float:
     """Factor from metres to what is drawn."""
     level = abs(float(dataset.force_level[case])) or np.nan
-    return 1.0 / um / (level if per_force else 1.0)
+    return 1.0 / length_unit(dataset).metres / (level if per_force else 1.0)
 
 
 def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, colour: str) -> None:

@@ -1,4 +1,4 @@
-"""The numbers that report.js draws, as plain lists: micrometres, hertz, newtons and joules, rounded to what a screen shows.
+"""The numbers that report.js draws, as plain lists: micrometres (or metres), hertz, newtons, joules, rounded for a screen.
 
 Exact values stand in the tables of the page and in results.nc.
 """
@@ -22,12 +22,12 @@ from stickslip.results_view import (
     highest_peak,
     is_folded,
     largest_loops,
+    length_unit,
     level_text,
     levels_in_newtons,
     points,
     shares_at_peak,
 )
-from stickslip.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,9 +40,10 @@ LOOP_SAMPLES = 128
 def chart_data(datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Everything that the page draws."""
     most = max(dataset.sizes["case"] for dataset in datasets.values())
-    count = len(datasets)
+    count, unit = len(datasets), length_unit(*datasets.values())
     return {
-        "results": [_result(label, dataset) for label, dataset in datasets.items()],
+        "length": unit.name,
+        "results": [_result(label, dataset, unit.metres) for label, dataset in datasets.items()],
         "mixtures": mixtures(),
         "colours": {
             scheme: {
@@ -79,7 +80,7 @@ def rounded(values: ArrayLike, digits: int = 5) -> list[float | None]:
     return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
 
 
-def _result(label: str, dataset: xr.Dataset) -> dict[str, Any]:
+def _result(label: str, dataset: xr.Dataset, metres: float) -> dict[str, Any]:
     names, shares, totals = shares_at_peak(dataset, len(CONTACTS))
     rows = contact_rows(dataset)
     return {
@@ -90,13 +91,13 @@ def _result(label: str, dataset: xr.Dataset) -> dict[str, Any]:
         "largestLoop": rows.index(largest_loops(dataset, rows, 1)[0]) if rows else 0,
         "linearFrequency": rounded(dataset.linear_frequency.values, 7),
         "energyNames": names,
-        "cases": [_case(dataset, case, shares[case], totals[case]) for case in range(dataset.sizes["case"])],
+        "cases": [_case(dataset, case, metres) | _shares(shares[case], totals[case]) for case in range(dataset.sizes["case"])],
     }
 
 
-def _case(dataset: xr.Dataset, case: int, shares: Array, total: float) -> dict[str, Any]:
+def _case(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
     outputs = range(dataset.sizes["output"])
-    amplitude = along_curve(dataset, "amplitude", case) / um
+    amplitude = along_curve(dataset, "amplitude", case) / metres
     return {
         "level": level_text(dataset, case),
         "force": float(dataset.force_level[case]),
@@ -104,32 +105,34 @@ def _case(dataset: xr.Dataset, case: int, shares: Array, total: float) -> dict[s
         "frequency": rounded(frequencies(dataset, case), 8),
         "folded": is_folded(dataset, case),
         "amplitude": [rounded(amplitude[:, output]) for output in outputs],
-        "peak": [_peak(dataset, case, output) for output in outputs],
+        "peak": [_peak(dataset, case, output, metres) for output in outputs],
         "failed": rounded(dataset.frequency.values[case, failed_points(dataset, case)], 8),
-        "free": [rounded(dataset.free_amplitude.values[case, :, output] / um) for output in outputs],
-        "stuck": [rounded(dataset.stuck_amplitude.values[case, :, output] / um) for output in outputs],
+        "free": [rounded(dataset.free_amplitude.values[case, :, output] / metres) for output in outputs],
+        "stuck": [rounded(dataset.stuck_amplitude.values[case, :, output] / metres) for output in outputs],
         "lossFactor": rounded(along_curve(dataset, "loss_factor", case)),
         "dissipated": rounded(dissipated(dataset, case).sum(axis=1)),
-        "shares": rounded(shares),
-        "total": rounded([total])[0],
-        **_contacts(dataset, case),
+        **_contacts(dataset, case, metres),
     }
 
 
-def _peak(dataset: xr.Dataset, case: int, output: int) -> dict[str, Any] | None:
+def _shares(shares: Array, total: float) -> dict[str, Any]:
+    return {"shares": rounded(shares), "total": rounded([total])[0]}
+
+
+def _peak(dataset: xr.Dataset, case: int, output: int, metres: float) -> dict[str, Any] | None:
     peak = highest_peak(dataset, case, output)
     if peak is None:
         return None
-    frequency, amplitude = rounded([peak.frequency, peak.amplitude / um], 8)
+    frequency, amplitude = rounded([peak.frequency, peak.amplitude / metres], 8)
     return {"frequency": frequency, "amplitude": amplitude, "local": peak.local}
 
 
-def _contacts(dataset: xr.Dataset, case: int) -> dict[str, Any]:
+def _contacts(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
     """States along the curve and the loop at the peak, one entry a contact row."""
     slip, open_ = (along_curve(dataset, f"share_{state}", case) for state in ("slip", "open"))
     rows = contact_rows(dataset)
     step = max(1, dataset.sizes["sample"] // LOOP_SAMPLES)
-    motion, force = dataset.loop_motion.values[case, :, :, ::step] / um, dataset.loop_force.values[case, :, :, ::step]
+    motion, force = dataset.loop_motion.values[case, :, :, ::step] / metres, dataset.loop_force.values[case, :, :, ::step]
     return {
         "states": [mixture_index(slip[:, r.contact, r.direction], open_[:, r.contact, r.direction]) for r in rows],
         "loops": [[rounded(motion[r.contact, r.direction]), rounded(force[r.contact, r.direction])] for r in rows],

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.report.numbers import hertz, micrometres, number, percent
-from stickslip.results_view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak
-from stickslip.units import um
+from stickslip.report.numbers import hertz, number, percent
+from stickslip.results_view import Peak, highest_peak, length_unit, level_text, levels_in_newtons, linear_peak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,10 +42,11 @@ def _headline(dataset: xr.Dataset, output: int) -> str:
         return _level_sentence(dataset, next(iter(peaks)), output)
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
-    unit = "µm/N" if levels_in_newtons(dataset) else "µm per unit level"
+    unit = length_unit(dataset)
+    per_force = "/N" if levels_in_newtons(dataset) else " per unit level"
     return (
         f"Of the {len(peaks)} force levels, {level_text(dataset, best)} has the lowest response per force at its peak: "
-        f"{number(normalised[best] / um)} {unit}{_reductions(dataset, best, peaks[best], output)}. "
+        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{_reductions(dataset, best, peaks[best], output)}. "
         f"From {level_text(dataset, first)} to {level_text(dataset, last)} the peak moves from "
         f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
     )
@@ -54,12 +54,12 @@ def _headline(dataset: xr.Dataset, output: int) -> str:
 
 def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     peak = highest_peak(dataset, case, output)
-    name = dataset.output.values[output]
+    name, unit = dataset.output.values[output], length_unit(dataset)
     if peak is None:
         return f"{level_text(dataset, case)}: no point converged."
     what = f"{name} peaks at" if peak.local else f"the largest computed amplitude of {name}, not a peak of the curve, is"
     return (
-        f"{level_text(dataset, case)}: {what} {micrometres(peak.amplitude)} µm at {hertz(peak.frequency)} Hz"
+        f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
     )
 

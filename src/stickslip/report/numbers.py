@@ -1,15 +1,8 @@
-"""Numbers in words, at the edge: µm, Hz, percent, energies with their prefix."""
+"""Numbers in words, at the edge: Hz, percent, energies with their prefix."""
 
 from __future__ import annotations
 
 import math
-
-from stickslip.units import um
-
-
-def micrometres(value: float) -> str:
-    """A length in µm, four digits."""
-    return number(value / um)
 
 
 def number(value: float, digits: int = 4) -> str:

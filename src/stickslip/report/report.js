@@ -17,7 +17,13 @@ const plain = text => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const scheme = () => data.colours[dark.matches && !printing ? "dark" : "light"];
 const levelColours = shown => scheme().levels[shown.cases.length];
-const perForce = shown => shown.newtons ? "µm/N" : "µm per unit level";
+const perForce = shown => `${data.length}${shown.newtons ? "/N" : " per unit level"}`;
+
+function joules(energy) {
+  if (energy === null) return "–";
+  const [size, unit] = [[1, "J"], [1e-3, "mJ"], [1e-6, "µJ"]].find(([size]) => Math.abs(energy) >= size) || [1e-9, "nJ"];
+  return energy === 0 ? "0 J" : `${Number((energy / size).toPrecision(3))} ${unit}`;
+}
 
 function fill(select, names) {
   const kept = Number(select.value || 0);
@@ -68,7 +74,7 @@ function drawCurves() {
   const heights = curves.flatMap(c => c.y).filter(y => y > 0);
   const low = heights.reduce((a, b) => Math.min(a, b), Infinity), high = heights.reduce((a, b) => Math.max(a, b), 0);
   const range = log ? [Math.log10(0.7 * low), Math.log10(1.7 * high)] : [0, 1.06 * high];
-  const title = normalised ? `|X₁| / F in ${perForce(shown)}` : "amplitude |X₁| in µm";
+  const title = normalised ? `|X₁| / F in ${perForce(shown)}` : `amplitude |X₁| in ${data.length}`;
   draw("chart-curves", [...linearCurves(shown, output, factors, normalised), ...curves, dots, crosses], {
     xaxis: axis("frequency in Hz"), hovermode: "closest",
     yaxis: axis(title, { type: log ? "log" : "linear", exponentformat: "power", ...(log && high > 30 * low ? { dtick: 1 } : {}), ...(heights.length ? { range } : {}) }),
@@ -81,8 +87,8 @@ function tellPoint(event) {
   const at = clicked.pointIndex, number = (x, digits = 4) => x === null ? "–" : String(Number(x.toPrecision(digits)));
   const states = c.states.map((row, i) => row[at] === null ? null : `${shown.contacts[i]} ${stateWords(row[at])}`).filter(s => s);
   byId("point").textContent = `${c.level}, point ${c.point[at]}: ${number(c.frequency[at], 7)} Hz, ` +
-    `${shown.outputs[index("output")]} ${number(c.amplitude[index("output")][at])} µm, loss factor ${number(c.lossFactor[at])}, ` +
-    `dissipated ${number(c.dissipated[at])} J per cycle. ${states.join("; ")}${states.length ? "." : ""}`;
+    `${shown.outputs[index("output")]} ${number(c.amplitude[index("output")][at])} ${data.length}, loss factor ${number(c.lossFactor[at])}, ` +
+    `dissipated ${joules(c.dissipated[at])} per cycle. ${states.join("; ")}${states.length ? "." : ""}`;
 }
 
 function stateWords(mixture) {
@@ -109,14 +115,15 @@ function drawTrend() {
 
 function drawLoops() {
   const shown = result(), row = index("contact"), own = chosen("size") === "own";
-  const largest = values => values.reduce((a, b) => Math.max(a, Math.abs(b)), 0) || 1;
+  const middle = values => values.length ? (Math.max(...values) + Math.min(...values)) / 2 : 0;
+  const half = values => values.length ? (Math.max(...values) - Math.min(...values)) / 2 || 1 : 1;
   const closed = values => values.length ? [...values, values[0]] : values;
   const traces = shown.cases.map((c, i) => ({ c, i, loop: c.loops[row] })).filter(t => t.loop && t.loop[0].every(u => u !== null)).map(({ c, i, loop }) => {
-    const [u, force] = loop.map(closed), [su, sf] = own ? [largest(u), largest(force)] : [1, 1];
-    return { x: u.map(v => v / su), y: force.map(v => v / sf), customdata: u.map((v, k) => [v, force[k]]), mode: "lines", name: plain(c.level),
-      line: { color: levelColours(shown)[i], width: 2 }, hovertemplate: "%{customdata[0]:.4g} µm, %{customdata[1]:.4g} N" };
+    const [u, force] = loop.map(closed), [u0, f0, su, sf] = own ? [middle(u), middle(force), half(u), half(force)] : [0, 0, 1, 1];
+    return { x: u.map(v => (v - u0) / su), y: force.map(v => (v - f0) / sf), customdata: u.map((v, k) => [v, force[k]]), mode: "lines", name: plain(c.level),
+      line: { color: levelColours(shown)[i], width: 2 }, hovertemplate: `%{customdata[0]:.4g} ${data.length}, %{customdata[1]:.4g} N` };
   });
-  const words = own ? ["relative displacement / its largest", "contact force / its largest"] : ["relative displacement in µm", "contact force in N"];
+  const words = own ? ["relative displacement, centred, in half ranges", "contact force, centred, in half ranges"] : [`relative displacement in ${data.length}`, "contact force in N"];
   draw("chart-loops", traces, { xaxis: axis(words[0]), yaxis: axis(words[1]), hovermode: "closest", showlegend: true });
 }
 
@@ -151,7 +158,7 @@ function drawEnergy() {
     marker: { color: colours[k % colours.length] }, hovertemplate: "%{x:.1f} %, %{customdata:.4g} J per cycle" }));
   draw("chart-shares", shares, { barmode: "stack", title: { text: "Dissipated at the highest peak", font: { size: 14 }, x: 0.01 }, showlegend: true,
     margin: { l: 60, r: 16, t: 40, b: 48 }, xaxis: axis("share in %", { range: [0, 100] }), yaxis: axis("", { autorange: "reversed", tickvals: levels,
-      ticktext: shown.cases.map(c => `${plain(c.level)}: ${c.total === null ? "–" : `${c.total.toPrecision(3)} J`}`) }) });
+      ticktext: shown.cases.map(c => `${plain(c.level)}: ${joules(c.total)}`) }) });
   const lines = name => shown.cases.map((c, i) => ({ x: c.frequency, y: name === "lossFactor" ? c[name] : c[name].map(v => v > 0 ? v : null),
     mode: c.frequency.length < 12 ? "lines+markers" : "lines", name: plain(c.level), line: { color: levelColours(shown)[i], width: 2 },
     hovertemplate: "%{x:.2f} Hz, %{y:.4g}" }));

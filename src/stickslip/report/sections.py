@@ -11,8 +11,8 @@ from stickslip.checks import Array
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
-from stickslip.report.numbers import counted, energy, hertz, micrometres, number
-from stickslip.results_view import converged_points, highest_peak, level_text, levels_in_newtons, points
+from stickslip.report.numbers import counted, energy, hertz, number
+from stickslip.results_view import Length, converged_points, highest_peak, length_unit, level_text, levels_in_newtons, points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,9 +48,10 @@ def curves(datasets: Datasets) -> str:
 
 def peaks(datasets: Datasets) -> str:
     """Every local maximum of every curve."""
-    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(datasets) > 1)]
-    heads = ["Force level", "Output", "Peak", "Frequency in Hz", "Amplitude in µm", "Amplitude per force"]
-    heads = [*_result_head(datasets), *heads, "Largest in µm", "Loss factor"]
+    unit = length_unit(*datasets.values())
+    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(datasets) > 1, unit)]
+    heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"Amplitude in {unit.name}", "Amplitude per force"]
+    heads = [*_result_head(datasets), *heads, f"Largest in {unit.name}", "Loss factor"]
     caption = "Peaks: local maxima of the first harmonic along the curve, highest first; data-value holds the number in SI units."
     return section("peaks-section", "Peaks", table("peaks", caption, heads, rows))
 
@@ -145,7 +146,7 @@ def _result_head(datasets: Datasets) -> list[str]:
     return ["Result"] if len(datasets) > 1 else []
 
 
-def _peak_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
+def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> Iterator[str]:
     for case in range(dataset.sizes["case"]):
         for output, name in enumerate(dataset.output.values):
             for rank, values in _ranked(dataset, case, output):
@@ -154,7 +155,7 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str]:
                 words = f"{rank}" if rank else "none in the band; the largest point"
                 yield (
                     f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
-                    f"<td>{text(words)}</td>{_peak_cells(values, force, levels_in_newtons(dataset))}</tr>"
+                    f"<td>{text(words)}</td>{_peak_cells(values, force, unit, levels_in_newtons(dataset))}</tr>"
                 )
 
 
@@ -169,15 +170,15 @@ def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, 
         yield 0, np.array([highest.frequency, highest.amplitude, highest.max_abs, highest.loss_factor])
 
 
-def _peak_cells(values: Array, force: float, newtons: bool) -> str:
+def _peak_cells(values: Array, force: float, unit: Length, newtons: bool) -> str:
     frequency, amplitude, largest, loss = (float(value) for value in values)
     normalised = amplitude / abs(force) if force else float("nan")
-    unit = " µm/N" if newtons else " µm"
+    per_force = f"{number(normalised / unit.metres)} {unit.name}{'/N' if newtons else ''}"
     return (
         cell(hertz(frequency), frequency)
-        + cell(micrometres(amplitude), amplitude)
-        + cell(micrometres(normalised) + unit, normalised)
-        + cell(micrometres(largest), largest)
+        + cell(number(amplitude / unit.metres), amplitude)
+        + cell(per_force, normalised)
+        + cell(number(largest / unit.metres), largest)
         + cell(number(loss), loss)
     )
 
