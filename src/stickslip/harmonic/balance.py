@@ -50,7 +50,8 @@ class Evaluation:
     """Everything about a point that Newton's method needs.
 
     w (contact rows + outputs, 2H+1) and its derivatives by ω and by level at fixed λ; residual λ − λ̂ (rows, 2H+1);
-    unknown: state of each row; own, coupling: derivatives of λ̂; error: ‖residual‖ relative to the contact forces.
+    unknown: state of each row; own, coupling: derivatives of λ̂; error: ‖residual‖ relative to the contact forces or the
+    harmonic load, whichever is larger.
     """
 
     point: Point
@@ -129,7 +130,7 @@ class HarmonicBalance:
         self.normal = normal_of_rows(self.table)
         self.linear = linear_part(problem, harmonics)
         self.stiffness = problem.contact_stiffness
-        self.load_size = float(np.linalg.norm(problem.load(harmonics)))
+        self.load_size = float(np.linalg.norm(problem.load(harmonics)[:, 1:]))
 
     def stuck_point(self, omega: float, level: float) -> Point:
         """Where Newton starts without better knowledge: λ of all contacts held at their start offsets."""
@@ -150,7 +151,7 @@ class HarmonicBalance:
         contact_forces(self.table, self.tables, w, target, unknown, own, coupling)
         residual = point.forces - target
         carried = target + self.stiffness[:, None] * w[:rows]
-        scale = max(float(np.sqrt(np.vdot(carried, carried))), 1e-6 * self.load_size)
+        scale = max(float(np.sqrt(np.vdot(carried, carried))), point.level * self.load_size, np.finfo(float).tiny)
         error = float(np.sqrt(np.vdot(residual, residual))) / scale
         return Evaluation(point, w, by_omega, by_level, residual, unknown, own, coupling, error)
 

@@ -287,16 +287,19 @@ class _Tracer:
         return solve_at(self.balance, current, following, self.parameter, self.end)
 
 
+def hermite(a: Array, da: Array, b: Array, db: Array, f: float) -> Array:
+    """The cubic through a and b with slopes da and db over the whole interval, at fraction f."""
+    return np.asarray(
+        (1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db
+    )
+
+
 def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Array:
     """λ on the cubic Hermite curve through two points and their tangents."""
     step = following.length
     scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
-    a, b = current.point.forces, following.point.forces
     da, db = step * current.tangent.forces, step * scale * following.tangent.forces
-    f = fraction
-    return np.asarray(
-        (1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db
-    )
+    return hermite(current.point.forces, da, following.point.forces, db, fraction)
 
 
 def solve_at(

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 
 TOLERANCE = 1e-11
-"""Residual relative to the contact forces at which a point counts as solved."""
+"""Residual relative to the contact forces, or to the harmonic load, at which a point counts as solved."""
 
 FLOOR = 1e-9
 """Residual that is still accepted where rounding lets no step reduce it further."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
-from stickslip.solve.continuation import CurvePoint, Lost, Tangent, between
+from stickslip.solve.continuation import CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
 
 TOLERANCE = 1e-8
@@ -32,13 +32,14 @@ NEIGHBOURS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """A solved place: at `fraction` of segment `segment`, arc length `place`; amplitude and its slope over arc length."""
+    """A solved place: at `fraction` of segment `segment`, arc length `place`; amplitude, its slope and that of λ over arc length."""
 
     segment: int
     fraction: float
     place: float
     amplitude: float
     slope: float
+    forces_slope: Array
     point: CurvePoint
 
 
@@ -73,6 +74,14 @@ Measure = Callable[[Array], tuple[float, Array]]
 """A size of one row of motion (2H+1,), m, and its gradient by that row."""
 
 
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Peaks along a curve, and how many places near them Newton's method could not solve (0: each peak is proven highest)."""
+
+    points: tuple[CurvePoint, ...]
+    unsolved: int
+
+
 def first_harmonic(motion: Array) -> tuple[float, Array]:
     """|X_1| = √(a1² + b1²)."""
     amplitude = float(np.hypot(motion[1], motion[2]))
@@ -82,18 +91,31 @@ def first_harmonic(motion: Array) -> tuple[float, Array]:
 
 
 def peaks(
-    balance: HarmonicBalance, curve: Sequence[CurvePoint], output: int, measure: Measure = first_harmonic
-) -> list[CurvePoint]:
-    """All peaks of a measure of an output along a curve in ω, each solved; the ends of the band do not count."""
+    balance: HarmonicBalance,
+    curve: Sequence[CurvePoint],
+    output: int,
+    measure: Measure = first_harmonic,
+    least: float = 0.0,
+) -> Peaks:
+    """All peaks of a measure of an output along a curve in ω, each solved; the ends of the band do not count.
+
+    least: peaks that stand below this share of the highest point of the curve are left out unsolved.
+    """
     row = balance.rows + output
     search = _Search(balance, curve, row, measure)
-    rising = [float(measure(p.evaluation.w[row])[1] @ p.tangent.motion[row]) > 0.0 for p in curve]
-    found = [search.highest(k) for k in range(len(curve) - 1) if rising[k] and not rising[k + 1]]
-    sizes = [measure(point.evaluation.w[row])[0] for point in curve]
-    return [sample.point for sample in _prominent(found, sizes)]
+    measured = [measure(point.evaluation.w[row]) for point in curve]
+    sizes = np.array([size for size, _ in measured])
+    rising = [float(gradient @ p.tangent.motion[row]) > 0.0 for (_, gradient), p in zip(measured, curve, strict=True)]
+    floor = least * float(sizes.max(initial=0.0))
+    found = [
+        search.highest(k)
+        for k in range(len(curve) - 1)
+        if rising[k] and not rising[k + 1] and sizes[k : k + 2].max() >= floor
+    ]
+    return Peaks(tuple(sample.point for sample in _prominent(found, sizes)), search.unsolved)
 
 
-def _prominent(found: list[_Sample], sizes: Sequence[float]) -> list[_Sample]:
+def _prominent(found: list[_Sample], sizes: Array) -> list[_Sample]:
     """Maxima between which the curve, of given sizes at its points, dips; of the others only the highest."""
     kept: list[_Sample] = []
     for sample in found:
@@ -119,6 +141,7 @@ class _Search:
 
     def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int, measure: Measure) -> None:
         self.balance, self.curve, self.row, self.measure = balance, curve, row, measure
+        self.unsolved = 0
         self.places = np.cumsum([point.length for point in curve])
 
     def highest(self, segment: int) -> _Sample:
@@ -132,7 +155,11 @@ class _Search:
             if bounds[i] <= (1.0 + TOLERANCE) * best.amplitude:
                 break
             divided = intervals[i]
-            middle = self._solve(divided.low.segment, divided.division())
+            middle = self._solve(divided, divided.division())
+            if middle is None:
+                self.unsolved += 1
+                bounds[i] = 0.0
+                continue
             intervals[i : i + 1] = [_Interval(divided.low, middle), _Interval(middle, divided.high)]
             bounds[i : i + 1] = [0.0, 0.0]
             for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
@@ -156,20 +183,26 @@ class _Search:
 
     def _sample(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Sample:
         size, gradient = self.measure(point.evaluation.w[self.row])
-        slope = float(gradient @ point.tangent.motion[self.row]) / condition.rate(point.tangent.motion, point.tangent.parameter)
-        return _Sample(k, fraction, self.places[k] + fraction * span, size, slope, point)
+        tangent = point.tangent
+        rate = condition.rate(tangent.motion, tangent.parameter)
+        slope = float(gradient @ tangent.motion[self.row]) / rate
+        return _Sample(k, fraction, self.places[k] + fraction * span, size, slope, tangent.forces / rate, point)
 
-    def _solve(self, k: int, fraction: float) -> _Sample:
-        current, following = self.curve[k], self.curve[k + 1]
-        condition, span = self._plane(k, fraction)
-        omega = current.point.omega + fraction * (following.point.omega - current.point.omega)
-        start = Point(between(current, following, fraction), omega, current.point.level)
+    def _solve(self, interval: _Interval, fraction: float) -> _Sample | None:
+        """The place at a fraction of the interval's segment; None where Newton's method fails."""
+        low, high = interval.low, interval.high
+        share = (fraction - low.fraction) / (high.fraction - low.fraction)
+        a, b = low.point.point, high.point.point
+        forces = hermite(
+            a.forces, interval.width * low.forces_slope, b.forces, interval.width * high.forces_slope, share
+        )
+        condition, span = self._plane(low.segment, fraction)
+        start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
         correction = correct(self.balance, start, condition, iterations=20, halvings=8)
         if not correction.converged:
-            raise Lost(f"Newton's method failed near the peak at {omega / (2.0 * np.pi):g} Hz.")
+            return None
         factors = self.balance.factorise(correction.evaluation, condition)
         tangent = Tangent(*self.balance.tangent(correction.evaluation, "omega", factors))
-        point = CurvePoint(
-            correction.evaluation, tangent, current.metric, correction.iterations, factors.size, fraction * current.length
-        )
-        return self._sample(k, fraction, point, condition, span)
+        metric = self.curve[low.segment].metric
+        point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, factors.size, 0.0)
+        return self._sample(low.segment, fraction, point, condition, span)
