@@ -67,8 +67,8 @@ class MicroslipArray(Law):
         size = len(self.kt)
         index = np.arange(size)
         limits = np.zeros(size) if self.normal_load is None else self.mu * np.asarray(self.normal_load, dtype=float)
-        own = index + 1 if normal else index
-        friction = FrictionElements(np.asarray(self.kt, float), np.full(size, self.mu), limits, index, own)
+        first, last = (index, index + 1) if normal else (0 * index, 0 * index)
+        friction = FrictionElements(np.asarray(self.kt, float), np.full(size, self.mu), limits, first, last)
         springs = None
         if self.kn is not None:
             kn = np.asarray(self.kn, dtype=float)

@@ -1,0 +1,38 @@
+"""Parameters of the law harness: every law sample, every start rule."""
+
+import pytest
+from laws.samples import SAMPLES
+
+from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
+
+STARTS = {
+    "virgin": SliderOffset(),
+    "offset": SliderOffset(-0.35),
+    "far offset": SliderOffset(40.0),
+    "ratio": TractionRatio(-0.6),
+    "full ratio": TractionRatio(1.0),
+    "mean": MeanTraction(0.1),
+    "large mean": MeanTraction(-30.0),
+}
+
+
+@pytest.fixture(params=SAMPLES, ids=lambda sample: sample.name)
+def sample(request):
+    return request.param
+
+
+@pytest.fixture(params=[s for s in SAMPLES if any(e.mu > 0.0 for e in s.elements)], ids=lambda sample: sample.name)
+def rubbing(request):
+    """A sample with friction."""
+    return request.param
+
+
+@pytest.fixture(params=[s for s in SAMPLES if s.law.has_normal], ids=lambda sample: sample.name)
+def touching(request):
+    """A sample with a normal direction."""
+    return request.param
+
+
+@pytest.fixture(params=list(STARTS.values()), ids=list(STARTS))
+def start(request):
+    return request.param

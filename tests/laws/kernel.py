@@ -1,0 +1,77 @@
+"""The package's answer for one contact: forces, states and derivatives for a given motion, as the balance asks for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from laws.marching import Motion, sampled
+from laws.samples import Sample
+
+from stickslip.contact.point import Contact, between
+from stickslip.contact.start import Start
+from stickslip.contact.table import contact_table
+from stickslip.harmonic.contact_forces import contact_forces
+from stickslip.harmonic.cycle import ContactCycle, contact_cycle
+from stickslip.harmonic.fourier import fourier
+
+DIRECTIONS = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """λ̂ (rows, 2H+1), state of each row, derivatives by own and by normal motion (rows, 2H+1, 2H+1)."""
+
+    target: np.ndarray
+    unknown: np.ndarray
+    own: np.ndarray
+    normal: np.ndarray
+
+
+def contact_of(sample: Sample, start: Start) -> Contact:
+    """The sample between a node and ground."""
+    tangential = tuple(between(f"1.{axis}", "ground") for axis in DIRECTIONS[: sample.tangential])
+    normal = between("1.z", "ground") if sample.law.has_normal else None
+    return Contact("contact", sample.law, tangential, normal, start)
+
+
+def answer(sample: Sample, start: Start, w: np.ndarray, samples: int) -> Answer:
+    """Forces and derivatives for motion w (rows, 2H+1)."""
+    rows, columns = w.shape
+    found = Answer(
+        np.full((rows, columns), np.nan),
+        np.zeros(rows, dtype=np.int64),
+        np.full((rows, columns, columns), np.nan),
+        np.zeros((rows, columns, columns)),
+    )
+    table = contact_table([contact_of(sample, start)])
+    contact_forces(table, fourier((columns - 1) // 2, samples), w, found.target, found.unknown, found.own, found.normal)
+    return found
+
+
+def forces(sample: Sample, start: Start, w: np.ndarray, samples: int) -> np.ndarray:
+    """F = λ̂ + K_c w (rows, 2H+1)."""
+    return answer(sample, start, w, samples).target + np.array(sample.stiffness)[:, None] * w
+
+
+def cycle(sample: Sample, start: Start, w: np.ndarray, samples: int) -> ContactCycle:
+    """The period sample by sample."""
+    return contact_cycle(contact_table([contact_of(sample, start)]), fourier((w.shape[1] - 1) // 2, samples), w)
+
+
+def motion_of(sample: Sample, w: np.ndarray, samples: int) -> Motion:
+    """Samples of motion w (rows, 2H+1)."""
+    signals = sampled(w, samples)
+    normal = signals[-1] if sample.law.has_normal else np.zeros(samples)
+    return Motion(signals[: sample.tangential], normal)
+
+
+def random_motion(sample: Sample, harmonics: int, rng: np.random.Generator, size: float = 1.0) -> np.ndarray:
+    """Motion w (rows, 2H+1) with harmonics that decay, of about `size` m; normal means positive (closed) or near zero."""
+    rows = len(sample.stiffness)
+    decay = np.repeat(1.0 / np.arange(1, harmonics + 1) ** 1.5, 2)
+    w = np.concatenate([0.5 * rng.standard_normal((rows, 1)), rng.standard_normal((rows, 2 * harmonics)) * decay], axis=1)
+    w *= size
+    if sample.law.has_normal:
+        w[-1, 0] = rng.choice([0.0, 0.5, 2.0]) * size
+    return w

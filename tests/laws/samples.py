@@ -1,0 +1,101 @@
+"""Samples of every contact law for the law harness, and the springs and sliders that each one stands for, written by hand.
+
+A new law brings its samples here: without them the harness fails and says so.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from dataclasses import dataclass
+
+import numpy as np
+
+import stickslip.contact
+from stickslip.contact.gap import Gap
+from stickslip.contact.law import Law
+from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.microslip import MicroslipArray
+
+
+@dataclass(frozen=True)
+class Element:
+    """What one element of a law is: N = max(kn (z − gap) + preload, 0) + load, a Jenkins element (kt, μN) in each direction."""
+
+    kt: float = 0.0
+    mu: float = 0.0
+    kn: float = 0.0
+    gap: float = 0.0
+    preload: float = 0.0
+    load: float = 0.0
+
+    def normal(self, z: np.ndarray) -> np.ndarray:
+        """N at normal displacements z, N."""
+        return np.maximum(self.kn * (z - self.gap) + self.preload, 0.0) + self.load
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A law, its number of tangential directions, and the elements it must be equal to."""
+
+    name: str
+    law: Law
+    tangential: int
+    elements: tuple[Element, ...]
+
+    @property
+    def stiffness(self) -> tuple[float, ...]:
+        """Stiffness of all elements closed and stuck, by row t1, t2, n, N/m."""
+        normal = (sum(e.kn for e in self.elements),) if self.law.has_normal else ()
+        return (sum(e.kt for e in self.elements),) * self.tangential + normal
+
+
+def every_law() -> list[type[Law]]:
+    """Every concrete law of stickslip.contact, found by listing its modules."""
+    for module in pkgutil.iter_modules(stickslip.contact.__path__):
+        importlib.import_module(f"stickslip.contact.{module.name}")
+    found, pending = [], [Law]
+    while pending:
+        members = pending.pop().__subclasses__()
+        pending += members
+        found += [law for law in members if not inspect.isabstract(law) and law.__module__.startswith("stickslip.")]
+    return sorted(found, key=lambda law: law.__name__)
+
+
+def samples_of(law: type[Law]) -> list[Sample]:
+    """The samples of one law."""
+    return [sample for sample in SAMPLES if type(sample.law) is law]
+
+
+def _array(kts: tuple[float, ...], mu: float, **others: tuple[float, ...]) -> tuple[Element, ...]:
+    columns = [dict(zip(others, values, strict=True)) for values in zip(*others.values(), strict=True)]
+    return tuple(Element(kt, mu, **column) for kt, column in zip(kts, columns, strict=True))
+
+
+SAMPLES = (
+    Sample("gap", Gap(2.5, gap=0.3, preload=0.4), 0, (Element(kn=2.5, gap=0.3, preload=0.4),)),
+    Sample("constant load", Macroslip(2.0, 0.5, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
+    Sample("constant load, plane", Macroslip(1.5, 0.3, normal_load=2.0), 2, (Element(1.5, 0.3, load=2.0),)),
+    Sample("varying load", Macroslip(2.0, 0.4, 3.0, 1.0), 1, (Element(2.0, 0.4, 3.0, preload=1.0),)),
+    Sample("varying load with gap, plane", Macroslip(1.3, 0.7, 2.0, 0.2, 0.1), 2, (Element(1.3, 0.7, 2.0, 0.1, 0.2),)),
+    Sample("without friction", Macroslip(1.0, 0.0, 2.0, 0.5), 1, (Element(1.0, 0.0, 2.0, preload=0.5),)),
+    Sample(
+        "array of constant loads",
+        MicroslipArray((1.0, 0.6, 0.3), 0.5, normal_load=(0.2, 0.8, 2.0)),
+        1,
+        _array((1.0, 0.6, 0.3), 0.5, load=(0.2, 0.8, 2.0)),
+    ),
+    Sample(
+        "array with gaps, plane",
+        MicroslipArray.from_totals(3.0, 6.0, 0.4, 0.5, 4),
+        2,
+        _array((0.75,) * 4, 0.4, kn=(1.5,) * 4, gap=(0.0, 1 / 6, 1 / 3, 0.5)),
+    ),
+    Sample(
+        "array of unequal elements",
+        MicroslipArray((1.0, 0.4), 0.6, (2.0, 3.0), (0.0, 0.2), (0.3, 0.9)),
+        1,
+        _array((1.0, 0.4), 0.6, kn=(2.0, 3.0), gap=(0.0, 0.2), preload=(0.3, 0.9)),
+    ),
+)
