@@ -55,13 +55,7 @@ def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
     with house_style():
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
         left, right = figure.subplots(1, 2)
-        left.plot(
-            levels,
-            amplitudes / np.where(levels == 0.0, np.nan, np.abs(levels)) / length_unit(dataset).metres,
-            "o-",
-            color="#2b6ca3",
-            markersize=5,
-        )
+        left.plot(levels, per_force, "o-", color="#2b6ca3", markersize=5)
         right.plot(levels, [peak.frequency for _, peak in found], "o-", color="#2b6ca3", markersize=5)
         left.set(title=f"Highest peak, {plain(dataset.output.values[index])}", ylim=(0.0, None))
         left.set_ylabel(amplitude_label(dataset, True))

@@ -92,7 +92,8 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
         if linear is not None:
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"
-            words.append(f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side} the resonance {_ABSENT[which]}")
+            meant = f"the {_which_resonance(dataset, which)} {_ABSENT[which]}"
+            words.append(f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side} {meant}")
     return ", " + " and ".join(words) if words else ""
 
 
@@ -104,3 +105,10 @@ def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
             ratio = peak.amplitude / linear[1]
             words.append(f"{percent(abs(1.0 - ratio))} {'lower' if ratio <= 1.0 else 'higher'} than {_ABSENT[which]}")
     return "; " + ", ".join(words) if words else ""
+
+
+def _which_resonance(dataset: xr.Dataset, which: str) -> str:
+    """Of several resonances in the band the highest peak is meant."""
+    natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
+    several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
+    return "highest resonance in the band" if several else "resonance"
