@@ -34,6 +34,9 @@ _HOME = {
     "hertz": "stickslip.units",
     "radians_per_second": "stickslip.units",
     "InputError": "stickslip.checks",
+    "ForcedResponse": "stickslip.analyses.forced_response",
+    "forced_response": "stickslip.analyses.forced_response",
+    "open_results": "stickslip.results",
 }
 _MODULES = ("rigs", "units")
 
@@ -41,6 +44,7 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 
 if TYPE_CHECKING:
     from stickslip import rigs, units
+    from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.checks import InputError
     from stickslip.contact.gap import Gap
     from stickslip.contact.macroslip import Macroslip
@@ -50,6 +54,7 @@ if TYPE_CHECKING:
     from stickslip.loads import Force, Output
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem
+    from stickslip.results import open_results
     from stickslip.structure.damping import ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure
     from stickslip.units import Band, hertz, radians_per_second

@@ -76,7 +76,7 @@ ONE_CHANGE = [
     ("frequency = [0.1, 0.3]", "", "frequency or at must be given, but is missing"),
     ("frequency = [0.1, 0.3]", "frequency = [0.1, 0.3]\nat = [0.1]", "frequency and at must not be given together"),
     ("harmonics = 5", "harmonics = 2.5", "harmonics must be a whole number, but is 2.5"),
-    ("samples = 256", "samples = 10", "samples must be above 2 x harmonics = 10, but is 10"),
+    ("samples = 256", "samples = 10", "samples must be at least 4 x harmonics + 2 = 22, but is 10"),
     ("harmonics = 5", "force_levels = [1.0, 0.0]", "force_levels, entry 2 must be above 0, but is 0.0"),
     ('outputs = ["2.x"]', 'outputs = ["2.y"]', "outputs: degree of freedom '2.y' does not exist. Did you mean '2.x'?"),
     ('outputs = ["2.x"]', "", "outputs must be given, but is missing"),

@@ -149,6 +149,7 @@ def frequencies(table: SweepTable) -> Band | tuple[float, ...]:
 
 
 def enough_samples(table: SweepTable) -> None:
-    """At least two samples in the period of the highest harmonic."""
-    if table.samples <= 2 * table.harmonics:
-        raise fault("samples", f"must be above 2 x harmonics = {2 * table.harmonics}", table.samples, "256 is usual.")
+    """As many samples as the harmonic balance needs to tell H harmonics of a product apart."""
+    least = 4 * table.harmonics + 2
+    if table.samples < least:
+        raise fault("samples", f"must be at least 4 x harmonics + 2 = {least}", table.samples, "256 is usual.")
