@@ -29,7 +29,7 @@ rig = "single_blade"              # a ready problem: structure, dampers, contact
 preload_mass = {preload_mass}                # kg; its weight pulls each damper against the platforms; published: 2.6, 4.6, 6.6
 
 [sweep]
-frequency = [480.0, 600.0]        # Hz: continue over this band; or at = [520.0, 530.0]: solve exactly there
+frequency = [390.0, 600.0]        # Hz: continue over this band; or at = [520.0, 530.0]: solve exactly there
 force_levels = {force_levels}     # factors on the harmonic force of the rig, 1 N
 harmonics = {harmonics}                     # highest harmonic H
 samples = 256                     # samples of a period
