@@ -133,7 +133,7 @@ def test_wrong_use_is_refused(one_mass, tmp_path):
     refused(stickslip_command("check", tmp_path / "missing.toml"), "must exist", "missing.toml")
     refused(stickslip_command("run", tmp_path / "missing.toml", "--out", tmp_path / "o"), "must exist")
     refused(stickslip_command("run", one_mass), "--out")
-    refused(stickslip_command("chek", one_mass), "chek")
+    refused(stickslip_command("checks", one_mass), "checks")
     refused(stickslip_command("check", one_mass, "--fats"), "--fats")
     refused(stickslip_command("new", "lumpd", tmp_path / "a.toml"), "'lumpd'. Did you mean 'lumped'?")
     refused(stickslip_command("new", "lumped", one_mass), "must not exist yet")
