@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.checks import InputError
+from stickslip.contact.start import TractionRatio
 from stickslip.rigs import three_mass_wedge
 from stickslip.study import read
 from stickslip.study.reference import reference
@@ -26,6 +27,17 @@ def test_the_template_of_the_rig_is_sound(tmp_path):
     study = read(tmp_path / "study.toml")
     assert study.force_levels == (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
     assert len(study.problem.contacts) == 16
+
+
+def test_a_rig_takes_a_start_rule(tmp_path):
+    write_new("forced_response", tmp_path / "study.toml")
+    text = (tmp_path / "study.toml").read_text()
+    (tmp_path / "study.toml").write_text(text.replace("[sweep]", "start = { traction_ratio = 0.5 }\n[sweep]"))
+    contacts = read(tmp_path / "study.toml").problem.contacts
+    assert all(start == TractionRatio(0.5) for contact in contacts for start in contact.starts)
+    (tmp_path / "study.toml").write_text(text.replace("[sweep]", "start = { traction_rato = 0.5 }\n[sweep]"))
+    with pytest.raises(InputError, match="Did you mean 'traction_ratio'"):
+        read(tmp_path / "study.toml")
 
 
 def test_the_lumped_template_is_the_wedge_of_the_rigs(tmp_path):

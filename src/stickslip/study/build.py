@@ -17,10 +17,10 @@ from stickslip.problem import Problem
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
 from stickslip.study.contacts import ContactTable, FrictionTable
-from stickslip.study.faults import Found
+from stickslip.study.faults import Found, parsed
 from stickslip.study.matrices import matrices_in_si, read_matrices
 from stickslip.study.names import Names
-from stickslip.study.starts import start_rules
+from stickslip.study.starts import StartTable, start_rules
 from stickslip.study.tables import DampingTable, ForceTable, MatricesTable, StructureTable, SweepTable
 from stickslip.study.units import Units, in_si
 from stickslip.units import Band
@@ -38,7 +38,15 @@ def rig_named(table: StructureTable) -> Problem:
     missing = [name for name, parameter in known.items() if parameter.default is parameter.empty and name not in table.parameters]
     if missing:
         raise Faults([f"parameters, {name} must be given, but is missing." for name in missing])
-    return made(maker, table.parameters)
+    return made(maker, {name: rig_argument(name, value) for name, value in table.parameters.items()})
+
+
+def rig_argument(name: str, value: Any) -> Any:
+    """An argument of a rig: as it stands, or a start rule from its table."""
+    if name != "start":
+        return value
+    (rule,) = start_rules(parsed(StartTable, value), Units(), directions=1, elements=1)
+    return rule
 
 
 def made(maker: Callable[..., Problem], parameters: Mapping[str, Any]) -> Problem:
