@@ -1,0 +1,48 @@
+"""Response of the single blade with two dampers, virgin start, 5 harmonics: the case the package is built for.
+
+80 N at 4.6 kg: 528.7 Hz, from the calibration of the rig by an independent script of this project (published: 529 Hz).
+"""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.forced_response import forced_response
+from stickslip.outcome import Outcome
+from stickslip.rigs import single_blade
+from stickslip.units import hertz
+
+LEVELS = [1.0, 5.0, 20.0, 50.0, 80.0, 100.0]
+
+
+@pytest.fixture(scope="module", params=[2.6, 4.6, 6.6])
+def response(request):
+    return request.param, forced_response(single_blade(request.param), hertz(480.0, 600.0), LEVELS, harmonics=5)
+
+
+def test_every_point_converged(response):
+    dataset = response[1].dataset
+    assert np.all(dataset.case_outcome == Outcome.CONVERGED)
+    assert np.all(dataset.outcome.where(dataset.outcome != Outcome.EMPTY, Outcome.CONVERGED) == Outcome.CONVERGED)
+    last = dataset.frequency.max("point")
+    np.testing.assert_allclose(last, 600.0, rtol=1e-12)
+    assert float(dataset.residual.max()) < 1e-10
+
+
+def test_energy_numbers(response):
+    dataset = response[1].dataset
+    assert float(dataset.energy_residual.max()) < 1e-8
+    assert float(dataset.slip_work_error.max()) < 1e-3
+    assert float(dataset.dissipated.min()) > -1e-6 * float(dataset.dissipated.max())
+
+
+def test_friction_softens_and_limits(response):
+    """The resonance falls from the stuck frequency with the force and stays above the free one."""
+    mass, found = response
+    peaks, dataset = found.peaks(), found.dataset
+    frequencies = peaks[peaks.peak == 0].frequency.to_numpy()
+    stuck = float(dataset.natural_frequency_stuck[0])
+    assert np.all(np.diff(frequencies) < 0.0)
+    assert np.all((frequencies < stuck * 1.001) & (frequencies > 410.0))
+    if mass == 4.6:
+        assert stuck == pytest.approx(561.1, rel=2e-3)
+        assert frequencies[LEVELS.index(80.0)] == pytest.approx(528.7, rel=3e-3)
