@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, Index, fault
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,14 @@ class FrictionElements:
     stiffness: Array
     friction: Array
     constant_limit: Array
-    first: Array
-    last: Array
+    first: Index
+    last: Index
 
     def limits(self, normal_forces: Array) -> Array:
         """L of each element for given normal element forces, N."""
         sums = np.concatenate([[0.0], np.cumsum(normal_forces)])
-        return self.friction * (sums[self.last.astype(int)] - sums[self.first.astype(int)]) + self.constant_limit
+        shared = sums[self.last] - sums[self.first]
+        return np.asarray(self.friction * shared + self.constant_limit)
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ class Macroslip(Law):
             )
         one = np.ones(1)
         limit = 0.0 if self.normal_load is None else self.mu * self.normal_load
-        friction = FrictionElements(self.kt * one, self.mu * one, limit * one, 0 * one, (1 if normal else 0) * one)
+        friction = FrictionElements(self.kt * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)]))
         springs = None
         if self.kn is not None:
             springs = NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 
 OFFSET, RATIO, MEAN = 0, 1, 2
 """Codes of the start rules, as `stickslip.contact.start` gives them."""
@@ -40,13 +40,13 @@ def start_intercept(kind: int, value: float, kt: float, ku: Array, limit: Array,
     if kind == OFFSET:
         return -kt * value
     if kind == RATIO:
-        return value * limit[-1] - ku[-1]
+        return float(value * limit[-1] - ku[-1])
     return value - mean
 
 
 @njit(cache=True)
 def friction_period(
-    kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float, y: Array, event: Array
+    kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float, y: Array, event: Index
 ) -> tuple[int, int, float]:
     """Fill the steady period of intercepts y and events (Nt,), and say what it depends on: (state, sample, factor).
 

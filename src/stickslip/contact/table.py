@@ -9,12 +9,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 from stickslip.contact.point import Contact
-
-Index = NDArray[np.int64]
 
 
 class ContactTable(NamedTuple):

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD
-from stickslip.contact.table import Index, contact_table
+from stickslip.contact.table import contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.linear_part import linear_part
@@ -130,7 +130,9 @@ class HarmonicBalance:
         self.normal = normal_of_rows(self.table)
         self.linear = linear_part(problem, harmonics)
         self.stiffness = problem.contact_stiffness
-        self.load_size = float(np.linalg.norm(problem.load(harmonics)[:, 1:]))
+        load = problem.load(harmonics)
+        self.load_size = float(np.linalg.norm(load[:, 1:]))
+        self.least_scale = 1e-3 * float(np.linalg.norm(load[:, 0])) + np.finfo(float).tiny
 
     def stuck_point(self, omega: float, level: float) -> Point:
         """Where Newton starts without better knowledge: λ of all contacts held at their start offsets."""
@@ -151,7 +153,7 @@ class HarmonicBalance:
         contact_forces(self.table, self.tables, w, target, unknown, own, coupling)
         residual = point.forces - target
         carried = target + self.stiffness[:, None] * w[:rows]
-        scale = max(float(np.sqrt(np.vdot(carried, carried))), point.level * self.load_size, np.finfo(float).tiny)
+        scale = max(float(np.sqrt(np.vdot(carried, carried))), point.level * self.load_size, self.least_scale)
         error = float(np.sqrt(np.vdot(residual, residual))) / scale
         return Evaluation(point, w, by_omega, by_level, residual, unknown, own, coupling, error)
 

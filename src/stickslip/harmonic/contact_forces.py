@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period
-from stickslip.contact.table import ContactTable, Index
+from stickslip.contact.table import ContactTable
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
 
 
@@ -21,7 +21,7 @@ def contact_forces(
 ) -> None:
     """Fill, for motion w (rows, 2H+1): target λ̂ (rows, 2H+1), unknown (rows,) as HELD, STATIC or SLIPPING, and the
     derivatives own[r] = ∂λ̂_r/∂w_r, normal[r] = ∂λ̂_r/∂z, each (rows, 2H+1, 2H+1)."""
-    E, P = tables.E, tables.P
+    E = tables.E
     samples = E.shape[0]
     most = 1
     for c in range(table.normal_row.size):
@@ -109,9 +109,7 @@ def _friction_forces(
         element_limits(table, e, normal_first, loads, slopes, limit, slope)
         ku = kt * u
         mean = kt * motion[0]
-        state, sample, factor = friction_period(
-            table.start_kind[e], table.start_value[e], kt, ku, limit, mean, y, event
-        )
+        state, sample, factor = friction_period(table.start_kind[e], table.start_value[e], kt, ku, limit, mean, y, event)
         unknown = max(unknown, state)
         if state == SLIPPING:
             total += y
@@ -155,7 +153,7 @@ def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, o
 
 @njit(cache=True)
 def _add_events(
-    kt: float, event: Array, slope: Array, tables: Fourier, own_sums: Array, normal_sums: Array, own: Array, normal: Array
+    kt: float, event: Index, slope: Array, tables: Fourier, own_sums: Array, normal_sums: Array, own: Array, normal: Array
 ) -> None:
     """Derivative of y_n = s_k L_k − kt u_k, k the last event before n: runs of events into the sums, sticks as rank one."""
     samples = event.size
@@ -182,7 +180,7 @@ def _add_events(
 
 
 @njit(cache=True)
-def _event_slope(event: Array, slope: Array, k: int) -> float:
+def _event_slope(event: Index, slope: Array, k: int) -> float:
     """d(s L)/dz at an event sample."""
     return 0.0 if event[k] == OPEN else event[k] * slope[k]
 
@@ -201,7 +199,7 @@ def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int,
 
 @njit(cache=True)
 def _add_stick(
-    kt: float, event: Array, slope: Array, k: int, first: int, last: int, tables: Fourier, own: Array, normal: Array
+    kt: float, event: Index, slope: Array, k: int, first: int, last: int, tables: Fourier, own: Array, normal: Array
 ) -> None:
     """Rank-one part of a stick interval first..last−1 after the event at sample k: S_k E_kᵀ."""
     samples, size = tables.E.shape

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 from stickslip.contact.period import OPEN, STICK, friction_period
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
@@ -26,7 +25,7 @@ class ContactCycle:
 
     displacement: Array
     force: Array
-    state: NDArray[np.int64]
+    state: Index
     slip_work: Array
 
     def shares(self) -> Array:
@@ -45,9 +44,7 @@ def contact_cycle(table: ContactTable, tables: Fourier, w: Array) -> ContactCycl
 
 
 @njit(cache=True)
-def _fill_cycle(
-    table: ContactTable, displacement: Array, mean: Array, force: Array, state: NDArray[np.int64], slip_work: Array
-) -> None:
+def _fill_cycle(table: ContactTable, displacement: Array, mean: Array, force: Array, state: Index, slip_work: Array) -> None:
     samples = displacement.shape[1]
     limit, slope, y = np.empty(samples), np.empty(samples), np.empty(samples)
     event = np.empty(samples, dtype=np.int64)

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import Array
-from stickslip.contact.table import Index
+from stickslip.checks import Array, Index
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle
 
@@ -26,6 +25,7 @@ def cycle_work(force: Array, motion: Array) -> Array:
 class Energy:
     """Energy of one solved point. dissipated (rows,): contact work of each row, J.
 
+    Contact work is that of λ̂ = F − K_c w, since springs do no net work: a stuck contact dissipates exactly nothing.
     loss_factor = (W_contact + W_viscous)/(2π U), U the largest ½ q̃ᵀ(K + BᵀK_cB) q̃ over the period, q̃ = q minus its mean.
     energy_residual = |input − viscous − contact|/|input|: consistency of the solution.
     slip_work_error = |Σ μN|Δs| − contact|/|input|: the physics, of second order in the samples. Both are relative to the input:
@@ -54,7 +54,8 @@ class EnergyBalance:
         """Energies of one solved point."""
         balance, point = self.balance, evaluation.point
         q = balance.linear.whole_motion(point.forces, point.omega, point.level)
-        dissipated = cycle_work(balance.carried_forces(evaluation), evaluation.w[: balance.rows])
+        beyond_springs = evaluation.point.forces - evaluation.residual
+        dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
         contact = float(dissipated.sum())
         given = float(cycle_work(point.level * self.dynamic[self.loaded], q[self.loaded]).sum())
         order = np.repeat(np.arange(1, balance.harmonics + 1), 2)

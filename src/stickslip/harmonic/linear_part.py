@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,18 +97,20 @@ class DirectPart:
 
     def __init__(self, problem: Problem, harmonics: int) -> None:
         structure = problem.structure
-        self.B, self.shape = problem.B, motion_rows(problem)
+        self.M, self.C, self.B, self.shape = structure.M, problem.C, problem.B, motion_rows(problem)
         self.static = problem.load(harmonics, 0.0)
         self.dynamic = problem.load(harmonics, 1.0) - self.static
 
         @lru_cache(maxsize=4 * harmonics + 4)
-        def factors(harmonic: int, omega: float) -> tuple[NDArray[np.complex128], NDArray[np.int32]]:
+        def factors(harmonic: int, omega: float) -> Any:
             s = 1j * harmonic * omega
-            lu, pivots = linalg.lu_factor(s * s * structure.M + s * problem.C + problem.stuck_stiffness)
-            return lu, pivots
+            return linalg.lu_factor(s * s * structure.M + s * problem.C + problem.stuck_stiffness)
 
         self._factors = factors
-        self._slope = lambda h, omega: 2j * h * (1j * h * omega) * structure.M + 1j * h * problem.C
+
+    def _slope(self, harmonic: int, omega: float) -> NDArray[np.complex128]:
+        """Derivative of the dynamic stiffness of a harmonic by ω."""
+        return np.asarray(-2.0 * harmonic**2 * omega * self.M + 1j * harmonic * self.C)
 
     def _solve(self, load: Array, omega: float) -> NDArray[np.complex128]:
         """q (n, H+1) complex under loads in real storage (n, 2H+1)."""

@@ -26,7 +26,7 @@ def linear_frequencies(balance: HarmonicBalance, low: float, high: float) -> Arr
 def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Array, Array]:
     """|X_1| per unit force level of every output, free and stuck: two arrays (frequencies, outputs), m.
 
-    Free means F = λ + K_c w = 0, so w = e' + G'K_c w.
+    Free means F = λ + K_c w = 0, so w = e' + G'K_c w. NaN at an undamped resonance met exactly.
     """
     rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
     free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
@@ -39,7 +39,11 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
         motion = by_level[:, 1] - 1j * by_level[:, 2]
         real, imaginary = balance.linear.receptance(omega, 1, everything, contacts)[:, 1]
         softened = (real + 1j * imaginary) * balance.stiffness
-        moving = np.linalg.solve(np.eye(rows) - softened[:rows], motion[:rows])
-        free[k] = np.abs(motion[rows:] + softened[rows:] @ moving)
         stuck[k] = np.abs(motion[rows:])
+        try:
+            moving = np.linalg.solve(np.eye(rows) - softened[:rows], motion[:rows])
+        except np.linalg.LinAlgError:
+            free[k] = np.nan
+        else:
+            free[k] = np.abs(motion[rows:] + softened[rows:] @ moving)
     return free, stuck

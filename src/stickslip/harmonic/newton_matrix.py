@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
-from stickslip.contact.table import ContactTable, Index
+from stickslip.contact.table import ContactTable
 
 
 @njit(cache=True)

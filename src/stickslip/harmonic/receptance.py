@@ -11,7 +11,7 @@ G'(iΩ) = B (K + BᵀK_cB + iΩC − Ω²M)⁻¹ Bᵀ is a sum over modes, decom
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -91,7 +91,7 @@ def _complex_states(shapes: Array, inverse_squares: Array, damping: Array) -> St
     pairs = np.repeat(upper, 2)
     first = np.tile([True, False], upper.size)
 
-    def interleaved(columns: NDArray[np.complex128]) -> Array:
+    def interleaved(columns: NDArray[Any]) -> Array:
         chosen = columns[:, pairs]
         return np.ascontiguousarray(np.hstack([np.where(first, chosen.real, chosen.imag), columns[:, real].real]))
 
@@ -117,19 +117,25 @@ def _check_states(found: States, shapes: Array, inverse_squares: Array, damping:
 
 
 @njit(cache=True)
+def _not_zero(value: complex) -> complex:
+    """An undamped resonance met exactly has no finite motion: NaN, to which nothing converges."""
+    return value if value != 0.0 else complex(np.nan, np.nan)
+
+
+@njit(cache=True)
 def state_gains(s: complex, ds: complex, kind: NDArray[np.int64], p: Array, q: Array) -> NDArray[np.complex128]:
     """Γ at s as rows (4, m): diagonal gains, cross gains to the partner, and the derivatives of both along ds."""
     gains = np.zeros((4, kind.size), dtype=np.complex128)
     for j in range(kind.size):
         if kind[j] == REAL_MODE:
-            gain = 1.0 / (1.0 + s * p[j] + s * s * q[j])
+            gain = 1.0 / _not_zero(1.0 + s * p[j] + s * s * q[j])
             gains[0, j], gains[2, j] = gain, -gain * gain * (p[j] + 2.0 * s * q[j]) * ds
         elif kind[j] == REAL_POLE:
             gain = 1.0 / (1.0 - s * p[j])
             gains[0, j], gains[2, j] = gain, gain * gain * p[j] * ds
         else:
             pole, sign = complex(p[j], q[j]), 1.0 if kind[j] == PAIR_FIRST else -1.0
-            one, two = 1.0 / (1.0 - s * pole), 1.0 / (1.0 - s * pole.conjugate())
+            one, two = 1.0 / _not_zero(1.0 - s * pole), 1.0 / _not_zero(1.0 - s * pole.conjugate())
             d_one, d_two = one * one * pole * ds, two * two * pole.conjugate() * ds
             gains[0, j], gains[1, j] = sign * (one + two), 1j * (one - two)
             gains[2, j], gains[3, j] = sign * (d_one + d_two), 1j * (d_one - d_two)

@@ -20,10 +20,14 @@ from stickslip.solve.newton import Correction, correct, fixed
 
 @dataclass(frozen=True)
 class StepControl:
-    """Steps in arc length: first, smallest, largest; the prediction error aimed at; the sharpest turn accepted in one step."""
+    """Steps in arc length: first, smallest, largest; above `patient` Newton may take steps that reduce nothing, over a kink.
+
+    error: the prediction error aimed at; cosine: the sharpest turn accepted in one step; points: the most of them.
+    """
 
     first: float = 0.1
     smallest: float = 1e-6
+    patient: float = 5e-3
     largest: float = 0.6
     error: float = 0.03
     cosine: float = 0.6
@@ -67,34 +71,41 @@ class CurvePoint:
         return self.evaluation.point
 
 
-class Lost(Exception):
+class LostCurveError(Exception):
     """The curve could not be continued; the argument says where."""
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
     """A solved point at a frequency and level: Newton from the stuck state, else a ramp of the force level."""
-    condition = fixed("omega", omega)
-    correction = correct(balance, balance.stuck_point(omega, level), condition, iterations=40, halvings=12)
+    correction = solve_cold(balance, omega, level)
     if correction.converged or correction.singular:
         return correction
-    low = correct(balance, balance.stuck_point(omega, 1e-3 * level), fixed("level", 1e-3 * level), iterations=40, halvings=12)
+    low = solve_cold(balance, omega, 1e-3 * level)
     if not low.converged:
         return correction
-    last = None
     try:
-        for last in trace(balance, low, "level", level, StepControl(points=400)):
-            pass
-    except Lost:
+        *_, last = trace(balance, low, "level", level, StepControl(points=400))
+    except LostCurveError:
         return correction
-    if last is None or abs(last.point.level - level) > 1e-12 * level:
+    if last.point.level != level:
         return correction
-    return correct(balance, last.point, condition, iterations=40, halvings=12)
+    return correct(balance, last.point, fixed("omega", omega), iterations=40, halvings=12)
+
+
+def solve_cold(balance: HarmonicBalance, omega: float, level: float) -> Correction:
+    """Newton from the stuck state at a given frequency and level: by descent, else with the patience to cross kinks."""
+    start, condition = balance.stuck_point(omega, level), fixed("omega", omega)
+    correction = correct(balance, start, condition, iterations=40, halvings=12)
+    if correction.converged or correction.singular:
+        return correction
+    patient = correct(balance, start, condition, iterations=40, patience=30)
+    return patient if patient.converged else correction
 
 
 def trace(
     balance: HarmonicBalance, first: Correction, parameter: Parameter, end: float, control: StepControl | None = None
 ) -> Iterator[CurvePoint]:
-    """The curve from a solved point until its parameter reaches `end`, that point included; raises `Lost` on the way.
+    """The curve from a solved point until its parameter reaches `end`, that point included; raises `LostCurveError` on the way.
 
     A curve that turns back and leaves through its start ends there without reaching `end`.
     """
@@ -133,7 +144,7 @@ class _Tracer:
             bend = self._bend(current, following)
             current = following
             yield current
-        raise Lost(f"The curve was not finished within {self.control.points} points.")
+        raise LostCurveError(f"The curve was not finished within {self.control.points} points.")
 
     def _remaining(self, current: CurvePoint) -> float:
         return self.direction * (self.end - current.point.value(self.parameter))
@@ -189,7 +200,7 @@ class _Tracer:
                     return beyond
         beyond = self._beyond_kink(current)
         if beyond is None:
-            raise Lost("Newton's method failed at the smallest step.")
+            raise LostCurveError("Newton's method failed at the smallest step.")
         return beyond
 
     def _try(
@@ -205,8 +216,10 @@ class _Tracer:
         if start.omega <= 0.0:
             return 0.5
         correction = correct(self.balance, start, condition)
+        if not correction.converged and distance > self.control.patient:
+            correction = correct(self.balance, start, condition, iterations=20, patience=10)
         if not correction.converged:
-            return 0.25
+            return 0.3
         following = self._solved(correction, condition, distance)
         error = current.metric.length(
             following.evaluation.w - correction.start.w,
@@ -289,9 +302,7 @@ class _Tracer:
 
 def hermite(a: Array, da: Array, b: Array, db: Array, f: float) -> Array:
     """The cubic through a and b with slopes da and db over the whole interval, at fraction f."""
-    return np.asarray(
-        (1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db
-    )
+    return np.asarray((1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db)
 
 
 def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Array:
@@ -305,13 +316,13 @@ def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Arra
 def solve_at(
     balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, parameter: Parameter, value: float
 ) -> CurvePoint:
-    """The solved point at an exact parameter value between two points of a curve; raises `Lost`."""
+    """The solved point at an exact parameter value between two points of a curve; raises `LostCurveError`."""
     low, high = current.point.value(parameter), following.point.value(parameter)
     fraction = (value - low) / (high - low)
     point = replace(current.point, forces=between(current, following, fraction))
     point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
     correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
     if not correction.converged:
-        raise Lost(f"Newton's method failed at {parameter} = {value:g}.")
+        raise LostCurveError(f"Newton's method failed at {parameter} = {value:g}.")
     size = 0 if correction.factors is None else correction.factors.size
     return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)

@@ -10,14 +10,15 @@ import numpy as np
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import CurvePoint, Lost, StepControl, first_point, solve_at, trace
-from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, first_point, solve_at, solve_cold, trace
+from stickslip.solve.newton import Correction
 from stickslip.solve.peak import peaks
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""
 
 TURNED_BACK = "The curve turned back and left the band through its start."
+ARRIVED = "The curve reached the end of the band."
 
 SINGULAR = 1e-13
 """Ratio of the smallest to the largest pivot below which a Newton matrix counts as singular."""
@@ -39,9 +40,17 @@ class Curve:
     largest: tuple[CurvePoint | None, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class _Travel:
+    """Points inside the band, and why the curve ended before the end of the band, or None."""
+
+    points: list[CurvePoint]
+    lost: str | None
+
+
 def solve_curve(
     balance: HarmonicBalance,
-    frequencies: tuple[float, float] | Sequence[float],
+    frequencies: Sequence[float],
     level: float,
     exactly: bool,
     progress: Callable[[float], None] = lambda fraction: None,
@@ -49,77 +58,57 @@ def solve_curve(
 ) -> Curve:
     """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: only the points at the given frequencies."""
     start, end = frequencies[0], frequencies[-1]
-
-    def watched(point: CurvePoint) -> None:
-        progress(abs(point.point.omega - start) / max(abs(end - start), 1e-300))
-
-    wanted = frequencies if exactly else None
+    travels: list[_Travel] = []
     failed: Outcome | None = None
-    lost: _Traced | None = None
     for run_up in RUN_UPS:
-        omega = start * run_up if end >= start else start / run_up
-        first = first_point(balance, omega, level)
+        first = first_point(balance, start * run_up if end >= start else start / run_up, level)
         if not first.converged:
             failed = failed or failure(balance, first)
             continue
-        if start == end == omega:
-            return _finished(balance, level, _Traced([_only_point(balance, first)], None), wanted)
-        traced = _traced(balance, first, start, end, control, watched)
-        if traced.lost is None:
-            return _finished(balance, level, traced, wanted)
-        lost = max(lost or traced, traced, key=lambda t: len(t.points))
-        if lost.points and TURNED_BACK not in str(lost.lost):
+        travels.append(_travel(balance, first, start, end, progress, control))
+        if travels[-1].lost != TURNED_BACK:
             break
-    if lost is not None and lost.points:
-        return _finished(balance, level, lost, wanted)
-    outcome = failed or Outcome.NOT_CONVERGED
-    return Curve(level, (), outcome, outcome.sentence, start)
+    if not travels:
+        outcome = failed or Outcome.NOT_CONVERGED
+        return Curve(level, (), outcome, outcome.sentence, start)
+    arrived = [travel for travel in travels if travel.lost is None]
+    best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
+    return _finished(balance, level, best, frequencies if exactly else None)
 
 
-@dataclass(frozen=True, eq=False)
-class _Traced:
-    """Points inside the band, and why the curve ended before the end of the band, or None."""
-
-    points: list[CurvePoint]
-    lost: str | None
-
-
-def _traced(
+def _travel(
     balance: HarmonicBalance,
     first: Correction,
     start: float,
     end: float,
+    progress: Callable[[float], None],
     control: StepControl | None,
-    watched: Callable[[CurvePoint], None],
-) -> _Traced:
+) -> _Travel:
     """The curve from a first point, at the start of the band or outside before it, to the end of the band."""
-    direction = 1.0 if end >= start else -1.0
     points: list[CurvePoint] = []
+    if first.evaluation.point.omega == start == end:
+        return _Travel([next(iter(trace(balance, first, "omega", 1.01 * start)))], None)
     before: CurvePoint | None = None
     try:
-        if first.evaluation.point.omega != start and start == end:
-            for before in trace(balance, first, "omega", start, control):
-                pass
-            return _Traced([] if before is None else [before], None)
         for point in trace(balance, first, "omega", end, control):
-            if not points and direction * (point.point.omega - start) > 0.0 and before is not None:
+            omega = point.point.omega
+            if before is not None and not points and (omega - start) * (before.point.omega - start) < 0.0:
                 points.append(solve_at(balance, before, point, "omega", start))
-            if points or point.point.omega == start:
+            if points or omega == start:
                 points.append(point)
-                watched(point)
+                progress(abs(omega - start) / max(abs(end - start), np.finfo(float).tiny))
             before = point
-    except Lost as reason:
-        return _Traced(points, str(reason))
-    if before is None or before.point.omega != end:
-        return _Traced(points, TURNED_BACK)
-    return _Traced(points, None)
+    except LostCurveError as reason:
+        return _Travel(points, str(reason))
+    arrived = before is not None and before.point.omega == end
+    return _Travel(points, None if arrived else TURNED_BACK)
 
 
-def _finished(balance: HarmonicBalance, level: float, traced: _Traced, wanted: Sequence[float] | None) -> Curve:
-    points, lost = traced.points, traced.lost
-    outcome = Outcome.CONVERGED if lost is None else Outcome.NOT_CONVERGED
-    message = lost or "The curve reached the end of the band."
-    lost_at = points[-1].point.omega if lost is not None and points else None
+def _finished(balance: HarmonicBalance, level: float, travel: _Travel, wanted: Sequence[float] | None) -> Curve:
+    """The curve with its peaks, or at the wanted frequencies."""
+    points, message = travel.points, travel.lost or ARRIVED
+    outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
+    lost_at = points[-1].point.omega if travel.lost is not None and points else None
     if wanted is not None:
         return Curve(level, tuple(_at(balance, points, wanted)), outcome, message, lost_at)
     outputs = range(balance.problem.output_rows.shape[0])
@@ -137,14 +126,8 @@ def _highest(row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
     return max(points, key=lambda point: largest_absolute(point.evaluation.w[row])[0], default=None)
 
 
-def _only_point(balance: HarmonicBalance, first: Correction) -> CurvePoint:
-    """A single solved frequency as a curve of one point, the way `trace` would start."""
-    omega = first.evaluation.point.omega
-    return next(iter(trace(balance, first, "omega", 1.01 * omega)))
-
-
 def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence[float]) -> list[CurvePoint]:
-    """The curve at the wanted frequencies, each solved exactly where it is first crossed; frequencies not reached are left out."""
+    """The curve at the wanted frequencies, each solved where it is first crossed; frequencies not reached are left out."""
     omegas = np.array([point.point.omega for point in points])
     found = []
     for omega in wanted:
@@ -161,7 +144,7 @@ def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence
 def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
     """Why a point could not be solved: the same problem without its dynamic load tells whether the static state exists."""
     point = correction.evaluation.point
-    still = correct(balance, balance.stuck_point(point.omega, 0.0), fixed("omega", point.omega), iterations=60, halvings=12)
+    still = solve_cold(balance, point.omega, 0.0)
     for attempt in (still, correction):
         factors = attempt.factors
         if not attempt.converged and factors is not None:

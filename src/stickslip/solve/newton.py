@@ -37,9 +37,18 @@ def fixed(parameter: Parameter, value: float) -> PathCondition:
 
 
 def correct(
-    balance: HarmonicBalance, start: Point, condition: PathCondition, iterations: int = 10, halvings: int = 4
+    balance: HarmonicBalance,
+    start: Point,
+    condition: PathCondition,
+    iterations: int = 10,
+    halvings: int = 4,
+    patience: int = 0,
 ) -> Correction:
-    """Solve R = 0 with a path condition from a start. Fails rather than accept a step that reduces nothing."""
+    """Solve R = 0 with a path condition from a start.
+
+    patience: how many times a full step is taken although no step reduces the residual; on the far side of a kink it often
+    falls again. Without patience Newton fails there.
+    """
     evaluation = first = balance.evaluate(start)
     factors: Factors | None = None
     factored: Evaluation | None = None
@@ -54,11 +63,24 @@ def correct(
             return Correction(first, evaluation, factors, factored, iteration, False, True)
         change, amount = balance.newton_step(evaluation, condition, factors)
         trial = _search(balance, evaluation, condition, change, amount, gap, halvings)
+        if trial is None and patience > 0:
+            patience -= 1
+            trial = _full_step(balance, evaluation, condition, change, amount)
         if trial is None:
             accepted = evaluation.error <= FLOOR and abs(gap) <= CONDITION_TOLERANCE
             return Correction(first, evaluation, factors, factored, iteration + 1, accepted, False)
         evaluation = trial
     return Correction(first, evaluation, factors, factored, iterations, False, False)
+
+
+def _full_step(
+    balance: HarmonicBalance, evaluation: Evaluation, condition: PathCondition, change: np.ndarray, amount: float
+) -> Evaluation | None:
+    """The evaluation after Newton's whole step, whatever it does to the residual."""
+    if evaluation.error <= FLOOR or not (np.isfinite(amount) and np.all(np.isfinite(change))):
+        return None
+    point = evaluation.point.moved(change, condition.parameter, amount)
+    return balance.evaluate(point) if point.omega > 0.0 else None
 
 
 def _search(

@@ -32,7 +32,7 @@ NEIGHBOURS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """A solved place: at `fraction` of segment `segment`, arc length `place`; amplitude, its slope and that of λ over arc length."""
+    """A solved place at `fraction` of segment `segment`: arc length, amplitude, and the slopes of both amplitude and λ along it."""
 
     segment: int
     fraction: float
@@ -108,9 +108,7 @@ def peaks(
     rising = [float(gradient @ p.tangent.motion[row]) > 0.0 for (_, gradient), p in zip(measured, curve, strict=True)]
     floor = least * float(sizes.max(initial=0.0))
     found = [
-        search.highest(k)
-        for k in range(len(curve) - 1)
-        if rising[k] and not rising[k + 1] and sizes[k : k + 2].max() >= floor
+        search.highest(k) for k in range(len(curve) - 1) if rising[k] and not rising[k + 1] and sizes[k : k + 2].max() >= floor
     ]
     return Peaks(tuple(sample.point for sample in _prominent(found, sizes)), search.unsolved)
 
@@ -193,9 +191,7 @@ class _Search:
         low, high = interval.low, interval.high
         share = (fraction - low.fraction) / (high.fraction - low.fraction)
         a, b = low.point.point, high.point.point
-        forces = hermite(
-            a.forces, interval.width * low.forces_slope, b.forces, interval.width * high.forces_slope, share
-        )
+        forces = hermite(a.forces, interval.width * low.forces_slope, b.forces, interval.width * high.forces_slope, share)
         condition, span = self._plane(low.segment, fraction)
         start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
         correction = correct(self.balance, start, condition, iterations=20, halvings=8)
