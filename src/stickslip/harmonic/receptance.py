@@ -123,12 +123,6 @@ def _not_zero(value: complex) -> complex:
 
 
 @njit(cache=True)
-def _not_zero(value: complex) -> complex:
-    """An undamped resonance met exactly has no finite motion: NaN, to which nothing converges."""
-    return value if value != 0.0 else complex(np.nan, np.nan)
-
-
-@njit(cache=True)
 def state_gains(s: complex, ds: complex, kind: NDArray[np.int64], p: Array, q: Array) -> NDArray[np.complex128]:
     """Γ at s as rows (4, m): diagonal gains, cross gains to the partner, and the derivatives of both along ds."""
     gains = np.zeros((4, kind.size), dtype=np.complex128)
