@@ -20,7 +20,7 @@ from stickslip.contact.table import contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.linear_part import linear_part
-from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, normal_of_rows, pushed, unknown_offsets
+from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, normal_of_rows, orientation, pushed, unknown_entries
 from stickslip.problem import Problem
 
 Parameter = Literal["omega", "level"]
@@ -92,29 +92,31 @@ class PathCondition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
-    """The factorised bordered system of an evaluation. mask (rows, 2H+1): which entries of λ are unknown."""
+    """The factorised bordered system of an evaluation.
+
+    mask (rows, 2H+1): which entries of λ are unknown; orientation: sign of the determinant, 0 when singular.
+    """
 
     lu: NDArray[np.float64]
     pivots: NDArray[np.int32]
     offsets: Index
     mask: NDArray[np.bool_]
+    orientation: float
 
     @property
     def size(self) -> int:
         """Number of unknown harmonics of λ; the system has one row more."""
         return int(self.offsets[-1])
 
-    @property
-    def orientation(self) -> float:
-        """Sign of the determinant of the bordered system; 0 when singular."""
-        diagonal = np.sign(np.diag(self.lu))
-        swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
-        return float(np.prod(diagonal) * (-1.0) ** swaps)
-
     def solve(self, right: Array) -> tuple[Array, float]:
         """Unknown part (N,) and parameter of the solution for a right-hand side (N+1,)."""
         solution, _ = lapack.dgetrs(self.lu, self.pivots, right)
         return solution[:-1], float(solution[-1])
+
+    def solve_many(self, right: Array) -> Array:
+        """Solutions (N+1, k) for several right-hand sides (N+1, k)."""
+        solutions, _ = lapack.dgetrs(self.lu, self.pivots, right)
+        return np.asarray(solutions)
 
 
 class HarmonicBalance:
@@ -164,9 +166,8 @@ class HarmonicBalance:
 
     def factorise(self, evaluation: Evaluation, condition: PathCondition) -> Factors:
         """The bordered Newton matrix of an evaluation, factorised once."""
-        offsets = unknown_offsets(evaluation.unknown, self.columns)
+        offsets, mask = unknown_entries(evaluation.unknown, self.columns)
         active, moved, place = moved_rows(self.table, evaluation.unknown)
-        mask = np.arange(self.columns)[None, :] < np.diff(offsets)[:, None]
         size = int(offsets[-1])
         matrix = np.zeros((size + 1, size + 1))
         by = evaluation.by(condition.parameter)
@@ -174,14 +175,14 @@ class HarmonicBalance:
         if size:
             G = self.linear.receptance(evaluation.point.omega, self.harmonics, moved, active)
             newton_matrix(offsets, self.normal, active, place, evaluation.own, evaluation.coupling, G, matrix)
-            matrix[:size, size] = -self._pushed(evaluation, offsets, by)
+            matrix[:size, size] = -self.pushed(evaluation, offsets, by)
         if condition.weight is not None:
             matrix[size, size] += float(np.vdot(condition.weight, by))
             if size:
                 pull = self.linear.pulled(evaluation.point.omega, condition.weight, active)
                 matrix[size, :size] = pull[mask[active]]
         lu, pivots, _ = lapack.dgetrf(matrix, overwrite_a=1)
-        return Factors(lu, pivots, offsets, mask)
+        return Factors(lu, pivots, offsets, mask, orientation(lu, pivots))
 
     def newton_step(self, evaluation: Evaluation, condition: PathCondition, factors: Factors) -> tuple[Array, float]:
         """Newton's change of λ (rows, 2H+1) and of the parameter."""
@@ -191,7 +192,7 @@ class HarmonicBalance:
         right[-1] = -condition.gap(evaluation)
         if change.any():
             moved = self.linear.change(change, evaluation.point.omega)
-            right[:-1] += self._pushed(evaluation, factors.offsets, moved)
+            right[:-1] += self.pushed(evaluation, factors.offsets, moved)
             right[-1] -= 0.0 if condition.weight is None else float(np.vdot(condition.weight, moved))
         solution, amount = factors.solve(right)
         change[factors.mask] = solution
@@ -209,7 +210,8 @@ class HarmonicBalance:
             dw += self.linear.change(forces, evaluation.point.omega)
         return forces, dw, amount
 
-    def _pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
+    def pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
+        """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""
         result = np.empty(int(offsets[-1]))
         pushed(offsets, self.normal, evaluation.own, evaluation.coupling, dw, result)
         return result

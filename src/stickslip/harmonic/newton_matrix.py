@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
@@ -15,13 +16,29 @@ from stickslip.contact.table import ContactTable
 
 
 @njit(cache=True)
-def unknown_offsets(unknown: Index, columns: int) -> Index:
-    """Where the unknowns of each row start in the system (rows + 1): none, one (harmonic 0) or all `columns`."""
+def unknown_entries(unknown: Index, columns: int) -> tuple[Index, NDArray[np.bool_]]:
+    """Where the unknowns of each row start in the system (rows + 1), and which entries of λ (rows, 2H+1) they are.
+
+    None of a held row, harmonic 0 of a static one, all of a slipping one.
+    """
     offsets = np.zeros(unknown.size + 1, dtype=np.int64)
+    mask = np.zeros((unknown.size, columns), dtype=np.bool_)
     for r in range(unknown.size):
         size = 0 if unknown[r] == HELD else (columns if unknown[r] == SLIPPING else 1)
         offsets[r + 1] = offsets[r] + size
-    return offsets
+        mask[r, :size] = True
+    return offsets, mask
+
+
+@njit(cache=True)
+def orientation(lu: Array, pivots: NDArray[np.int32]) -> float:
+    """Sign of the determinant of a factorised matrix; 0 when it is singular."""
+    sign = 1.0
+    for i in range(pivots.size):
+        sign *= np.sign(lu[i, i])
+        if pivots[i] != i:
+            sign = -sign
+    return sign
 
 
 @njit(cache=True)

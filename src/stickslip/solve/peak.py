@@ -32,7 +32,7 @@ NEIGHBOURS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """A solved place at `fraction` of segment `segment`: arc length, amplitude, and the slopes of both amplitude and λ along it."""
+    """A solved place at `fraction` of segment `segment`: arc length, amplitude, and slopes of amplitude and λ along it."""
 
     segment: int
     fraction: float
