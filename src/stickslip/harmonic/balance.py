@@ -7,6 +7,7 @@ or tied to its normal load, plus the path parameter.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Literal
 
@@ -135,6 +136,13 @@ class HarmonicBalance:
         load = problem.load(harmonics)
         self.load_size = float(np.linalg.norm(load[:, 1:]))
         self.least_scale = 1e-3 * float(np.linalg.norm(load[:, 0])) + np.finfo(float).tiny
+
+    def with_starts(self, values: Array, kind: int | None = None) -> HarmonicBalance:
+        """The same balance from other start values (friction elements,), and with another start rule if `kind` is given."""
+        other = copy(self)
+        kinds = self.table.start_kind if kind is None else np.full_like(self.table.start_kind, kind)
+        other.table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
+        return other
 
     def stuck_point(self, omega: float, level: float) -> Point:
         """Where Newton starts without better knowledge: λ of all contacts held at their start offsets."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,3 +84,29 @@ def _slip_work(kt: float, y: Array, limit: Array) -> float:
     for n in range(y.size):
         work += 0.5 * (limit[n] + limit[n - 1]) * abs(y[n] - y[n - 1]) / kt
     return work
+
+
+def friction_limits(table: ContactTable, tables: Fourier, w: Array) -> Iterator[tuple[int, int, Array, Array]]:
+    """For motion w: each friction element, its row, its displacement u (Nt,) and its limit L (Nt,), element by element."""
+    samples = tables.E.shape[0]
+    for c in range(table.normal_row.size):
+        first, last = table.normal_first[c], table.normal_first[c + 1]
+        loads = np.zeros((max(last - first, 1), samples))
+        if last > first:
+            z = tables.E @ w[table.normal_row[c]]
+            loads = np.maximum(table.normal_stiffness[first:last, None] * z + table.normal_constant[first:last, None], 0.0)
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            u = tables.E @ w[r]
+            for e in range(table.friction_first[r], table.friction_first[r + 1]):
+                limit, slope = np.empty(samples), np.empty(samples)
+                element_limits(table, e, first, loads, np.zeros_like(loads), limit, slope)
+                yield e, r, u, limit
+
+
+def friction_reach(table: ContactTable, tables: Fourier, w: Array) -> tuple[Array, Array]:
+    """For each friction element, over the period of motion w: max|u| + max L/kt [m], and max L [N]."""
+    reach, largest = np.zeros(table.stiffness.size), np.zeros(table.stiffness.size)
+    for e, _, u, limit in friction_limits(table, tables, w):
+        largest[e] = limit.max()
+        reach[e] = np.abs(u).max() + limit.max() / table.stiffness[e]
+    return reach, largest

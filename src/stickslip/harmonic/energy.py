@@ -64,14 +64,33 @@ class EnergyBalance:
         scale = max(abs(given), np.finfo(float).tiny)
         return Energy(
             dissipated,
-            (contact + viscous) / (2.0 * np.pi * self._largest_potential(q)),
+            (contact + viscous) / (2.0 * np.pi * self._potential(q)[0]),
             abs(given - viscous - contact) / scale,
             abs(slipped - contact) / scale,
         )
 
-    def _largest_potential(self, q: Array) -> float:
-        """max over the period of ½ q̃ᵀ(K + BᵀK_cB) q̃, J."""
+    def loss_factor_slopes(self, evaluation: Evaluation, forces: Array, motion: Array) -> Array:
+        """dη for changes of λ (k, rows, 2H+1) and w (k, motion rows, 2H+1) between solutions, (k,)."""
+        balance, point = self.balance, evaluation.point
+        rows, order = balance.rows, np.repeat(np.arange(1, balance.harmonics + 1), 2)
+        q = balance.linear.whole_motion(point.forces, point.omega, point.level)
+        potential, stress, instant = self._potential(q)
+        viscous_weight = 2.0 * np.pi * point.omega * order**2 * (self.damping @ q[:, 1:])
+        work = float(cycle_work(point.forces, evaluation.w[:rows]).sum())
+        work += 0.5 * float(np.sum(viscous_weight * q[:, 1:]))
+        slopes = np.empty(len(forces))
+        for k, change in enumerate(forces):
+            dq = balance.linear.whole_change(change, point.omega)[:, 1:]
+            work_slope = float(cycle_work(change, evaluation.w[:rows]).sum() + cycle_work(point.forces, motion[k, :rows]).sum())
+            work_slope += float(np.sum(viscous_weight * dq))
+            slopes[k] = (work_slope - work * float(stress @ (dq @ instant)) / potential) / (2.0 * np.pi * potential)
+        return slopes
+
+    def _potential(self, q: Array) -> tuple[float, Array, Array]:
+        """U = max over the period of ½ q̃ᵀK'q̃ [J], K' = K + BᵀK_cB; then K'q̃ (n,) and the row of E (2H,) at that instant."""
         moving = q[:, 1:]
-        form = moving.T @ (self.stiffness @ moving)
+        stress = self.stiffness @ moving
         E = self.balance.tables.E[:, 1:]
-        return 0.5 * float(np.max(np.einsum("ni,ij,nj->n", E, form, E)))
+        energies = 0.5 * np.einsum("ni,ij,nj->n", E, moving.T @ stress, E)
+        instant = int(np.argmax(energies))
+        return float(energies[instant]), stress @ E[instant], E[instant]

@@ -38,6 +38,9 @@ class LinearPart(Protocol):
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
         """q of every degree of freedom (n, 2H+1), m."""
 
+    def whole_change(self, forces: Array, omega: float) -> Array:
+        """Change of q (n, 2H+1) for a change of forces δλ."""
+
 
 def linear_part(problem: Problem, harmonics: int) -> LinearPart:
     """The cheapest linear part that is accurate for this problem."""
@@ -85,10 +88,15 @@ class ModalPart:
         return w
 
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
-        whole = self.modes._replace(shape=self.decoupled.output)
+        return self._whole(self.modes, forces, omega, level)
+
+    def whole_change(self, forces: Array, omega: float) -> Array:
+        return self._whole(self._unloaded, forces, omega, 0.0)
+
+    def _whole(self, modes: Modes, forces: Array, omega: float, level: float) -> Array:
         shape = (self.decoupled.output.shape[0], forces.shape[1])
         q, by_omega, by_level = np.empty(shape), np.empty(shape), np.empty(shape)
-        motion(whole, forces, omega, level, q, by_omega, by_level)
+        motion(modes._replace(shape=self.decoupled.output), forces, omega, level, q, by_omega, by_level)
         return q
 
 
@@ -140,6 +148,9 @@ class DirectPart:
 
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
         return real_harmonics(self._solve(self.static + level * self.dynamic - self.B.T @ forces, omega))
+
+    def whole_change(self, forces: Array, omega: float) -> Array:
+        return -real_harmonics(self._solve(self.B.T @ forces, omega))
 
 
 def real_harmonics(values: NDArray[np.complex128]) -> Array:

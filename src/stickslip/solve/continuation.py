@@ -319,10 +319,11 @@ def solve_at(
     """The solved point at an exact parameter value between two points of a curve; raises `LostCurveError`."""
     low, high = current.point.value(parameter), following.point.value(parameter)
     fraction = (value - low) / (high - low)
-    point = replace(current.point, forces=between(current, following, fraction))
-    point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
-    correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
-    if not correction.converged:
-        raise LostCurveError(f"Newton's method failed at {parameter} = {value:g}.")
-    size = 0 if correction.factors is None else correction.factors.size
-    return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)
+    for place in (fraction, 0.0, 1.0, 0.5 * fraction, 0.5 * (1.0 + fraction)):
+        point = replace(current.point, forces=between(current, following, place))
+        point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
+        correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
+        if correction.converged:
+            size = 0 if correction.factors is None else correction.factors.size
+            return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)
+    raise LostCurveError(f"Newton's method failed at {parameter} = {value:g}.")

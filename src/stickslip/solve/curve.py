@@ -110,7 +110,13 @@ def _finished(balance: HarmonicBalance, level: float, travel: _Travel, wanted: S
     outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if travel.lost is not None and points else None
     if wanted is not None:
-        return Curve(level, tuple(_at(balance, points, wanted)), outcome, message, lost_at)
+        kept, missed = _at(balance, points, wanted)
+        if missed and travel.lost is None:
+            outcome, lost_at = Outcome.NOT_CONVERGED, missed[0]
+            message = (
+                f"{len(missed)} of {len(wanted)} frequencies could not be solved, the first at {lost_at / (2.0 * np.pi):g} Hz."
+            )
+        return Curve(level, tuple(kept), outcome, message, lost_at)
     outputs = range(balance.problem.output_rows.shape[0])
     found = [peaks(balance, points, output) for output in outputs]
     largest = [peaks(balance, points, output, largest_absolute, least=0.8) for output in outputs]
@@ -126,10 +132,13 @@ def _highest(row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
     return max(points, key=lambda point: largest_absolute(point.evaluation.w[row])[0], default=None)
 
 
-def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence[float]) -> list[CurvePoint]:
-    """The curve at the wanted frequencies, each solved where it is first crossed; frequencies not reached are left out."""
+def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence[float]) -> tuple[list[CurvePoint], list[float]]:
+    """The curve at the wanted frequencies, each solved where it is first crossed, and those crossed but not solved.
+
+    Frequencies that the curve does not reach are left out.
+    """
     omegas = np.array([point.point.omega for point in points])
-    found = []
+    found, missed = [], []
     for omega in wanted:
         exact = np.flatnonzero(omegas == omega)
         crossed = np.flatnonzero((omegas[:-1] - omega) * (omegas[1:] - omega) < 0.0)
@@ -137,8 +146,11 @@ def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence
             found.append(points[exact[0]])
         elif crossed.size:
             k = int(crossed[0])
-            found.append(solve_at(balance, points[k], points[k + 1], "omega", omega))
-    return found
+            try:
+                found.append(solve_at(balance, points[k], points[k + 1], "omega", omega))
+            except LostCurveError:
+                missed.append(omega)
+    return found, missed
 
 
 def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:

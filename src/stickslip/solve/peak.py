@@ -96,13 +96,15 @@ def peaks(
     output: int,
     measure: Measure = first_harmonic,
     least: float = 0.0,
+    tolerance: float = TOLERANCE,
 ) -> Peaks:
     """All peaks of a measure of an output along a curve in ω, each solved; the ends of the band do not count.
 
-    least: peaks that stand below this share of the highest point of the curve are left out unsolved.
+    least: peaks that stand below this share of the highest point of the curve are left out unsolved; tolerance: relative
+    amplitude by which a peak may be too low.
     """
     row = balance.rows + output
-    search = _Search(balance, curve, row, measure)
+    search = _Search(balance, curve, row, measure, tolerance)
     measured = [measure(point.evaluation.w[row]) for point in curve]
     sizes = np.array([size for size, _ in measured])
     rising = [float(gradient @ p.tangent.motion[row]) > 0.0 for (_, gradient), p in zip(measured, curve, strict=True)]
@@ -137,8 +139,10 @@ def _bound(intervals: list[_Interval], i: int) -> float:
 class _Search:
     """Solves points between those of a curve and remembers how a segment is parametrised."""
 
-    def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int, measure: Measure) -> None:
-        self.balance, self.curve, self.row, self.measure = balance, curve, row, measure
+    def __init__(
+        self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int, measure: Measure, tolerance: float
+    ) -> None:
+        self.balance, self.curve, self.row, self.measure, self.tolerance = balance, curve, row, measure, tolerance
         self.unsolved = 0
         self.places = np.cumsum([point.length for point in curve])
 
@@ -150,7 +154,7 @@ class _Search:
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda sample: sample.amplitude)
         for _ in range(SOLVES):
             i = int(np.argmax(bounds))
-            if bounds[i] <= (1.0 + TOLERANCE) * best.amplitude:
+            if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
                 break
             divided = intervals[i]
             middle = self._solve(divided, divided.division())
