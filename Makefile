@@ -2,20 +2,22 @@
 # make demo     the single blade with two dampers                 make ci      check + test: what the continuous integration runs
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
+# make robustness   1000 seeded problems, traced or the cause said; CASES=25 for 25 of each class
 
 PYTHON ?= python3
 UV ?= uv
 JOBS ?= 2
+CASES ?= 250
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-test ci demo: export OPENBLAS_NUM_THREADS = 1
+test ci demo robustness: export OPENBLAS_NUM_THREADS = 1
 test ci: export OMP_NUM_THREADS = 1
 test ci: export MKL_NUM_THREADS = 1
 
-.PHONY: setup demo test check format reference docs ci lock clean
+.PHONY: setup demo test check format reference docs ci lock clean robustness
 
 setup: $(STAMP)
 
@@ -31,6 +33,9 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest -n $(JOBS) -m "not verify"
+
+robustness: setup
+	$(BIN)/python -m robustness.run $(CASES)
 
 check: setup
 	$(BIN)/ruff format --check .

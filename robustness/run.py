@@ -9,9 +9,9 @@ import sys
 import time
 from collections import Counter
 
-from robustness.problems import CLASSES, random_case
 from threadpoolctl import threadpool_limits
 
+from robustness.problems import CLASSES, random_case
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve.curve import Curve, solve_curve
