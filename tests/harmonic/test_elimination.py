@@ -28,7 +28,7 @@ CASES = {
     "everything, general damping": (everything(C=NONSYMMETRIC), 0.9, 1.5),
     "wedge": (three_mass_wedge(0.3), 2 * np.pi * 222.0, 1.0),
     "wedge, virgin": (three_mass_wedge(SliderOffset()), 2 * np.pi * 170.0, 1.0),
-    "chain": (chain_varying_load(), 0.22, 1.0),
+    "chain": (chain_varying_load(), 0.2419, 1.0),
 }
 
 
