@@ -17,7 +17,7 @@ test ci demo robustness: export OPENBLAS_NUM_THREADS = 1
 test ci: export OMP_NUM_THREADS = 1
 test ci: export MKL_NUM_THREADS = 1
 
-.PHONY: setup demo test check format reference docs ci lock clean robustness
+.PHONY: setup bench demo test check format reference docs ci lock clean robustness
 
 setup: $(STAMP)
 
@@ -36,6 +36,10 @@ test: setup
 
 robustness: setup
 	$(BIN)/python -m robustness.run $(CASES)
+
+# Beside pyHarm, which goes into an environment of its own under build/; writes results/bench.json and docs/benchmarks.md.
+bench: setup
+	$(BIN)/python bench
 
 check: setup
 	$(BIN)/ruff format --check .

@@ -1,0 +1,83 @@
+"""`make bench`: run everything, print the table, write results/bench.json, the figures and docs/benchmarks.md."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import environment
+import page
+from cases import CASES
+from growth import grow
+from headline import headline
+from startup import memory, startup
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "results" / "bench.json"
+STARTED_WITH = ("B1 F=1", "B2a", "B2b")
+BLADE = {"harmonics": 5, "force": 80.0, "band": (480.0, 600.0)}
+
+
+def main() -> None:
+    arguments = _arguments()
+    found: dict[str, Any] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    if arguments.only != "page":
+        _measure(found, arguments.only)
+    page.write(found, ROOT / "docs")
+    print(page.table(found))
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python bench", description=__doc__)
+    parser.add_argument(
+        "--only", choices=("headline", "limit", "growth", "startup", "memory", "blade", "page"), help="one part; the rest stays"
+    )
+    return parser.parse_args()
+
+
+def _measure(found: dict[str, Any], only: str | None) -> None:
+    environment.install_pyharm()
+    stickslip, pyharm = environment.stickslip_side(), environment.pyharm_side()
+    found["machine"] = environment.machine()
+    found["date"] = date.today().isoformat()
+    found["versions"] = {side.name: side.start()["versions"] for side in (stickslip, pyharm)}
+    steps = {
+        "headline": lambda: headline(stickslip, pyharm, CASES),
+        "limit": lambda: (
+            {case: stickslip.ask("parts", case=case) for case in ("B1 F=1", "B1 F=2", "B2a", "B2b")}
+            | {"blade": stickslip.ask("parts", case="blade", **BLADE)}
+        ),
+        "blade": lambda: [stickslip.ask("blade", **BLADE) for _ in range(2)][-1],
+        "growth": lambda: grow(stickslip),
+        "startup": lambda: {
+            "stickslip": startup(environment.stickslip_side, {case: {} for case in STARTED_WITH}),
+            "pyHarm": startup(environment.pyharm_side, {"B1 F=1": {"ds": 0.1}, "B2a": {"ds": 2.0}, "B2b": {"ds": 0.5}}),
+        },
+        "memory": lambda: _memory(found),
+    }
+    for name, step in steps.items():
+        if only in (None, name):
+            began = time.monotonic()
+            found[name] = step()
+            print(f"{name}: {time.monotonic() - began:.0f} s", flush=True)
+            RESULTS.parent.mkdir(exist_ok=True)
+            RESULTS.write_text(json.dumps(found, indent=1))
+    stickslip.close()
+    pyharm.close()
+
+
+def _memory(found: dict[str, Any]) -> dict[str, Any]:
+    best = {name: {case: found["headline"][case][name]["settings"] for case in STARTED_WITH} for name in ("stickslip", "pyHarm")}
+    blade = environment.stickslip_side()
+    answer = blade.ask("blade", **BLADE)
+    blade.close()
+    ours = memory(environment.stickslip_side, best["stickslip"]) | {"blade": answer.get("peak_memory_MiB")}
+    return {"stickslip": ours, "pyHarm": memory(environment.pyharm_side, best["pyHarm"])}
+
+
+if __name__ == "__main__":
+    main()

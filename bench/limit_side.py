@@ -1,0 +1,112 @@
+"""Near the limit: what one Newton iteration costs, beside the parts of it that no Python around them could make cheaper."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from channel import Answer
+from scipy.linalg import lapack
+
+from stickslip import rigs
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.contact_forces import contact_forces
+from stickslip.solve.continuation import CurvePoint, StepControl, first_point, trace
+
+
+def parts(request: dict) -> Answer:
+    """CPU seconds of one Newton iteration and of its irreducible parts, at the point with the most unknowns of a sweep."""
+    from cases import BY_NAME, HARMONICS, SAMPLES
+    from stickslip_side import problem_of
+
+    if request["case"] == "blade":
+        problem, harmonics, level = rigs.single_blade(preload_mass=4.6), request["harmonics"], request["force"]
+        low, high = (2.0 * np.pi * frequency for frequency in request["band"])
+    else:
+        case = BY_NAME[request["case"]]
+        problem, harmonics, level, (low, high) = problem_of(case), HARMONICS, case.level, case.band
+    balance = HarmonicBalance(problem, harmonics, SAMPLES)
+    first = first_point(balance, low, level)
+    list(trace(balance, first, "omega", high))
+    began = time.process_time()
+    points = list(trace(balance, first, "omega", high, StepControl()))
+    per_point = (time.process_time() - began) / len(points)
+    busiest = max(points, key=lambda point: point.active)
+    return {
+        "points": len(points),
+        "per_point": per_point,
+        "iterations": float(np.mean([point.iterations for point in points])),
+        "active": busiest.active,
+        **_timed(balance, busiest),
+    }
+
+
+def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
+    """Times at one point: the parts, their sum, a whole iteration, and the ratio of the two."""
+    evaluation, omega = point.evaluation, point.point.omega
+    rows, columns = balance.rows, balance.columns
+    target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
+    own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
+    w, by_omega, by_level = (np.empty_like(evaluation.w) for _ in range(3))
+    active = np.flatnonzero(evaluation.unknown)
+    condition = _plane(balance, point)
+    factors = balance.factorise(evaluation, condition)
+    matrix = np.asfortranarray(np.eye(factors.size + 1) + 1e-3 * np.random.default_rng(1).normal(size=(factors.size + 1,) * 2))
+
+    def forces() -> None:
+        contact_forces(balance.table, balance.tables, evaluation.w, target, unknown, own, coupling)
+
+    def motion() -> None:
+        balance.linear.motion(evaluation.point.forces, omega, evaluation.point.level, w, by_omega, by_level)
+
+    def receptance() -> None:
+        balance.linear.receptance(omega, balance.harmonics, active, active)
+
+    def factor() -> None:
+        lapack.dgetrf(matrix)
+
+    def iteration() -> None:
+        found = balance.factorise(evaluation, condition)
+        change, amount = balance.newton_step(evaluation, condition, found)
+        balance.evaluate(evaluation.point.moved(change, "omega", amount))
+
+    found = {
+        "contact_sweep": best_time(forces),
+        "motion": best_time(motion),
+        "receptance": best_time(receptance) if active.size else 0.0,
+        "factorisation": best_time(factor),
+    }
+    whole = best_time(iteration)
+    return found | {"parts": sum(found.values()), "iteration": whole, "ratio": whole / sum(found.values())}
+
+
+def _plane(balance: HarmonicBalance, point: CurvePoint) -> Any:
+    """The plane through a point, normal to its tangent, as continuation uses it."""
+    from stickslip.harmonic.balance import PathCondition
+
+    weight, slope = point.metric.weight * point.tangent.motion, point.metric.parameter * point.tangent.parameter
+    reached = float(np.vdot(weight, point.evaluation.w)) + slope * point.point.omega
+    return PathCondition("omega", weight, slope, reached)
+
+
+def best_time(action: Callable[[], None], seconds: float = 0.15, rounds: int = 5) -> float:
+    """CPU seconds of one call: the best mean of several rounds of repeated calls."""
+    action()
+    calls = 1
+    while True:
+        began = time.process_time()
+        for _ in range(calls):
+            action()
+        spent = time.process_time() - began
+        if spent > seconds / rounds:
+            break
+        calls = max(2 * calls, int(calls * seconds / rounds / max(spent, 1e-6)))
+    best = spent / calls
+    for _ in range(rounds - 1):
+        began = time.process_time()
+        for _ in range(calls):
+            action()
+        best = min(best, (time.process_time() - began) / calls)
+    return best
