@@ -36,7 +36,11 @@ _HOME = {
     "InputError": "stickslip.checks",
     "ForcedResponse": "stickslip.analyses.forced_response",
     "forced_response": "stickslip.analyses.forced_response",
+    "time_response": "stickslip.analyses.time_response",
+    "GeneralisedAlpha": "stickslip.time.methods",
+    "Newmark": "stickslip.time.methods",
     "open_results": "stickslip.results",
+    "FinishedFolder": "stickslip.finished",
 }
 _MODULES = ("rigs", "units")
 
@@ -45,18 +49,21 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 if TYPE_CHECKING:
     from stickslip import rigs, units
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
+    from stickslip.analyses.time_response import time_response
     from stickslip.checks import InputError
     from stickslip.contact.gap import Gap
     from stickslip.contact.macroslip import Macroslip
     from stickslip.contact.microslip import MicroslipArray
     from stickslip.contact.point import Contact, between
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
+    from stickslip.finished import FinishedFolder
     from stickslip.loads import Force, Output
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem
     from stickslip.results import open_results
     from stickslip.structure.damping import ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure
+    from stickslip.time.methods import GeneralisedAlpha, Newmark
     from stickslip.units import Band, hertz, radians_per_second
 
 

@@ -1,0 +1,139 @@
+"""The referee: a solved point of a forced response integrated in time from its own state, and how far the two are apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.time_response import TimeResponse, time_response
+from stickslip.checks import Array, fault
+from stickslip.contact.point import DIRECTION_NAMES
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.linear_part import real_harmonics
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.solve.time_start import TimeStart, from_harmonics
+from stickslip.time.methods import DEFAULT_METHOD, Method
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class TimeCheck:
+    """Harmonic balance against time integration at one point. Arrays (outputs,).
+
+    harmonic_amplitude, time_amplitude: |X_1| [m]; amplitude_difference: their relative difference; period_difference: rms of
+    x_harmonic − x_time over the period, mean included, relative to the rms of the vibration about its mean; time: the whole
+    result of the integration; harmonics H of the point.
+    """
+
+    harmonics: int
+    harmonic_amplitude: Array
+    time_amplitude: Array
+    period_difference: Array
+    time: TimeResponse
+
+    @property
+    def amplitude_difference(self) -> Array:
+        """(|X_1| of the harmonic balance − |X_1| in time)/|X_1| in time."""
+        return _relative(self.harmonic_amplitude - self.time_amplitude, self.time_amplitude)
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the time integration became periodic; without that nothing is verified."""
+        return self.time.periodic
+
+    @property
+    def periods(self) -> int:
+        """Periods marched."""
+        return self.time.cycle.periods
+
+    def agrees(self, tolerance: float = 1e-3) -> bool:
+        """Whether the integration became periodic and every output agrees in first harmonic and over the period."""
+        largest = max(float(np.max(np.abs(self.amplitude_difference))), float(np.max(self.period_difference)))
+        return self.periodic and largest <= tolerance
+
+    @property
+    def sentence(self) -> str:
+        """The comparison in words."""
+        worst = int(np.argmax(self.period_difference))
+        attrs = self.time.dataset.attrs
+        return (
+            f"{attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}: harmonic balance with {self.harmonics} "
+            f"harmonics and time integration with {attrs['steps_per_period']} steps a period differ by "
+            f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
+            f"{float(self.period_difference[worst]):.1e} over the period "
+            f"({self.time.problem.output_names[worst]}, the worst output). {self.time.sentence}"
+        )
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def verify_in_time(
+    dataset: xr.Dataset,
+    problem: Problem,
+    case: int,
+    point: int,
+    steps_per_period: int = 2000,
+    method: Method = DEFAULT_METHOD,
+    tolerance: float = 1e-6,
+    periods: int = 1000,
+) -> TimeCheck:
+    """Integrate a point of a forced response in time, from its own motion, velocity and sliders, and compare."""
+    place = dataset.isel(case=case, point=point)
+    if int(place["outcome"]) != Outcome.CONVERGED:
+        raise fault("A point to verify", "must have converged", Outcome(int(place["outcome"])).sentence)
+    harmonics = int(dataset.attrs["harmonics"])
+    time = time_response(
+        problem,
+        float(place["frequency"]),
+        float(place["force_level"]),
+        steps_per_period=steps_per_period,
+        method=method,
+        tolerance=tolerance,
+        periods=periods,
+        start=start_of(dataset, problem, case, point),
+    )
+    response = place["response"].to_numpy()
+    harmonic = response[..., 0] + 1j * response[..., 1]
+    marched = time.cycle.outputs
+    turns = np.outer(np.arange(harmonics + 1), np.arange(marched.shape[1])) / marched.shape[1]
+    balanced = np.real(harmonic @ np.exp(2j * np.pi * turns))
+    vibration = marched - marched.mean(axis=1, keepdims=True)
+    return TimeCheck(
+        harmonics=harmonics,
+        harmonic_amplitude=np.abs(harmonic[:, 1]),
+        time_amplitude=time.dataset["amplitude"].to_numpy(),
+        period_difference=_relative(_rms(balanced - marched), _rms(vibration)),
+        time=time,
+    )
+
+
+def start_of(dataset: xr.Dataset, problem: Problem, case: int, point: int) -> TimeStart:
+    """The state at t = 0 of a converged point: motion, velocity, and the sliders of all friction elements."""
+    place = dataset.isel(case=case, point=point)
+    balance = HarmonicBalance(problem, int(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
+    w, carried = (_rows(problem, place[name].to_numpy()) for name in ("contact_motion", "contact_force"))
+    forces = carried - balance.stiffness[:, None] * w
+    return from_harmonics(balance, forces, 2.0 * np.pi * float(place["frequency"]), float(place["force_level"]))
+
+
+def _rows(problem: Problem, parts: Array) -> Array:
+    """Real storage (rows, 2H+1) from (contact, direction, harmonic, part)."""
+    present = [(c, DIRECTION_NAMES.index(name)) for c, contact in enumerate(problem.contacts) for name in contact.direction_names]
+    values = np.array([parts[c, d, :, 0] + 1j * parts[c, d, :, 1] for c, d in present])
+    return real_harmonics(values.reshape(len(present), parts.shape[2]))
+
+
+def _rms(signals: Array) -> Array:
+    return np.asarray(np.sqrt(np.mean(signals**2, axis=1)))
+
+
+def _relative(difference: Array, size: Array) -> Array:
+    """difference/size; where an output does not move at all, 0 or infinity."""
+    still = np.where(difference == 0.0, 0.0, np.inf)
+    return np.where(size > 0.0, difference / np.where(size > 0.0, size, 1.0), still)

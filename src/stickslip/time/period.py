@@ -1,0 +1,149 @@
+"""One period of time integration, compiled: N steps of size h, the state carried on in place, the histories filled in.
+
+The linear part of a step is a product with constant matrices; the contacts are solved by `stickslip.time.contact_step`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from stickslip.checks import Array, Index
+from stickslip.contact.table import ContactTable
+from stickslip.time.contact_step import ContactState, Slopes, contact_law, solve_contacts
+from stickslip.time.model import StepMatrices
+
+
+class State(NamedTuple):
+    """Everything that evolves, changed in place: modal motion η, velocity, acceleration (m,), the contacts and their λ of the
+    step before (rows,)."""
+
+    motion: Array
+    velocity: Array
+    acceleration: Array
+    contacts: ContactState
+    forces_before: Array
+
+
+class Loads(NamedTuple):
+    """Modal loads: static (m,), harmonic (m, 2H+1), and the Fourier rows of the samples (N, 2H+1)."""
+
+    static: Array
+    harmonic: Array
+    rows: Array
+
+
+class History(NamedTuple):
+    """Samples t_0 .. t_{N−1} of a period: outputs, contact motion, contact force f (rows, N), friction work of rows (rows,)."""
+
+    outputs: Array
+    contact_motion: Array
+    contact_force: Array
+    friction_work: Array
+
+
+class PeriodWork(NamedTuple):
+    """Input and viscous work over a period, J; iterations of all steps; the step that failed, or −1."""
+
+    given: float
+    viscous: float
+    iterations: int
+    failed: int
+
+
+@njit(cache=True)
+def _times(matrix: Array, vector: Array) -> Array:
+    """matrix · vector, a diagonal matrix being stored as one column."""
+    if matrix.shape[1] == 1 and vector.size != 1:
+        return matrix[:, 0] * vector
+    return matrix @ vector
+
+
+@njit(cache=True)
+def normal_rows(table: ContactTable) -> Index:
+    """The normal row that loads each friction row, −1 without one and for normal rows."""
+    normal = np.full(table.first_row[-1], -1)
+    for c in range(table.normal_row.size):
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            if r != table.normal_row[c]:
+                normal[r] = table.normal_row[c]
+    return normal
+
+
+@njit(cache=True)
+def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: State) -> None:
+    """Make a start consistent: λ and limits from motion and sliders, accelerations from the equation of motion.
+
+    Motions too fast for the step (m < h²) and massless ones start without acceleration.
+    """
+    contacts, rows = state.contacts, state.contacts.w.size
+    slopes = Slopes(np.empty(rows), np.empty(rows), np.empty(rows))
+    contacts.w[:] = matrices.shape @ state.motion
+    before = contacts.intercept.copy()
+    contact_law(table, contacts.w, before, contacts.intercept, contacts.limit, slopes)
+    contacts.forces[:] = slopes.target
+    state.forces_before[:] = slopes.target
+    force = loads.static + loads.harmonic @ loads.rows[0] - matrices.receiver @ contacts.forces - state.motion
+    force -= _times(matrices.damping, state.velocity)
+    for j in range(force.size):
+        mass = matrices.mass[j]
+        state.acceleration[j] = force[j] / mass if mass >= matrices.step**2 else 0.0
+
+
+@njit(cache=True)
+def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, state: State, history: History) -> PeriodWork:
+    """March N steps from t = 0 of a period. Column n of the histories holds t_n, column 0 the end of the period."""
+    contacts, step = state.contacts, matrices.step
+    mass_weight, force_weight, beta, gamma = matrices.coefficients
+    normal = normal_rows(table)
+    history.friction_work[:] = 0.0
+    given, viscous, iterations = 0.0, 0.0, 0
+    resistance = _times(matrices.damping, state.velocity)
+    pushed = matrices.receiver @ contacts.forces
+    rest = loads.static + loads.harmonic @ loads.rows[0] - pushed - state.motion - resistance
+    for n in range(1, loads.rows.shape[0] + 1):
+        column = n % loads.rows.shape[0]
+        shaken = loads.harmonic @ loads.rows[column]
+        predicted = state.motion + step * state.velocity + step**2 * (0.5 - beta) * state.acceleration
+        drifted = state.velocity + step * (1.0 - gamma) * state.acceleration
+        right = (1.0 - force_weight) * (loads.static + shaken - predicted - _times(matrices.damping, drifted))
+        right += force_weight * rest - mass_weight * matrices.mass * state.acceleration
+        free = matrices.shape @ (predicted + _times(matrices.inverse, right))
+        before, limit = contacts.intercept.copy(), contacts.limit.copy()
+        guess = 2.0 * contacts.forces - state.forces_before
+        state.forces_before[:] = contacts.forces
+        used = solve_contacts(table, normal, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
+        if used < 0:
+            guess[:] = state.forces_before
+            used = solve_contacts(table, normal, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
+        if used < 0:
+            return PeriodWork(given, viscous, iterations, n)
+        iterations += used
+        pushed = matrices.receiver @ contacts.forces
+        change = _times(matrices.inverse, right - (1.0 - force_weight) * pushed)
+        state.motion[:] = predicted + change
+        state.velocity[:] = drifted + gamma / (beta * step) * change
+        state.acceleration[:] = change / (beta * step**2)
+        resistance = _times(matrices.damping, state.velocity)
+        rest = loads.static + shaken - pushed - state.motion - resistance
+        given += step * float(np.sum(shaken * state.velocity))
+        viscous += step * float(np.sum(resistance * state.velocity))
+        _record(table, matrices, state, before, limit, column, history)
+    return PeriodWork(given, viscous, iterations, -1)
+
+
+@njit(cache=True)
+def _record(
+    table: ContactTable, matrices: StepMatrices, state: State, before: Array, limit: Array, column: int, history: History
+) -> None:
+    """Fill a column of the histories and add the friction work L |Δs| of the step, s = −y/kt, L at the middle of the step."""
+    contacts = state.contacts
+    history.outputs[:, column] = matrices.outputs @ state.motion
+    history.contact_motion[:, column] = contacts.w
+    history.contact_force[:, column] = contacts.forces + matrices.stiffness * contacts.w
+    for r in range(contacts.w.size):
+        for e in range(table.friction_first[r], table.friction_first[r + 1]):
+            slid = abs(contacts.intercept[e] - before[e]) / table.stiffness[e]
+            history.friction_work[r] += 0.5 * (contacts.limit[e] + limit[e]) * slid
