@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.response_dataset import ResponseTable
+from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.checks import InputError, fault, finite, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
+from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.linear_part import real_harmonics
 from stickslip.problem import Problem
 from stickslip.results import save
-from stickslip.solve.curve import Curve, solve_curve
+from stickslip.rigs import single_mass
+from stickslip.solve.curve import solve_curve
+from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,19 @@ class ForcedResponse:
         balance = HarmonicBalance(self.problem, int(self.dataset.attrs["harmonics"]), int(self.dataset.attrs["samples"]))
         return contact_cycle(balance.table, balance.tables, w)
 
+    def verify_in_time(
+        self,
+        case: int,
+        point: int,
+        *,
+        steps_per_period: int = 2000,
+        method: Method = DEFAULT_METHOD,
+        tolerance: float = 1e-6,
+        periods: int = 1000,
+    ) -> TimeCheck:
+        """Integrate one point in time from its own state, until periodic, and say how far harmonics and time are apart."""
+        return verify_in_time(self.dataset, self.problem, case, point, steps_per_period, method, tolerance, periods)
+
     def plot(self, **options: Any) -> Any:
         """The figure of the curves."""
         from stickslip.plots import plot
@@ -73,43 +90,89 @@ def forced_response(
     harmonics: int = 5,
     samples: int = 256,
     *,
+    workers: int = 1,
+    finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there and reached by continuation.
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept. samples: per period, at least 4H + 2.
-    progress(fraction, text) is called as the work goes on.
+    workers: processes that compute force levels side by side, with the same results; a script that asks for more than one keeps
+    its work under `if __name__ == "__main__":`. finished: keeps the curve of each force level as soon as it is there, and gives
+    it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work goes on.
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
-    frequencies, exactly = _frequencies(band)
-    levels = _levels(force)
-    started = time.process_time()
+    work = ForcedResponseWork.of(problem, band, force, harmonics, samples)
     progress(0.0, "preparing (the first run on a machine compiles the kernels)")
-    with threadpool_limits(1, user_api="blas"):
-        balance = HarmonicBalance(problem, _whole("harmonics", harmonics), _whole("samples", samples))
-        curves: list[Curve] = []
-        for k, level in enumerate(levels):
-            text = f"force level {level:g}"
+    curves = all_cases(work, finished, workers, progress)
+    progress(1.0, "linear curves")
+    return work.gathered(curves)
 
-            def part(fraction: float, k: int = k, text: str = text) -> None:
-                progress((k + min(max(fraction, 0.0), 1.0)) / len(levels), text)
 
-            omegas = [2.0 * np.pi * frequency for frequency in frequencies]
-            curves.append(solve_curve(balance, omegas, level, exactly, part))
-        solved = time.process_time() - started
-        progress(1.0, "energies, states and linear curves")
-        attrs = {
-            "title": problem.title,
-            "study": "",
-            "harmonics": harmonics,
-            "samples": samples,
-            "cpu_seconds": solved,
-        }
-        ends = (min(frequencies), max(frequencies)) if len(set(frequencies)) > 1 else _around(frequencies[0])
-        dataset = ResponseTable(balance, curves).dataset(ends, attrs)
-    return ForcedResponse(dataset, problem)
+@dataclass(frozen=True, eq=False)
+class ForcedResponseWork:
+    """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel."""
+
+    problem: Problem
+    frequencies: tuple[float, ...]
+    exactly: bool
+    levels: tuple[float, ...]
+    harmonics: int
+    samples: int
+
+    @classmethod
+    def of(
+        cls, problem: Problem, band: Band | Sequence[float], force: float | Sequence[float], harmonics: int, samples: int
+    ) -> ForcedResponseWork:
+        """The work of the arguments of `forced_response`, checked."""
+        frequencies, exactly = _frequencies(band)
+        H, Nt = _whole("harmonics", harmonics), _whole("samples", samples)
+        fourier(H, Nt)
+        return cls(problem, tuple(frequencies), exactly, tuple(_levels(force)), H, Nt)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels to a process: the data, not what was built from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def balance(self) -> HarmonicBalance:
+        with threadpool_limits(1, user_api="blas"):
+            return HarmonicBalance(self.problem, self.harmonics, self.samples)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a curve depends on."""
+        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
+        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"force level {level:g}" for level in self.levels)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The arrays of the curve of one force level."""
+        started = time.process_time()
+        omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
+        curve = solve_curve(self.balance, omegas, self.levels[case], self.exactly, tell)
+        arrays = curve_arrays(self.balance, curve)
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def gathered(self, curves: Sequence[Arrays]) -> ForcedResponse:
+        """The response of the curves of all force levels."""
+        attrs = {"title": self.problem.title, "study": "", "harmonics": self.harmonics, "samples": self.samples}
+        attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
+        low, high = min(self.frequencies), max(self.frequencies)
+        ends = (low, high) if low < high else _around(low)
+        with threadpool_limits(1, user_api="blas"):
+            dataset = response_dataset(self.balance, self.levels, curves, ends, attrs)
+        return ForcedResponse(dataset, self.problem)
 
 
 def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:

@@ -1,11 +1,15 @@
-"""From solved curves to the labelled dataset of a forced response: the schema's variables, padded to equal length."""
+"""From solved curves to the labelled dataset of a forced response: arrays of each curve, then all of them padded and stacked.
+
+The arrays of one curve are what processes send back and what is kept on disk while a run goes on.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array
 from stickslip.contact.point import DIRECTION_NAMES
@@ -16,77 +20,132 @@ from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.linear_response import linear_amplitudes, linear_frequencies
 from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
-from stickslip.results_schema import SCHEMA, labelled
+from stickslip.problem import Problem
+from stickslip.results_schema import SCHEMA, Variable, labelled
 from stickslip.solve.continuation import CurvePoint
 from stickslip.solve.curve import Curve
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Arrays = Mapping[str, NDArray[Any]]
 
-class ResponseTable:
-    """Fills the arrays of the schema point by point."""
+_EMPTY: dict[str, Any] = {"float": np.nan, "int8": 0, "str": ""}
+_TYPES: dict[str, Any] = {"float": float, "int8": np.int8, "str": np.str_}
 
-    def __init__(self, balance: HarmonicBalance, curves: Sequence[Curve]) -> None:
-        self.balance, self.curves = balance, curves
+
+def curve_arrays(balance: HarmonicBalance, curve: Curve) -> dict[str, NDArray[Any]]:
+    """The variables of the schema for one curve, by name, without the axis `case`."""
+    return _CurveTable(balance, curve).filled()
+
+
+def response_dataset(
+    balance: HarmonicBalance,
+    levels: Sequence[float],
+    curves: Sequence[Arrays],
+    ends: tuple[float, float],
+    attrs: Mapping[str, Any],
+) -> xr.Dataset:
+    """The labelled dataset of the arrays of several curves; ends: of the band in Hz, for the linear curves."""
+    problem = balance.problem
+    per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
+    arrays = {variable.name: _stacked(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
+    coords = {
+        "force_level": list(levels),
+        "output": list(problem.output_names),
+        "contact": [contact.name for contact in problem.contacts],
+        "direction": list(DIRECTION_NAMES),
+    }
+    dataset = labelled(arrays | _linear(balance, levels, *ends), coords, attrs)
+    if levels_are_newtons(problem):
+        dataset["force_level"].attrs |= {"units": "N", "long_name": "amplitude of the harmonic force"}
+    return dataset
+
+
+def levels_are_newtons(problem: Problem) -> bool:
+    """Whether the only harmonic force has amplitude 1 N along one degree of freedom, so that a level is that force in N."""
+    harmonic = [force for force in problem.forces if any(force.amplitudes.values())]
+    if len(harmonic) != 1:
+        return False
+    sizes = [abs(amplitude) for amplitude in harmonic[0].amplitudes.values() if amplitude]
+    along = [abs(coefficient) for coefficient in harmonic[0].direction.values() if coefficient]
+    return len(sizes) == len(along) == 1 and abs(sizes[0] * along[0] - 1.0) < 1e-12
+
+
+def _stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays of different length as one with a first axis `case`, padded with what means "not there"."""
+    shape = np.max([piece.shape for piece in pieces], axis=0).astype(int)
+    kind = object if variable.kind == "str" else _TYPES[variable.kind]
+    whole = np.full((len(pieces), *shape), _EMPTY[variable.kind], dtype=kind)
+    for case, piece in enumerate(pieces):
+        place: tuple[Any, ...] = (case, *(slice(size) for size in piece.shape))
+        whole[place] = piece if piece.ndim else piece.item()
+    return whole
+
+
+def _linear(balance: HarmonicBalance, levels: Sequence[float], low: float, high: float) -> dict[str, NDArray[Any]]:
+    """The curves and natural frequencies of the free and of the stuck structure."""
+    frequencies = linear_frequencies(balance, low, high)
+    free, stuck = linear_amplitudes(balance, frequencies)
+    factors = np.array(levels)[:, None, None]
+    natural = [balance.problem.frequencies(stuck=which) for which in (False, True)]
+    longest = max(values.size for values in natural)
+    padded = [np.pad(values, (0, longest - values.size), constant_values=np.nan) for values in natural]
+    return {
+        "linear_frequency": frequencies,
+        "free_amplitude": factors * free,
+        "stuck_amplitude": factors * stuck,
+        "natural_frequency_free": padded[0],
+        "natural_frequency_stuck": padded[1],
+    }
+
+
+class _CurveTable:
+    """Fills the arrays of one curve point by point."""
+
+    def __init__(self, balance: HarmonicBalance, curve: Curve) -> None:
+        self.balance, self.curve = balance, curve
         self.energy = EnergyBalance(balance)
         self.contact_of_row, self.direction_of_row = _places(balance)
-        peaks = [len(found) for curve in curves for found in curve.peaks]
-        self.sizes = {
-            "case": len(curves),
-            "point": max([len(curve.points) + (curve.lost_at is not None) for curve in curves], default=0),
+        sizes = {
+            "point": len(curve.points) + (curve.lost_at is not None),
             "output": balance.problem.output_rows.shape[0],
             "harmonic": balance.harmonics + 1,
             "part": 2,
             "contact": len(balance.problem.contacts),
             "direction": 3,
-            "peak": max(peaks, default=0),
+            "peak": max((len(found) for found in curve.peaks), default=0),
             "sample": balance.tables.E.shape[0],
         }
-        self.arrays: dict[str, Any] = {}
+        self.arrays: dict[str, NDArray[Any]] = {}
         for variable in SCHEMA:
-            if all(dim in self.sizes for dim in variable.dims):
-                shape = tuple(self.sizes[dim] for dim in variable.dims)
-                empty = {"float": np.nan, "int8": 0, "str": ""}[variable.kind]
-                kind = {"float": float, "int8": np.int8, "str": object}[variable.kind]
-                self.arrays[variable.name] = np.full(shape, empty, dtype=kind)
+            if variable.dims[0] == "case" and all(dim in sizes for dim in variable.dims[1:]):
+                shape = tuple(sizes[dim] for dim in variable.dims[1:])
+                self.arrays[variable.name] = np.full(shape, _EMPTY[variable.kind], dtype=_TYPES[variable.kind])
 
-    def dataset(self, frequencies: tuple[float, float], attrs: dict[str, Any]) -> xr.Dataset:
-        """The whole dataset; frequencies: the ends of the band in Hz."""
-        for case, curve in enumerate(self.curves):
-            self._fill_case(case, curve)
-        self._fill_linear(*frequencies)
-        problem = self.balance.problem
-        coords = {
-            "force_level": [curve.level for curve in self.curves],
-            "output": list(problem.output_names),
-            "contact": [contact.name for contact in problem.contacts],
-            "direction": list(DIRECTION_NAMES),
-        }
-        return labelled(self.arrays, coords, attrs)
-
-    def _fill_case(self, case: int, curve: Curve) -> None:
-        arrays = self.arrays
-        arrays["case_outcome"][case], arrays["case_message"][case] = curve.outcome, curve.message
+    def filled(self) -> dict[str, NDArray[Any]]:
+        """All arrays of the curve."""
+        arrays, curve = self.arrays, self.curve
+        arrays["case_outcome"], arrays["case_message"] = np.array(curve.outcome, dtype=np.int8), np.array(curve.message)
         for k, point in enumerate(curve.points):
-            self._fill_point((case, k), point)
+            self._fill_point(k, point)
         if curve.lost_at is not None:
-            place = (case, len(curve.points))
-            arrays["frequency"][place] = curve.lost_at / (2.0 * np.pi)
-            arrays["outcome"][place] = curve.outcome
+            arrays["frequency"][-1] = curve.lost_at / (2.0 * np.pi)
+            arrays["outcome"][-1] = curve.outcome
         for output, found in enumerate(curve.peaks):
             ranked = sorted(found, key=lambda p: -self._amplitude(p, output))
             for k, point in enumerate(ranked):
-                self._fill_peak((case, k, output), point)
+                self._fill_peak((k, output), point)
             if output == 0 and ranked:
-                self._fill_loops(case, ranked[0])
+                self._fill_loops(ranked[0])
         for output, extreme in enumerate(curve.largest):
             if extreme is not None:
                 size = largest_absolute(extreme.evaluation.w[self.balance.rows + output])[0]
-                arrays["highest_max_abs"][case, output] = size
-                arrays["highest_max_abs_frequency"][case, output] = extreme.point.omega / (2.0 * np.pi)
+                arrays["highest_max_abs"][output] = size
+                arrays["highest_max_abs_frequency"][output] = extreme.point.omega / (2.0 * np.pi)
+        return arrays
 
-    def _fill_point(self, place: tuple[int, int], point: CurvePoint) -> None:
+    def _fill_point(self, place: int, point: CurvePoint) -> None:
         arrays, evaluation = self.arrays, point.evaluation
         cycle = self._cycle(evaluation)
         energy = self.energy.at(evaluation, cycle)
@@ -104,53 +163,37 @@ class ResponseTable:
         self._by_row("contact_force", place, _parts(self.balance.carried_forces(evaluation)))
         for name, share in zip(("share_stick", "share_slip", "share_open"), cycle.shares(), strict=True):
             self._by_row(name, place, share)
-        dissipated = np.bincount(self.contact_of_row, energy.dissipated, minlength=self.sizes["contact"])
+        dissipated = np.bincount(self.contact_of_row, energy.dissipated, minlength=len(self.balance.problem.contacts))
         arrays["dissipated"][place] = dissipated
 
-    def _fill_response(self, place: tuple[int, int], motion: Array) -> None:
+    def _fill_response(self, place: int, motion: Array) -> None:
         arrays = self.arrays
         arrays["response"][place] = _parts(motion)
         arrays["amplitude"][place] = np.hypot(motion[:, 1], motion[:, 2])
         arrays["rms"][place] = np.sqrt(motion[:, 0] ** 2 + 0.5 * np.sum(motion[:, 1:] ** 2, axis=1))
         arrays["max_abs"][place] = [largest_absolute(row)[0] for row in motion]
 
-    def _fill_peak(self, place: tuple[int, int, int], point: CurvePoint) -> None:
-        arrays, output = self.arrays, place[2]
+    def _fill_peak(self, place: tuple[int, int], point: CurvePoint) -> None:
+        arrays, output = self.arrays, place[1]
         arrays["peak_frequency"][place] = point.point.omega / (2.0 * np.pi)
         arrays["peak_amplitude"][place] = self._amplitude(point, output)
         arrays["peak_max_abs"][place] = largest_absolute(point.evaluation.w[self.balance.rows + output])[0]
         energy = self.energy.at(point.evaluation, self._cycle(point.evaluation))
         arrays["peak_loss_factor"][place] = energy.loss_factor
 
-    def _fill_loops(self, case: int, point: CurvePoint) -> None:
+    def _fill_loops(self, point: CurvePoint) -> None:
         cycle = self._cycle(point.evaluation)
-        self.arrays["loop_frequency"][case] = point.point.omega / (2.0 * np.pi)
-        self._by_row("loop_motion", (case,), cycle.displacement)
-        self._by_row("loop_force", (case,), cycle.force)
-
-    def _fill_linear(self, low: float, high: float) -> None:
-        frequencies = linear_frequencies(self.balance, low, high)
-        free, stuck = linear_amplitudes(self.balance, frequencies)
-        levels = np.array([curve.level for curve in self.curves])[:, None, None]
-        problem = self.balance.problem
-        natural = [problem.frequencies(stuck=which) for which in (False, True)]
-        longest = max(values.size for values in natural)
-        padded = [np.pad(values, (0, longest - values.size), constant_values=np.nan) for values in natural]
-        self.arrays |= {
-            "linear_frequency": frequencies,
-            "free_amplitude": levels * free,
-            "stuck_amplitude": levels * stuck,
-            "natural_frequency_free": padded[0],
-            "natural_frequency_stuck": padded[1],
-        }
+        self.arrays["loop_frequency"] = np.array(point.point.omega / (2.0 * np.pi))
+        self._by_row("loop_motion", (), cycle.displacement)
+        self._by_row("loop_force", (), cycle.force)
 
     def _cycle(self, evaluation: Evaluation) -> ContactCycle:
-        return contact_cycle(self.balance.table, self.balance.tables, evaluation.w)
+        return contact_cycle(evaluation.table, self.balance.tables, evaluation.w)
 
     def _amplitude(self, point: CurvePoint, output: int) -> float:
         return float(np.hypot(*point.evaluation.w[self.balance.rows + output, 1:3]))
 
-    def _by_row(self, name: str, place: tuple[int, ...], values: Array) -> None:
+    def _by_row(self, name: str, place: int | tuple[()], values: Array) -> None:
         """Values (rows, ...) into (contact, direction, ...)."""
         self.arrays[name][place][self.contact_of_row, self.direction_of_row] = values
 

@@ -17,7 +17,7 @@ from scipy.linalg import lapack
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD
-from stickslip.contact.table import contact_table
+from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.linear_part import linear_part
@@ -52,10 +52,11 @@ class Evaluation:
 
     w (contact rows + outputs, 2H+1) and its derivatives by ω and by level at fixed λ; residual λ − λ̂ (rows, 2H+1);
     unknown: state of each row; own, coupling: derivatives of λ̂; error: ‖residual‖ relative to the contact forces or the
-    harmonic load, whichever is larger.
+    harmonic load, whichever is larger; table: the contacts with the start state of this solution.
     """
 
     point: Point
+    table: ContactTable
     w: Array
     by_omega: Array
     by_level: Array
@@ -165,7 +166,7 @@ class HarmonicBalance:
         carried = target + self.stiffness[:, None] * w[:rows]
         scale = max(float(np.sqrt(np.vdot(carried, carried))), point.level * self.load_size, self.least_scale)
         error = float(np.sqrt(np.vdot(residual, residual))) / scale
-        return Evaluation(point, w, by_omega, by_level, residual, unknown, own, coupling, error)
+        return Evaluation(point, self.table, w, by_omega, by_level, residual, unknown, own, coupling, error)
 
     def carried_forces(self, evaluation: Evaluation) -> Array:
         """The contact forces F = λ̂ + K_c w, (rows, 2H+1), N."""

@@ -20,6 +20,9 @@ RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 TURNED_BACK = "The curve turned back and left the band through its start."
 ARRIVED = "The curve reached the end of the band."
 
+TRAVEL = 0.3
+"""Share of the work that is travelling along a curve, about; the rest is the search for its peaks."""
+
 SINGULAR = 1e-13
 """Ratio of the smallest to the largest pivot below which a Newton matrix counts as singular."""
 
@@ -60,12 +63,16 @@ def solve_curve(
     start, end = frequencies[0], frequencies[-1]
     travels: list[_Travel] = []
     failed: Outcome | None = None
+
+    def travelled(fraction: float) -> None:
+        progress(min(fraction, 1.0) * (1.0 if exactly else TRAVEL))
+
     for run_up in RUN_UPS:
         first = first_point(balance, start * run_up if end >= start else start / run_up, level)
         if not first.converged:
             failed = failed or failure(balance, first)
             continue
-        travels.append(_travel(balance, first, start, end, progress, control))
+        travels.append(_travel(balance, first, start, end, travelled, control))
         if travels[-1].lost != TURNED_BACK:
             break
     if not travels:
@@ -73,7 +80,7 @@ def solve_curve(
         return Curve(level, (), outcome, outcome.sentence, start)
     arrived = [travel for travel in travels if travel.lost is None]
     best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
-    return _finished(balance, level, best, frequencies if exactly else None)
+    return _finished(balance, level, best, frequencies if exactly else None, progress)
 
 
 def _travel(
@@ -104,7 +111,13 @@ def _travel(
     return _Travel(points, None if arrived else TURNED_BACK)
 
 
-def _finished(balance: HarmonicBalance, level: float, travel: _Travel, wanted: Sequence[float] | None) -> Curve:
+def _finished(
+    balance: HarmonicBalance,
+    level: float,
+    travel: _Travel,
+    wanted: Sequence[float] | None,
+    progress: Callable[[float], None],
+) -> Curve:
     """The curve with its peaks, or at the wanted frequencies."""
     points, message = travel.points, travel.lost or ARRIVED
     outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
@@ -118,8 +131,11 @@ def _finished(balance: HarmonicBalance, level: float, travel: _Travel, wanted: S
             )
         return Curve(level, tuple(kept), outcome, message, lost_at)
     outputs = range(balance.problem.output_rows.shape[0])
-    found = [peaks(balance, points, output) for output in outputs]
-    largest = [peaks(balance, points, output, largest_absolute, least=0.8) for output in outputs]
+    found, largest = [], []
+    for output in outputs:
+        found.append(peaks(balance, points, output))
+        largest.append(peaks(balance, points, output, largest_absolute, least=0.8))
+        progress(TRAVEL + (1.0 - TRAVEL) * (output + 1) / len(outputs))
     unsolved = sum(search.unsolved for search in (*found, *largest))
     if unsolved:
         message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."

@@ -42,7 +42,7 @@ def loss_factor(energy: EnergyBalance) -> Objective:
     """η = ΔW/(2πU), S4 equation 8."""
 
     def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Callable[[Array, Array], Array]]:
-        cycle = contact_cycle(balance.table, balance.tables, evaluation.w)
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
         value = energy.at(evaluation, cycle).loss_factor
         return value, lambda forces, motion: energy.loss_factor_slopes(evaluation, forces, motion)
 
@@ -110,9 +110,7 @@ def start_gradient(
 class AtPeak:
     """The highest peak of the curve over a band as a function of the start state; value |X_1|, gradient by the envelope."""
 
-    def __init__(
-        self, balance: HarmonicBalance, space: StartSpace, output: int, band: tuple[float, float], level: float
-    ) -> None:
+    def __init__(self, balance: HarmonicBalance, space: StartSpace, output: int, band: tuple[float, float], level: float) -> None:
         self.balance, self.space, self.output, self.band, self.level = balance, space, output, band, level
         self.solves = 0
 

@@ -50,7 +50,7 @@ def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Inde
     An element acts when it sticks all through the steady period and its start is not clipped: offset −kt, ratio μN_last,
     mean traction 1, at harmonic 0.
     """
-    table, tables, w = balance.table, balance.tables, evaluation.w
+    table, tables, w = evaluation.table, balance.tables, evaluation.w
     samples = tables.E.shape[0]
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
     found: list[int] = []

@@ -58,7 +58,7 @@ def start_space(
     """
     if rule not in RULES:
         raise fault("rule", f"must be one of {', '.join(RULES)}", rule)
-    reach, limit = friction_reach(balance.table, balance.tables, virgin.w)
+    reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
     scale = {"slider_offset": reach, "traction_ratio": np.ones_like(reach), "mean_traction": limit}[rule]
     return StartSpace(rule, _groups(balance, share), scale)
 

@@ -1,0 +1,48 @@
+"""A loading history: the sliders of one solved point are where the next one starts, along frequency and from level to level."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.contact.period import OFFSET, friction_period
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.cycle import friction_limits
+from stickslip.solve.continuation import first_point
+from stickslip.solve.newton import Correction, correct, fixed
+
+
+def sliders(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
+    """Where the slider of every friction element stands at the last sample, s = u_last − T_last/kt, m, (elements,)."""
+    table, w = evaluation.table, evaluation.w
+    samples = balance.tables.E.shape[0]
+    y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
+    found = np.empty(table.stiffness.size)
+    for e, r, u, limit in friction_limits(table, balance.tables, w):
+        kt = table.stiffness[e]
+        friction_period(int(table.start_kind[e]), table.start_value[e], kt, kt * u, limit, kt * w[r, 0], y, event)
+        found[e] = -y[-1] / kt
+    return found
+
+
+def march(balance: HarmonicBalance, omegas: Sequence[float], levels: Sequence[float]) -> Iterator[tuple[float, Correction]]:
+    """(level, solved point) for every level in order and every frequency in rad/s; sliders carried from point to point.
+
+    A point that does not converge is handed out as it is, and the next one starts from the last converged state.
+    """
+    last: Evaluation | None = None
+    for level in levels:
+        for omega in omegas:
+            if last is None:
+                correction = first_point(balance, omega, level)
+            else:
+                carried = balance.with_starts(sliders(balance, last), OFFSET)
+                start = Point(last.point.forces, omega, level)
+                correction = correct(carried, start, fixed("omega", omega), iterations=40, halvings=10)
+                if not correction.converged:
+                    correction = first_point(carried, omega, level)
+            if correction.converged:
+                last = correction.evaluation
+            yield level, correction
