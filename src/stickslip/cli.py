@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -13,12 +14,14 @@ import typer
 
 import stickslip
 from stickslip.checks import fault
-from stickslip.console import INCOMPLETE, Report, nothing_compiled_yet, progress, say, tell_fault, warn
+from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, tell_fault, warn
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.finished import FinishedFolder
     from stickslip.study import Job
+    from stickslip.study.run import Run
 
 app = typer.Typer(
     name="stickslip",
@@ -32,6 +35,10 @@ app = typer.Typer(
 
 DEMO_MASSES = (2.6, 4.6, 6.6)
 FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
+
+
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run of the same study stopped.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Curves computed side by side; the number of cores unless given.")]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -76,9 +83,12 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("results/demo"),
     preload_mass: Annotated[list[float] | None, typer.Option(help="kg; may be given several times.")] = None,
     fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
+    resume: Resume = False,
+    workers: Workers = None,
 ) -> None:
     """Compute a turbine blade with two underplatform dampers, at six force levels and three preloads."""
     from stickslip import study
+    from stickslip.study.run import Run
     from stickslip.study.templates import FORCE_LEVELS, single_blade_study
 
     folder = writable_folder(out)
@@ -87,7 +97,7 @@ def demo(
     say(f"Meshing and reducing the blade for {', '.join(f'{mass:g} kg' for mass in masses)}.")
     texts = {f"{mass:g}kg": single_blade_study(mass, levels, harmonics) for mass in masses}
     jobs = {name: study.job(text, Path(), "demo") for name, text in texts.items()}
-    finish(computed(jobs, folder), folder)
+    carry_out(Run(jobs, folder, resume, workers or cores()))
 
 
 @app.command()
@@ -121,14 +131,17 @@ def run(
     ctx: typer.Context,
     study: Annotated[Path, typer.Argument(help="The study file.")],
     out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    resume: Resume = False,
+    workers: Workers = None,
 ) -> None:
     """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
     from stickslip.study import read
+    from stickslip.study.run import Run
 
     job = read(study)
     folder = writable_folder(out)
     say(f"{job.title}: {summary(job)}.")
-    finish(computed({"": job}, folder), folder)
+    carry_out(Run({"": job}, folder, resume, workers or cores()))
 
 
 @app.command()
@@ -150,6 +163,11 @@ def summary(job: Job) -> str:
     where = f"at {len(job.frequencies)} frequencies" if isinstance(job.frequencies, tuple) else "over a band"
     counts = f"{problem.structure.size} degrees of freedom, {len(problem.contacts)} contacts"
     return f"{counts}, {len(job.force_levels)} force levels {where}, {job.harmonics} harmonics, {job.samples} samples"
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def writable_folder(folder: Path) -> Path:
@@ -176,44 +194,53 @@ def results_in(place: Path) -> dict[str, Path]:
     return found
 
 
-def computed(jobs: Mapping[str, Job], folder: Path) -> dict[str, xr.Dataset]:
-    """The results of each job, saved as soon as they are there."""
-    from stickslip.results import save
-
-    datasets = {}
-    with progress("Forced response") as tell:
-        for number, (name, job) in enumerate(jobs.items()):
-            datasets[name] = dataset = solved(job, part_of(tell, number, len(jobs), name))
-            save(dataset, folder / name / "results.nc")
-    return datasets
-
-
-def part_of(tell: Report, number: int, total: int, name: str) -> Report:
-    """Progress of one of several jobs."""
-    return lambda fraction, text: tell((number + fraction) / total, f"{name} {text}".strip())
+def carry_out(run: Run) -> None:
+    """Compute what is missing, write everything, and only then let go of the finished curves."""
+    kept = run.kept()
+    datasets = run.complete() if run.resume and not len(kept) else None
+    if datasets is not None:
+        say(f"Nothing is left to compute: the results in {run.folder} are complete.")
+    else:
+        say_kept(run, len(kept))
+        datasets = solved(run, kept)
+    broken = finish(datasets, run.folder)
+    kept.remove(kept.folder)
+    if broken:
+        raise typer.Exit(INCOMPLETE)
 
 
-def solved(job: Job, tell: Report) -> xr.Dataset:
-    """The labelled result of a job, with the study's text inside."""
-    from stickslip.analyses.forced_response import forced_response
+def say_kept(run: Run, count: int) -> None:
+    """What an interrupted run left, and whether it is used."""
+    if run.resume and count:
+        say(f"Going on from {count} finished curves in {run.folder / 'unfinished'}.")
+    elif run.resume:
+        say(f"No finished curves in {run.folder}: computing from the start.")
+    elif count:
+        warn(f"An interrupted run left {count} finished curves; they are computed again. Stop, and add --resume to use them.")
 
+
+def solved(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
+    """The results of all jobs; whatever stops the computation, what is kept is said."""
     if nothing_compiled_yet():
         warn("First run on this machine: the contact kernels are compiled, which takes up to a minute; they are kept on disk.")
-    levels = list(job.force_levels)
-    response = forced_response(job.problem, job.frequencies, levels, job.harmonics, job.samples, progress=tell)
-    return response.dataset.assign_attrs(title=job.title, study=job.text)
+    try:
+        with progress("Forced response") as tell:
+            return run.computed(kept, tell)
+    except (KeyboardInterrupt, OSError, MemoryError):
+        if len(kept):
+            warn(f"{len(kept)} finished curves are kept in {kept.folder}; the same command with --resume goes on from there.")
+        raise
 
 
-def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
-    """Peaks to the screen, report and figures to the folder, and the exit code."""
+def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> list[str]:
+    """Peaks to the screen, report and figures to the folder; returns what failed."""
     for name, dataset in datasets.items():
         say_peaks(name, dataset)
     write_reports(datasets, folder)
     broken = [message for name, dataset in datasets.items() for message in failures(name, dataset)]
     for message in broken:
         warn(message)
-    if broken:
-        raise typer.Exit(INCOMPLETE)
+    return broken
 
 
 def say_peaks(name: str, dataset: xr.Dataset) -> None:

@@ -47,7 +47,7 @@ def tell_fault(error: BaseException) -> int:
     """Say what went wrong; returns the exit code."""
     match error:
         case KeyboardInterrupt():
-            warn("Interrupted: what was finished before is kept, nothing is half written.")
+            warn("Interrupted; nothing is half written.")
             return INTERRUPTED
         case Faults(faults=faults) if len(faults) > 1:
             warn(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from hashlib import sha256
 
 import numpy as np
 from scipy import linalg
@@ -12,6 +13,7 @@ from scipy import linalg
 from stickslip.checks import Array, InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
+from stickslip.contact.table import contact_table
 from stickslip.loads import Force, Output
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
@@ -104,6 +106,17 @@ class Problem:
             case ModalDamping() as rule:
                 stiffness = self.stuck_stiffness if rule.on == "stuck" else structure.K
                 return modal_damping_matrix(structure.M, stiffness, rule)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Tells problems apart, bit by bit: sixteen hexadecimal digits of their matrices, contacts, loads and outputs."""
+        structure, digest = self.structure, sha256()
+        damping = np.zeros(0) if structure.C is None else structure.C
+        for array in (structure.M, structure.K, damping, self.B, self.output_rows, *contact_table(self.contacts)):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts])
+        digest.update(repr(rest).encode())
+        return digest.hexdigest()[:16]
 
     def load(self, harmonics: int, level: float = 1.0) -> Array:
         """Loads in real storage (n, 2H+1): static (with the counter-force of balanced contacts), then a_h, b_h."""

@@ -22,7 +22,7 @@ LAYERS = (
     ("harmonic", "time", "rigs"),
     ("solve", "measurement"),
     ("results_schema", "results_view"),
-    ("results",),
+    ("results", "finished"),
     ("analyses",),
     ("plots", "study"),
     ("report",),

@@ -5,8 +5,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
+
+from threadpoolctl import threadpool_limits
 
 from stickslip.checks import InputError, fault, nearest
 from stickslip.contact.point import Contact
@@ -26,7 +29,10 @@ KEYS = ("units", "study", "structure", "damping", "contact", "force", "sweep")
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What a study asks for: a problem, and where and how finely to compute it. `text` is the file as it stands."""
+    """What a study asks for: a problem, and where and how finely to compute it.
+
+    `text` is the file as it stands; `matrices` tells apart what the file that it names holds, "" for a rig.
+    """
 
     title: str
     analysis: str
@@ -36,6 +42,7 @@ class Job:
     harmonics: int
     samples: int
     text: str
+    matrices: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,7 +68,8 @@ def job(text: str, folder: Path, name: str) -> Job:
     document = toml(text)
     found = Found()
     tables = tables_of(document, found)
-    problem = problem_of(tables, document, folder, found)
+    with threadpool_limits(1, user_api="blas"):
+        problem = problem_of(tables, document, folder, found)
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
@@ -72,7 +80,18 @@ def job(text: str, folder: Path, name: str) -> Job:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or problem.title or name
     levels, sweep = tuple(tables.sweep.force_levels), tables.sweep
-    return Job(title, tables.study.analysis, problem, frequencies, levels, sweep.harmonics, sweep.samples, text)
+    settings = (frequencies, levels, sweep.harmonics, sweep.samples)
+    return Job(title, tables.study.analysis, problem, *settings, text, content(tables.structure, problem))
+
+
+def content(table: StructureTable | None, problem: Problem) -> str:
+    """Tells apart the matrices that a study brings; a rig makes its own."""
+    if table is None or table.rig is not None:
+        return ""
+    structure, digest = problem.structure, sha256()
+    for matrix in (structure.M, structure.K, structure.C):
+        digest.update(b"" if matrix is None else matrix.tobytes())
+    return digest.hexdigest()
 
 
 def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found) -> Problem | None:

@@ -1,0 +1,91 @@
+"""What is finished of a run that goes on: one file per case beside the results, so that an interrupted run loses none.
+
+Plain NumPy archives without pickle, each written beside its place and renamed. `analyses.cases` saves and loads through it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import zipfile
+import zlib
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.checks import InputError
+from stickslip.files import replacing, write_text
+
+ABOUT = "about.json"
+_NAME = "__name__"
+
+
+class FinishedFolder:
+    """Results of finished cases as files of one folder.
+
+    about: what the cases were computed from, as short texts ({"study": ..., "version": ...}); a folder that was filled from
+    something else is refused. Names of cases should say all that a case depends on.
+
+    >>> import stickslip as ss
+    >>> rig = ss.rigs.single_mass()
+    >>> kept = ss.FinishedFolder("results/mass/unfinished")             # doctest: +SKIP
+    >>> ss.forced_response(rig, ss.hertz(0.1, 0.3), [1, 2], finished=kept)  # doctest: +SKIP
+    """
+
+    def __init__(self, folder: str | Path, about: Mapping[str, str] | None = None) -> None:
+        self.folder, self.about = Path(folder), dict(about or {})
+        changed = self._changed()
+        if changed:
+            raise InputError(
+                f"The finished cases in {str(self.folder)!r} must belong to this run, but {' and '.join(changed)} changed since. "
+                "Compute from the start (on the command line without --resume), or use another folder."
+            )
+
+    def _changed(self) -> list[str]:
+        """What the folder was filled from that is not so any more."""
+        try:
+            before = json.loads((self.folder / ABOUT).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return []
+        if not isinstance(before, dict):
+            return []
+        return [f"the {key}" for key in sorted({*before, *self.about}) if before.get(key) != self.about.get(key)]
+
+    def __len__(self) -> int:
+        """How many cases are kept."""
+        return len(list(self.folder.glob("[!.]*.npz")))
+
+    def load(self, name: str) -> dict[str, NDArray[Any]] | None:
+        """The arrays of a case; None when it is not kept, or its file is damaged: then it is computed again."""
+        try:
+            with np.load(self._path(name), allow_pickle=False) as archive:
+                arrays = {key: archive[key] for key in archive.files}
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+            return None
+        return arrays if str(arrays.pop(_NAME, "")) == name else None
+
+    def save(self, name: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Keep the arrays of a case; they are on the disk when this returns."""
+        about = self.folder / ABOUT
+        if not about.exists():
+            write_text(about, json.dumps(self.about, indent=1))
+        with replacing(self._path(name)) as temporary, temporary.open("wb") as file:
+            np.savez(file, **{_NAME: np.array(name)}, **dict(arrays))  # type: ignore[arg-type]
+
+    @staticmethod
+    def remove(folder: Path) -> None:
+        """Remove a folder of finished cases: first out of the way, so that no half of it can be taken for the whole."""
+        aside = folder.with_name(f".{folder.name}.removed")
+        shutil.rmtree(aside, ignore_errors=True)
+        if folder.exists():
+            folder.rename(aside)
+            shutil.rmtree(aside, ignore_errors=True)
+
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{sha256(name.encode()).hexdigest()[:24]}.npz"

@@ -1,0 +1,106 @@
+"""From jobs to saved results: every curve is kept beside the results as it finishes, until all are written.
+
+`remaining` says what an earlier run left; `computed` goes on from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import stickslip
+from stickslip.analyses.cases import Progress, Together, all_cases
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.checks import InputError
+from stickslip.files import sweep
+from stickslip.finished import FinishedFolder
+from stickslip.results import open_results, save
+from stickslip.study.read import Job
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNFINISHED = "unfinished"
+"""Folder of finished curves in the folder of the results; it is removed when everything is written."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Jobs by name with the folder they are written to; `resume`: what an interrupted run finished is used."""
+
+    jobs: Mapping[str, Job]
+    folder: Path
+    resume: bool = False
+    workers: int = 1
+
+    @property
+    def about(self) -> dict[str, str]:
+        """What the results depend on, as short texts."""
+        texts = "\n".join(f"{name}\n{job.text}" for name, job in self.jobs.items())
+        matrices = " ".join(job.matrices for job in self.jobs.values()).strip()
+        return {
+            "study": sha256(texts.encode()).hexdigest(),
+            "content of the matrices": matrices,
+            "version of stickslip": stickslip.__version__,
+        }
+
+    @property
+    def key(self) -> str:
+        """`about` in one word, kept in the results."""
+        return sha256(repr(sorted(self.about.items())).encode()).hexdigest()
+
+    def kept(self) -> FinishedFolder:
+        """The finished curves. Those of something else are refused by a run that resumes, and removed by any other."""
+        sweep(self.folder)
+        place = self.folder / UNFINISHED
+        try:
+            return FinishedFolder(place, self.about)
+        except InputError:
+            if self.resume:
+                raise
+            FinishedFolder.remove(place)
+            return FinishedFolder(place, self.about)
+
+    def complete(self) -> dict[str, xr.Dataset] | None:
+        """The results of this very run where they are all there, else None."""
+        files = {name: self.folder / name / "results.nc" for name in self.jobs}
+        if not all(file.is_file() for file in files.values()):
+            return None
+        try:
+            datasets = {name: open_results(file) for name, file in files.items()}
+        except InputError:
+            return None
+        same = all(dataset.attrs.get("input_key") == self.key for dataset in datasets.values())
+        return datasets if same else None
+
+    def computed(self, kept: FinishedFolder, progress: Progress) -> dict[str, xr.Dataset]:
+        """The results of all jobs, each saved."""
+        works = {name: work_of(job) for name, job in self.jobs.items()}
+        together = Together(works)
+        results = all_cases(together, kept if self.resume else _Anew(kept), self.workers, progress)
+        progress(1.0, "linear curves and results.nc")
+        datasets = {}
+        for name, curves in together.parted(results).items():
+            job = self.jobs[name]
+            dataset = works[name].gathered(curves).dataset
+            datasets[name] = dataset.assign_attrs(title=job.title, study=job.text, input_key=self.key)
+            save(datasets[name], self.folder / name / "results.nc")
+        return datasets
+
+
+def work_of(job: Job) -> ForcedResponseWork:
+    """The cases of a job."""
+    return ForcedResponseWork.of(job.problem, job.frequencies, job.force_levels, job.harmonics, job.samples)
+
+
+class _Anew:
+    """Keeps, but does not give back: everything is computed."""
+
+    def __init__(self, kept: FinishedFolder) -> None:
+        self.save = kept.save
+
+    def load(self, name: str) -> None:
+        return None
