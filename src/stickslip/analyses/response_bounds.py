@@ -110,7 +110,7 @@ class _Search:
         self.energy = EnergyBalance(balance)
 
     def band(self, frequencies: Array, objective: Target, progress: Progress) -> xr.Dataset:
-        """Bounds at every frequency; each search starts from the optimum before it, the virgin state and the best of the cloud."""
+        """Bounds at every frequency; a search starts from the optimum before it, the virgin state and the best of the cloud."""
         best: dict[float, Array] = {}
         found: list[list[Extreme | None]] = [[], []]
         sampled = np.full((len(self.cloud), len(frequencies)), np.nan)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.checks import Array, Index, fault, finite, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
@@ -38,7 +38,7 @@ class Sensitivity:
     frequency: float
     response: Array
     by_parameter: Mapping[str, Array]
-    elements: Array
+    elements: Index
     by_start: Array
 
     def amplitude_slopes(self) -> dict[str, Array]:

@@ -160,7 +160,7 @@ def extreme(
     for start in starts:
         options = {"maxiter": iterations, "ftol": tolerance, "gtol": tolerance}
         bounds = [(-1.0, 1.0)] * start.size
-        minimize(minimised, np.clip(start, -1.0, 1.0), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        minimize(minimised, np.clip(start, -1.0, 1.0), jac=True, method="L-BFGS-B", bounds=bounds, options=options)  # type: ignore[call-overload]
     if not best:
         raise UnsolvedError
     return best[0]
