@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -197,35 +198,37 @@ def results_in(place: Path) -> dict[str, Path]:
 def carry_out(run: Run) -> None:
     """Compute what is missing, write everything, and only then let go of the finished curves."""
     kept = run.kept()
-    datasets = run.complete() if run.resume and not len(kept) else None
-    if datasets is not None:
-        say(f"Nothing is left to compute: the results in {run.folder} are complete.")
-    else:
-        say_kept(run, len(kept))
-        datasets = solved(run, kept)
-    broken = finish(datasets, run.folder)
+    with hint_at_resuming(kept):
+        datasets = run.complete() if run.resume and not len(kept) else None
+        if datasets is not None:
+            say(f"Nothing is left to compute: the results in {run.folder} are complete.")
+        else:
+            say_kept(run, len(kept))
+            with progress("Forced response") as tell:
+                datasets = run.computed(kept, tell)
+        broken = finish(datasets, run.folder)
     kept.remove(kept.folder)
     if broken:
         raise typer.Exit(INCOMPLETE)
 
 
 def say_kept(run: Run, count: int) -> None:
-    """What an interrupted run left, and whether it is used."""
+    """What an interrupted run left and whether it is used, and why the first run takes longer."""
     if run.resume and count:
         say(f"Going on from {count} finished curves in {run.folder / 'unfinished'}.")
     elif run.resume:
         say(f"No finished curves in {run.folder}: computing from the start.")
     elif count:
         warn(f"An interrupted run left {count} finished curves; they are computed again. Stop, and add --resume to use them.")
-
-
-def solved(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
-    """The results of all jobs; whatever stops the computation, what is kept is said."""
     if nothing_compiled_yet():
         warn("First run on this machine: the contact kernels are compiled, which takes up to a minute; they are kept on disk.")
+
+
+@contextmanager
+def hint_at_resuming(kept: FinishedFolder) -> Iterator[None]:
+    """Whatever stops the block, say what is kept."""
     try:
-        with progress("Forced response") as tell:
-            return run.computed(kept, tell)
+        yield
     except (KeyboardInterrupt, OSError, MemoryError):
         if len(kept):
             warn(f"{len(kept)} finished curves are kept in {kept.folder}; the same command with --resume goes on from there.")

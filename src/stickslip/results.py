@@ -5,6 +5,7 @@ No pickle: strings, numbers and attributes only, so any NetCDF or HDF5 reader op
 
 from __future__ import annotations
 
+import io
 import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,9 +29,24 @@ _COMPRESS_FROM = 1024
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
     """Write `dataset` as NetCDF-4, whole or not at all; returns the path. Large variables are compressed and checksummed."""
     check_schema(dataset)
+    content = _netcdf(dataset)
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=_encoding(dataset))
+        temporary.write_bytes(content)
     return Path(path)
+
+
+def _netcdf(dataset: xr.Dataset) -> bytes:
+    """The file in memory: on a full disk HDF5 would not only fail, but take the process with it."""
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    plain = dataset.copy()
+    for name, encoding in _encoding(dataset).items():
+        plain[name].encoding = encoding
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        plain.dump_to_store(H5NetCDFStore(file))
+    return buffer.getvalue()
 
 
 def open_results(path: str | Path) -> xr.Dataset:

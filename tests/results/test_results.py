@@ -1,5 +1,7 @@
 """Results files: round trips, whole or not at all, and clear words about files that are not results."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -58,11 +60,11 @@ def test_failed_write_leaves_the_old_file_and_no_other(dataset, tmp_path, monkey
     path = save(dataset, tmp_path / "results.nc")
     before = path.read_bytes()
 
-    def half(self, temporary, **_):
-        temporary.write_bytes(b"half a file")
+    def half(temporary, content):
+        temporary.write_text("half a file")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", half)
+    monkeypatch.setattr(Path, "write_bytes", half)
     with pytest.raises(OSError, match="No space"):
         save(dataset, path)
     assert path.read_bytes() == before

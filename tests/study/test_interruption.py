@@ -1,0 +1,200 @@
+"""A run may be killed at any moment, stopped, or run out of disk: nothing finished is lost, and resumed it ends the same."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip import console
+from stickslip.results import open_results
+
+resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
+
+LEVELS = [round(level, 3) for level in np.geomspace(0.3, 2.0, 8).tolist()]
+STUDY = f"""
+[study]
+title = "One mass"
+analysis = "forced_response"
+[structure]
+rig = "single_mass"
+[sweep]
+frequency = [0.08, 0.3]
+force_levels = {LEVELS}
+harmonics = 5
+"""
+
+
+def arguments(folder, *options):
+    return [sys.executable, "-m", "stickslip", "run", str(folder / "study.toml"), "--out", str(folder / "out"), *options]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The result of an uninterrupted run, and how long it took."""
+    folder = tmp_path_factory.mktemp("reference")
+    (folder / "study.toml").write_text(STUDY)
+    subprocess.run(arguments(folder, "--workers", "1"), check=True, capture_output=True)
+    started = time.monotonic()
+    subprocess.run(arguments(folder, "--workers", "1"), check=True, capture_output=True)
+    return open_results(folder / "out" / "results.nc"), time.monotonic() - started
+
+
+def equal_bit_by_bit(a, b):
+    assert set(a.variables) == set(b.variables)
+    for name in a.variables:
+        assert a[name].dtype == b[name].dtype, name
+        assert a[name].values.tobytes() == b[name].values.tobytes(), name
+        assert a[name].attrs.keys() == b[name].attrs.keys(), name
+    apart = {"cpu_seconds"}
+    assert {k: v for k, v in a.attrs.items() if k not in apart} == {k: v for k, v in b.attrs.items() if k not in apart}
+
+
+def kept(folder):
+    """Finished curves on disk: name, and when it was written."""
+    return {path.name: path.stat().st_mtime_ns for path in (folder / "out" / "unfinished").glob("[!.]*.npz")}
+
+
+def alive_in_session(leader):
+    """Processes of a session that still run; ended ones that nobody has collected do not count."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, _, session = stat.read_text().rpartition(")")[2].split()[:4]
+        except (OSError, ValueError):
+            continue
+        if int(session) == leader and state not in "ZX":
+            found.append(stat.parent.name)
+    return found
+
+
+def nothing_left_running(leader, within=10.0):
+    if sys.platform != "linux":
+        return
+    ends = time.monotonic() + within
+    while alive_in_session(leader):
+        assert time.monotonic() < ends, "worker processes outlive the one that was killed"
+        time.sleep(0.05)
+
+
+def killed_at_random(folder, reference, kills, workers, seed):
+    """Kill a run again and again, resume it to its end, and compare."""
+    whole, seconds = reference
+    rng = np.random.default_rng(seed)
+    before = {}
+    for _ in range(kills):
+        process = subprocess.Popen(
+            arguments(folder, "--resume", "--workers", str(workers)),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        time.sleep(rng.uniform(0.1, 1.0) * seconds)
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        nothing_left_running(process.pid)
+        if (folder / "out" / "results.nc").exists():
+            equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
+            if not kept(folder):
+                break
+        now = kept(folder)
+        assert before.items() <= now.items(), "a finished curve was lost, or computed again"
+        before = now
+    done = subprocess.run(arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_killed_three_times(folder, reference, workers):
+    killed_at_random(folder, reference, 2 if workers == 1 else 1, workers, seed=workers)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("workers", [1, 2])
+def test_killed_twenty_times(folder, reference, workers):
+    killed_at_random(folder, reference, 20, workers, seed=10 + workers)
+
+
+@pytest.mark.parametrize("limit", [10_000, 100_000, 1_000_000])
+def test_a_full_disk(folder, reference, limit):
+    """Room for no curve; for curves, but not for results.nc; for results.nc, but not for the report."""
+
+    def little_room():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    process = subprocess.run(
+        arguments(folder, "--workers", "1"), capture_output=True, text=True, check=False, preexec_fn=little_room
+    )
+    assert process.returncode == console.WRONG_INPUT, process.stderr
+    assert "Error: the system refused a file" in process.stderr
+    assert "Traceback" not in process.stderr
+    assert (len(kept(folder)) == len(LEVELS)) == (limit > 10_000)
+    assert (folder / "out" / "results.nc").exists() == (limit > 100_000)
+    assert not (folder / "out" / "report.html").exists()
+    assert list((folder / "out").rglob(".*")) == []
+    before = kept(folder)
+    again = subprocess.run(arguments(folder, "--resume", "--workers", "1"), capture_output=True, text=True, check=True)
+    assert f"Going on from {len(before)} finished curves" in again.stdout or not before
+    equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
+
+
+def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(folder, reference):
+    process = subprocess.Popen(
+        arguments(folder, "--workers", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    ends = time.monotonic() + 60.0
+    while len(kept(folder)) < 3 and time.monotonic() < ends:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == console.INTERRUPTED, errors
+    assert "Traceback" not in errors
+    assert "--resume goes on from there" in errors
+    nothing_left_running(process.pid)
+    assert len(kept(folder)) >= 3
+
+
+def test_a_killed_worker_loses_nothing(folder, reference):
+    """Its curve is computed by the others."""
+    process = subprocess.Popen(arguments(folder, "--workers", "2"), stdout=subprocess.DEVNULL, start_new_session=True)
+    ends = time.monotonic() + 60.0
+    while not kept(folder) and time.monotonic() < ends:
+        time.sleep(0.01)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    if not children.exists():
+        process.wait()
+        pytest.skip("the system does not list children")
+    workers = [int(pid) for pid in children.read_text().split() if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    assert workers
+    os.kill(workers[0], signal.SIGKILL)
+    assert process.wait() == 0
+    equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
+
+
+def test_a_changed_study_is_refused_or_computed_again(folder, reference):
+    subprocess.run(
+        arguments(folder, "--workers", "1"),
+        check=False,
+        capture_output=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
+    )
+    assert len(kept(folder)) == len(LEVELS)
+    (folder / "study.toml").write_text(STUDY.replace("harmonics = 5", "harmonics = 3"))
+    refused = subprocess.run(arguments(folder, "--resume"), check=False, capture_output=True, text=True)
+    assert refused.returncode == console.WRONG_INPUT
+    assert "but the study changed since" in refused.stderr
+    assert len(kept(folder)) == len(LEVELS)
+    subprocess.run(arguments(folder), check=True, capture_output=True)
+    assert open_results(folder / "out" / "results.nc").attrs["harmonics"] == 3
