@@ -56,7 +56,7 @@ def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
     matrix = np.asfortranarray(np.eye(factors.size + 1) + 1e-3 * np.random.default_rng(1).normal(size=(factors.size + 1,) * 2))
 
     def forces() -> None:
-        contact_forces(balance.table, balance.tables, evaluation.w, target, unknown, own, coupling)
+        contact_forces(balance.table, balance.tables, evaluation.w, target, unknown, own, coupling, evaluation.cross)
 
     def motion() -> None:
         balance.linear.motion(evaluation.point.forces, omega, evaluation.point.level, w, by_omega, by_level)

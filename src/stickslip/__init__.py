@@ -22,6 +22,7 @@ _HOME = {
     "between": "stickslip.contact.point",
     "Macroslip": "stickslip.contact.macroslip",
     "MicroslipArray": "stickslip.contact.microslip",
+    "FrictionDisc": "stickslip.contact.friction_disc",
     "Gap": "stickslip.contact.gap",
     "SliderOffset": "stickslip.contact.start",
     "TractionRatio": "stickslip.contact.start",
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.time_response import time_response
     from stickslip.checks import InputError
+    from stickslip.contact.friction_disc import FrictionDisc
     from stickslip.contact.gap import Gap
     from stickslip.contact.macroslip import Macroslip
     from stickslip.contact.microslip import MicroslipArray

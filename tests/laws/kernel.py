@@ -20,12 +20,13 @@ DIRECTIONS = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Answer:
-    """λ̂ (rows, 2H+1), state of each row, derivatives by own and by normal motion (rows, 2H+1, 2H+1)."""
+    """λ̂ (rows, 2H+1), state of each row, derivatives by own, normal and the other tangential motion (rows, 2H+1, 2H+1)."""
 
     target: np.ndarray
     unknown: np.ndarray
     own: np.ndarray
     normal: np.ndarray
+    cross: np.ndarray
 
 
 def contact_of(sample: Sample, start: Start) -> Contact:
@@ -43,9 +44,11 @@ def answer(sample: Sample, start: Start, w: np.ndarray, samples: int) -> Answer:
         np.zeros(rows, dtype=np.int64),
         np.full((rows, columns, columns), np.nan),
         np.zeros((rows, columns, columns)),
+        np.zeros((rows, columns, columns)),
     )
     table = contact_table([contact_of(sample, start)])
-    contact_forces(table, fourier((columns - 1) // 2, samples), w, found.target, found.unknown, found.own, found.normal)
+    tables, blocks = fourier((columns - 1) // 2, samples), (found.own, found.normal, found.cross)
+    contact_forces(table, tables, w, found.target, found.unknown, *blocks)
     return found
 
 

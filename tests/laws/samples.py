@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import stickslip.contact
+from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
@@ -64,8 +65,8 @@ def every_law() -> list[type[Law]]:
 
 
 def samples_of(law: type[Law]) -> list[Sample]:
-    """The samples of one law."""
-    return [sample for sample in SAMPLES if type(sample.law) is law]
+    """The samples of one law, of independent directions or on a disc."""
+    return [sample for sample in (*SAMPLES, *DISC_SAMPLES) if type(sample.law) is law]
 
 
 def _array(kts: tuple[float, ...], mu: float, **others: tuple[float, ...]) -> tuple[Element, ...]:
@@ -99,3 +100,10 @@ SAMPLES = (
         _array((1.0, 0.4), 0.6, kn=(2.0, 3.0), gap=(0.0, 0.2), preload=(0.3, 0.9)),
     ),
 )
+
+DISC_SAMPLES = (
+    Sample("disc of constant load", FrictionDisc(2.0, 0.4, normal_load=1.5), 2, (Element(2.0, 0.4, load=1.5),)),
+    Sample("disc of varying load", FrictionDisc(1.6, 0.5, 3.0, 1.0), 2, (Element(1.6, 0.5, 3.0, preload=1.0),)),
+    Sample("disc with gap", FrictionDisc(1.2, 0.6, 2.0, 0.1, 0.2), 2, (Element(1.2, 0.6, 2.0, 0.2, 0.1),)),
+)
+"""Laws whose two directions are coupled: `test_friction_disc` referees them."""

@@ -33,7 +33,7 @@ def measured(amplitude: float, samples: int, harmonics: int = 1, kd: float = KD,
     w = np.zeros((1, 2 * harmonics + 1))
     w[0, 1] = amplitude
     target, unknown, own, normal = np.zeros_like(w), np.zeros(1, int), *np.zeros((2, 1, w.size, w.size))
-    contact_forces(contact_table([contact]), fourier(harmonics, samples), w, target, unknown, own, normal)
+    contact_forces(contact_table([contact]), fourier(harmonics, samples), w, target, unknown, own, normal, np.empty((0, 0, 0)))
     return (target + kd * w)[0]
 
 

@@ -50,10 +50,14 @@ class FrictionElements:
 
 @dataclass(frozen=True)
 class Elements:
-    """The whole table of a contact: one set of friction elements per tangential direction, and the normal elements."""
+    """The whole table of a contact: one set of friction elements per tangential direction, and the normal elements.
+
+    coupled: the two directions, of one equal element each, share one friction disc.
+    """
 
     friction: tuple[FrictionElements, ...]
     normal: NormalElements | None
+    coupled: bool = False
 
 
 class Law(ABC):

@@ -9,9 +9,9 @@ period and that any y in [LO, HI] is a solution, the non-uniqueness of friction 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, Index
+from stickslip.kernels import njit
 
 OFFSET, RATIO, MEAN = 0, 1, 2
 """Codes of the start rules, as `stickslip.contact.start` gives them."""

@@ -93,6 +93,21 @@ class Contact:
             raise fault(f"Contact {self.name}, balanced", "must go with a normal direction", "none")
         for start, friction in zip(self.starts, self.elements.friction, strict=True):
             start.values(friction.stiffness.size)
+        if self.elements.coupled:
+            self._check_disc_start()
+
+    def _check_disc_start(self) -> None:
+        """A disc starts from a slider position or a ratio inside the disc; a mean traction is not defined for it."""
+        keys = {start.key for start in self.starts}
+        if len(keys) > 1 or "mean_traction" in keys:
+            raise fault(
+                f"Contact {self.name}, start of a friction disc",
+                "must be a slider offset or a traction ratio, of the same kind in both directions",
+                sorted(keys),
+            )
+        size = float(np.hypot(*(start.values(1)[0] for start in self.starts)))
+        if keys == {"traction_ratio"} and size > 1.0:
+            raise fault(f"Contact {self.name}, traction ratio on the friction disc", "must have a size of at most 1", size)
 
     @property
     def directions(self) -> tuple[Direction, ...]:

@@ -22,6 +22,7 @@ class ContactTable(NamedTuple):
     normal_first (contacts + 1), normal_stiffness, normal_constant: N_e = max(stiffness z + constant, 0).
     friction_first (rows + 1): friction elements of each row (none for a normal row); stiffness kt, friction μ,
     constant_limit; load_first, load_last: the normal elements that load it; start_kind, start_value: the start state.
+    coupled (contacts): 1 where the two tangential directions share a friction disc.
     """
 
     first_row: Index
@@ -37,6 +38,7 @@ class ContactTable(NamedTuple):
     load_last: Index
     start_kind: Index
     start_value: Array
+    coupled: Index
 
     @property
     def rows(self) -> int:
@@ -88,4 +90,5 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         load_last=integers(sliders[:, 4]),
         start_kind=integers(sliders[:, 5]),
         start_value=floats(sliders[:, 6]),
+        coupled=integers([contact.elements.coupled for contact in contacts]),
     )

@@ -21,7 +21,7 @@ from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.linear_part import linear_part
-from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, normal_of_rows, orientation, pushed, unknown_entries
+from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, orientation, pushed, related_rows, unknown_entries
 from stickslip.problem import Problem
 
 Parameter = Literal["omega", "level"]
@@ -51,7 +51,7 @@ class Evaluation:
     """Everything about a point that Newton's method needs.
 
     w (contact rows + outputs, 2H+1) and its derivatives by ω and by level at fixed λ; residual λ − λ̂ (rows, 2H+1);
-    unknown: state of each row; own, coupling: derivatives of λ̂; error: ‖residual‖ relative to the contact forces or the
+    unknown: state of each row; own, coupling, cross: derivatives of λ̂; error: ‖residual‖ relative to the contact forces or the
     harmonic load, whichever is larger; table: the contacts with the start state of this solution.
     """
 
@@ -64,6 +64,7 @@ class Evaluation:
     unknown: Index
     own: Array
     coupling: Array
+    cross: Array
     error: float
 
     def by(self, parameter: Parameter) -> Array:
@@ -131,7 +132,8 @@ class HarmonicBalance:
         self.tables = fourier(harmonics, samples)
         self.table = contact_table(problem.contacts)
         self.rows = self.table.rows
-        self.normal = normal_of_rows(self.table)
+        self.normal, self.partner = related_rows(self.table)
+        self.coupled_rows = self.rows if self.table.coupled.any() else 0
         self.linear = linear_part(problem, harmonics)
         self.stiffness = problem.contact_stiffness
         load = problem.load(harmonics)
@@ -161,12 +163,13 @@ class HarmonicBalance:
         self.linear.motion(point.forces, point.omega, point.level, w, by_omega, by_level)
         target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
         own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
-        contact_forces(self.table, self.tables, w, target, unknown, own, coupling)
+        cross = np.empty((self.coupled_rows, columns, columns))
+        contact_forces(self.table, self.tables, w, target, unknown, own, coupling, cross)
         residual = point.forces - target
         carried = target + self.stiffness[:, None] * w[:rows]
         scale = max(float(np.sqrt(np.vdot(carried, carried))), point.level * self.load_size, self.least_scale)
         error = float(np.sqrt(np.vdot(residual, residual))) / scale
-        return Evaluation(point, self.table, w, by_omega, by_level, residual, unknown, own, coupling, error)
+        return Evaluation(point, self.table, w, by_omega, by_level, residual, unknown, own, coupling, cross, error)
 
     def carried_forces(self, evaluation: Evaluation) -> Array:
         """The contact forces F = λ̂ + K_c w, (rows, 2H+1), N."""
@@ -183,7 +186,8 @@ class HarmonicBalance:
         matrix[size, size] = condition.slope
         if size:
             G = self.linear.receptance(evaluation.point.omega, self.harmonics, moved, active)
-            newton_matrix(offsets, self.normal, active, place, evaluation.own, evaluation.coupling, G, matrix)
+            blocks = (evaluation.own, evaluation.coupling, evaluation.cross)
+            newton_matrix(offsets, self.normal, self.partner, active, place, *blocks, G, matrix)
             matrix[:size, size] = -self.pushed(evaluation, offsets, by)
         if condition.weight is not None:
             matrix[size, size] += float(np.vdot(condition.weight, by))
@@ -222,5 +226,6 @@ class HarmonicBalance:
     def pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""
         result = np.empty(int(offsets[-1]))
-        pushed(offsets, self.normal, evaluation.own, evaluation.coupling, dw, result)
+        blocks = (evaluation.own, evaluation.coupling, evaluation.cross)
+        pushed(offsets, self.normal, self.partner, *blocks, dw, result)
         return result

@@ -7,20 +7,22 @@ constant, and the derivative E = dλ̂/dw is zero there. Element laws only; ever
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, Index
+from stickslip.contact.friction_disc import disc_period
 from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
+from stickslip.kernels import njit
 
 
 @njit(cache=True)
 def contact_forces(
-    table: ContactTable, tables: Fourier, w: Array, target: Array, unknown: Index, own: Array, normal: Array
+    table: ContactTable, tables: Fourier, w: Array, target: Array, unknown: Index, own: Array, normal: Array, cross: Array
 ) -> None:
     """Fill, for motion w (rows, 2H+1): target λ̂ (rows, 2H+1), unknown (rows,) as HELD, STATIC or SLIPPING, and the
-    derivatives own[r] = ∂λ̂_r/∂w_r, normal[r] = ∂λ̂_r/∂z, each (rows, 2H+1, 2H+1)."""
+    derivatives own[r] = ∂λ̂_r/∂w_r, normal[r] = ∂λ̂_r/∂z, and on friction discs cross[r] = ∂λ̂_r/∂w of the other tangential
+    direction, each (rows, 2H+1, 2H+1); cross may be empty without discs."""
     E = tables.E
     samples = E.shape[0]
     most = 1
@@ -32,6 +34,9 @@ def contact_forces(
         if row >= 0:
             z = E @ w[row]
             unknown[row] = _normal_forces(table, c, z, tables, target[row], own[row], loads, slopes)
+        if table.coupled[c]:
+            _disc_forces(table, c, w, tables, loads, slopes, target, unknown, own, normal, cross)
+            continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r != row:
                 unknown[r] = _friction_forces(
@@ -124,6 +129,51 @@ def _friction_forces(
         add_product_sums(normal, normal_sums, samples)
     target[0] += constant
     return unknown
+
+
+@njit(cache=True)
+def _disc_forces(
+    table: ContactTable,
+    c: int,
+    w: Array,
+    tables: Fourier,
+    loads: Array,
+    slopes: Array,
+    target: Array,
+    unknown: Index,
+    own: Array,
+    normal: Array,
+    cross: Array,
+) -> None:
+    """λ̂ of the two coupled rows of contact c and its derivatives; NaN when the contact does not become periodic."""
+    r = table.first_row[c]
+    e = table.friction_first[r]
+    samples, columns = tables.E.shape
+    u = np.ascontiguousarray((tables.E @ np.ascontiguousarray(w[r : r + 2].T)).T)
+    limit, slope = np.empty(samples), np.empty(samples)
+    element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
+    y, event = np.empty((2, samples)), np.empty(samples, dtype=np.int64)
+    tangents = np.empty((samples, 2, 3, columns))
+    kinds, values = table.start_kind[e : e + 2], table.start_value[e : e + 2]
+    periods, acted = disc_period(kinds, values, table.stiffness[e], u, limit, slope, tables.E, y, event, tangents)
+    state = SLIPPING if np.any(event != STICK) else (STATIC if acted else HELD)
+    for d in range(2):
+        row = r + d
+        unknown[row] = state
+        if state == SLIPPING:
+            target[row] = tables.P @ y[d]
+        else:
+            target[row] = 0.0
+            target[row, 0] = y[d, 0]
+        if periods < 0:
+            target[row] = np.nan
+        for part in range(3):
+            block = own[row] if part == d else (normal[row] if part == 2 else cross[row])
+            if state == SLIPPING:
+                block[:, :] = tables.P @ np.ascontiguousarray(tangents[:, d, part])
+            else:
+                block[:, :] = 0.0
+                block[0] = tangents[0, d, part]
 
 
 @njit(cache=True)

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, Index
+from stickslip.contact.friction_disc import disc_period
 from stickslip.contact.period import OPEN, STICK, friction_period
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
+from stickslip.kernels import njit
 
 SLIP = 1
 
@@ -21,13 +22,15 @@ SLIP = 1
 class ContactCycle:
     """Samples over one period of every row: displacement [m], force [N], state (STICK, SLIP or OPEN), each (rows, Nt).
 
-    slip_work (rows,): Σ μN |Δs| over the period, J.
+    slip_work (rows,): Σ μN |Δs| over the period, J; a friction disc has it on its first row.
+    slider (elements,): where the slider of each friction element stands at the last sample, s = u − T/kt, m.
     """
 
     displacement: Array
     force: Array
     state: Index
     slip_work: Array
+    slider: Array
 
     def shares(self) -> Array:
         """Shares of the period in stick, slip and without contact, (3, rows). A closed normal direction counts as stick."""
@@ -39,13 +42,15 @@ def contact_cycle(table: ContactTable, tables: Fourier, w: Array) -> ContactCycl
     rows, samples = table.rows, tables.E.shape[0]
     displacement = np.ascontiguousarray(w[:rows] @ tables.E.T)
     force, state = np.zeros((rows, samples)), np.zeros((rows, samples), dtype=np.int64)
-    slip_work = np.zeros(rows)
-    _fill_cycle(table, displacement, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work)
-    return ContactCycle(displacement, force, state, slip_work)
+    slip_work, slider = np.zeros(rows), np.zeros(table.stiffness.size)
+    _fill_cycle(table, displacement, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work, slider)
+    return ContactCycle(displacement, force, state, slip_work, slider)
 
 
 @njit(cache=True)
-def _fill_cycle(table: ContactTable, displacement: Array, mean: Array, force: Array, state: Index, slip_work: Array) -> None:
+def _fill_cycle(
+    table: ContactTable, displacement: Array, mean: Array, force: Array, state: Index, slip_work: Array, slider: Array
+) -> None:
     samples = displacement.shape[1]
     limit, slope, y = np.empty(samples), np.empty(samples), np.empty(samples)
     event = np.empty(samples, dtype=np.int64)
@@ -60,6 +65,9 @@ def _fill_cycle(table: ContactTable, displacement: Array, mean: Array, force: Ar
         if row >= 0:
             for n in range(samples):
                 state[row, n] = STICK if force[row, n] > 0.0 else OPEN
+        if table.coupled[c]:
+            _fill_disc(table, c, displacement, loads, slopes, force, state, slip_work, slider)
+            continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
                 continue
@@ -72,9 +80,40 @@ def _fill_cycle(table: ContactTable, displacement: Array, mean: Array, force: Ar
                 friction_period(kind, value, kt, ku, limit, kt * mean[r], y, event)
                 force[r] += y + ku
                 slip_work[r] += _slip_work(kt, y, limit)
+                slider[e] = -y[-1] / kt
                 for n in range(samples):
                     if event[n] != OPEN and state[r, n] != SLIP:
                         state[r, n] = STICK if event[n] == STICK else SLIP
+
+
+@njit(cache=True)
+def _fill_disc(
+    table: ContactTable,
+    c: int,
+    displacement: Array,
+    loads: Array,
+    slopes: Array,
+    force: Array,
+    state: Index,
+    slip_work: Array,
+    slider: Array,
+) -> None:
+    """The two coupled rows of contact c."""
+    r, samples = table.first_row[c], displacement.shape[1]
+    e = table.friction_first[r]
+    kt, u = table.stiffness[e], displacement[r : r + 2]
+    limit, slope = np.empty(samples), np.empty(samples)
+    element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
+    y, event = np.empty((2, samples)), np.empty(samples, dtype=np.int64)
+    kinds, values = table.start_kind[e : e + 2], table.start_value[e : e + 2]
+    disc_period(kinds, values, kt, u, limit, slope, np.empty((samples, 0)), y, event, np.empty((0, 0, 0, 0)))
+    for d in range(2):
+        force[r + d] = y[d] + kt * u[d]
+        state[r + d] = event
+        slider[e + d] = -y[d, -1] / kt
+    for n in range(samples):
+        slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / kt
+        slip_work[r] += 0.5 * (limit[n] + limit[n - 1]) * slipped
 
 
 @njit(cache=True)

@@ -9,9 +9,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, fault
+from stickslip.kernels import njit
 
 
 class Fourier(NamedTuple):

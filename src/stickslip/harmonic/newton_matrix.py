@@ -7,12 +7,12 @@ then the parameter (ω or force level); last row: the path condition.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
 from stickslip.contact.table import ContactTable
+from stickslip.kernels import njit
 
 
 @njit(cache=True)
@@ -43,7 +43,7 @@ def orientation(lu: Array, pivots: NDArray[np.int32]) -> float:
 
 @njit(cache=True)
 def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index]:
-    """Unknown rows, the rows whose motion they depend on (own and normal), and where each row stands in the latter (or −1)."""
+    """Unknown rows; the rows whose motion they depend on (own, normal, coupled); where each row stands in these, or −1."""
     rows = unknown.size
     needed = np.zeros(rows, dtype=np.bool_)
     for c in range(table.normal_row.size):
@@ -52,6 +52,8 @@ def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index
                 needed[r] = True
                 if table.normal_row[c] >= 0:
                     needed[table.normal_row[c]] = True
+                if table.coupled[c]:
+                    needed[table.first_row[c] : table.first_row[c] + 2] = True
     place = np.full(rows, -1)
     moved = np.flatnonzero(needed)
     for i in range(moved.size):
@@ -60,14 +62,17 @@ def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index
 
 
 @njit(cache=True)
-def normal_of_rows(table: ContactTable) -> Index:
-    """The normal row that loads each tangential row, −1 for normal rows and for constant loads."""
-    normal = np.full(table.first_row[-1], -1)
+def related_rows(table: ContactTable) -> tuple[Index, Index]:
+    """The normal row that loads each tangential row, and the row it shares a friction disc with; −1 for none."""
+    normal, partner = np.full(table.first_row[-1], -1), np.full(table.first_row[-1], -1)
     for c in range(table.normal_row.size):
-        for r in range(table.first_row[c], table.first_row[c + 1]):
+        first = table.first_row[c]
+        for r in range(first, table.first_row[c + 1]):
             if r != table.normal_row[c]:
                 normal[r] = table.normal_row[c]
-    return normal
+                if table.coupled[c]:
+                    partner[r] = 2 * first + 1 - r
+    return normal, partner
 
 
 @njit(cache=True)
@@ -88,7 +93,16 @@ def _add_block(block: Array, E: Array, G: Array, row: int, column: int, size: in
 
 @njit(cache=True)
 def newton_matrix(
-    offsets: Index, normal: Index, active: Index, place: Index, own: Array, coupling: Array, G: Array, matrix: Array
+    offsets: Index,
+    normal: Index,
+    partner: Index,
+    active: Index,
+    place: Index,
+    own: Array,
+    coupling: Array,
+    cross: Array,
+    G: Array,
+    matrix: Array,
 ) -> None:
     """Fill matrix[:N, :N] with J on the unknown rows; G = G'[moved rows, unknown rows]."""
     for i in range(active.size):
@@ -102,13 +116,17 @@ def newton_matrix(
             _add_block(block, own[r], G, place[r], j, size, width)
             if normal[r] >= 0:
                 _add_block(block, coupling[r], G, place[normal[r]], j, size, width)
+            if partner[r] >= 0:
+                _add_block(block, cross[r], G, place[partner[r]], j, size, width)
             if i == j:
                 for k in range(size):
                     block[k, k] += 1.0
 
 
 @njit(cache=True)
-def pushed(offsets: Index, normal: Index, own: Array, coupling: Array, dw: Array, result: Array) -> None:
+def pushed(
+    offsets: Index, normal: Index, partner: Index, own: Array, coupling: Array, cross: Array, dw: Array, result: Array
+) -> None:
     """result (N,) = E dw on the unknown rows, for a change of motion dw (rows, 2H+1)."""
     for r in range(normal.size):
         for i in range(offsets[r + 1] - offsets[r]):
@@ -118,4 +136,7 @@ def pushed(offsets: Index, normal: Index, own: Array, coupling: Array, dw: Array
             if normal[r] >= 0:
                 for j in range(dw.shape[1]):
                     total += coupling[r, i, j] * dw[normal[r], j]
+            if partner[r] >= 0:
+                for j in range(dw.shape[1]):
+                    total += cross[r, i, j] * dw[partner[r], j]
             result[offsets[r] + i] = total

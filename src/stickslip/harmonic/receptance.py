@@ -14,11 +14,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.checks import Array
+from stickslip.kernels import njit
 
 REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE = 0, 1, 2, 3
 

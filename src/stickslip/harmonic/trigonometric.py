@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array
+from stickslip.kernels import njit
 
 CANDIDATES = 4
 """How many of the best samples are refined."""

@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from stickslip.checks import Array
-from stickslip.contact.period import OFFSET, friction_period
+from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.cycle import friction_limits
+from stickslip.harmonic.cycle import contact_cycle
 from stickslip.solve.continuation import first_point
 from stickslip.solve.newton import Correction, correct, fixed
 
 
 def sliders(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
     """Where the slider of every friction element stands at the last sample, s = u_last − T_last/kt, m, (elements,)."""
-    table, w = evaluation.table, evaluation.w
-    samples = balance.tables.E.shape[0]
-    y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
-    found = np.empty(table.stiffness.size)
-    for e, r, u, limit in friction_limits(table, balance.tables, w):
-        kt = table.stiffness[e]
-        friction_period(int(table.start_kind[e]), table.start_value[e], kt, kt * u, limit, kt * w[r, 0], y, event)
-        found[e] = -y[-1] / kt
-    return found
+    return contact_cycle(evaluation.table, balance.tables, evaluation.w).slider
 
 
 def march(balance: HarmonicBalance, omegas: Sequence[float], levels: Sequence[float]) -> Iterator[tuple[float, Correction]]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import friction_period, start_intercept
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.contact_forces import element_limits
+from stickslip.kernels import njit
 from stickslip.problem import Problem
 
 

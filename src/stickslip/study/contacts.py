@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from stickslip.checks import fault, nearest
+from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
@@ -80,6 +81,15 @@ class MacroslipTable(FrictionTable):
         return Macroslip(**{key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")})
 
 
+class FrictionDiscTable(MacroslipTable):
+    """Two tangential directions coupled, the traction inside a disc of radius μN."""
+
+    law: Annotated[Literal["friction_disc"], Field(description="the contact law")]  # type: ignore[assignment]
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        return FrictionDisc(**{key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")})
+
+
 class MicroslipArrayTable(FrictionTable):
     """Parallel springs and sliders with gaps. A list has one entry per element; a number is the total, shared equally."""
 
@@ -139,7 +149,12 @@ class GapTable(ContactTable):
         return Gap(**{key: values[key] for key in ("kn", "gap", "preload")})
 
 
-LAWS: dict[str, type[ContactTable]] = {"macroslip": MacroslipTable, "microslip_array": MicroslipArrayTable, "gap": GapTable}
+LAWS: dict[str, type[ContactTable]] = {
+    "macroslip": MacroslipTable,
+    "friction_disc": FrictionDiscTable,
+    "microslip_array": MicroslipArrayTable,
+    "gap": GapTable,
+}
 
 
 def shared(value: float | list[float] | None, size: int) -> tuple[float, ...] | None:

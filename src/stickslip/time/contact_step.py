@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
+from stickslip.kernels import njit
 
 TOLERANCE = 1e-11
 """Residual of a step relative to the contact forces."""

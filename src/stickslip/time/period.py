@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
+from stickslip.kernels import njit
 from stickslip.time.contact_step import ContactState, Slopes, contact_law, solve_contacts
 from stickslip.time.model import StepMatrices
 

@@ -1,0 +1,158 @@
+"""The friction disc against brute-force marching, differences, energy, and the laws it must agree with."""
+
+import numpy as np
+import pytest
+from laws.kernel import answer, cycle, forces, motion_of, random_motion
+from laws.marching import harmonics_of
+from laws.samples import DISC_SAMPLES
+
+from stickslip.checks import InputError
+from stickslip.contact.friction_disc import FrictionDisc
+from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.period import HELD, SLIPPING, STATIC
+from stickslip.contact.point import Contact, between
+from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
+from stickslip.harmonic.energy import cycle_work
+
+H, NT = 3, 64
+STARTS = {
+    "virgin": SliderOffset(),
+    "offset": (SliderOffset(0.4), SliderOffset(-0.9)),
+    "far offset": (SliderOffset(5.0), SliderOffset(3.0)),
+    "ratio": (TractionRatio(0.3), TractionRatio(-0.6)),
+}
+
+
+@pytest.fixture(params=DISC_SAMPLES, ids=lambda sample: sample.name)
+def sample(request):
+    return request.param
+
+
+@pytest.fixture(params=STARTS.values(), ids=STARTS)
+def start(request):
+    return request.param
+
+
+def marched(sample, start, w, samples, periods=400):
+    """Tractions (2, Nt) by return mapping in plain Python, period after period."""
+    element, motion = sample.elements[0], motion_of(sample, w, samples)
+    limit, u = element.mu * element.normal(motion.normal), motion.tangential
+    starts = start if isinstance(start, tuple) else (start, start)
+    ratio = isinstance(starts[0], TractionRatio)
+    values = np.array([rule.value for rule in starts])
+    traction = values * limit[-1] if ratio else element.kt * (u[:, -1] - values)
+    traction = traction * min(1.0, limit[-1] / max(np.hypot(*traction), 1e-300))
+    found = np.empty((2, samples))
+    for _ in range(periods):
+        for n in range(samples):
+            trial = traction + element.kt * (u[:, n] - u[:, n - 1])
+            size = np.hypot(*trial)
+            traction = trial if size <= limit[n] else trial * (limit[n] / size)
+            found[:, n] = traction
+    return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_forces_equal_brute_force_marching(sample, start, seed):
+    w = random_motion(sample, H, np.random.default_rng(seed), size=(0.05, 0.4, 1.0, 4.0)[seed])
+    expected = harmonics_of(marched(sample, start, w, NT), H)
+    np.testing.assert_allclose(forces(sample, start, w, NT)[:2], expected, atol=1e-10)
+    np.testing.assert_allclose(cycle(sample, start, w, NT).force[:2], marched(sample, start, w, NT), atol=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_derivatives_equal_central_differences(sample, start, seed):
+    """Own, other and normal direction; the edge of the disc is curved, so differences are exact to the square of the step."""
+    w = random_motion(sample, H, np.random.default_rng(seed), size=(0.05, 0.3, 1.0, 4.0)[seed])
+    here, step = answer(sample, start, w, NT), 1e-6
+    for row in range(w.shape[0]):
+        for column in range(w.shape[1]):
+            ahead, behind = w.copy(), w.copy()
+            ahead[row, column] += step
+            behind[row, column] -= step
+            difference = (answer(sample, start, ahead, NT).target - answer(sample, start, behind, NT).target) / (2.0 * step)
+            for d in range(2):
+                block = here.own[d] if row == d else here.normal[d] if row == 2 else here.cross[d]
+                np.testing.assert_allclose(block[:, column], difference[d], atol=1e-6)
+
+
+def test_every_state_is_met():
+    states = set()
+    for sample in DISC_SAMPLES:
+        for start in STARTS.values():
+            for seed in range(4):
+                w = random_motion(sample, H, np.random.default_rng(seed), size=(0.05, 0.3, 1.0, 4.0)[seed])
+                states |= set(answer(sample, start, w, NT).unknown[:2])
+    assert states == {HELD, STATIC, SLIPPING}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_traction_stays_on_its_disc(sample, start, seed):
+    w = random_motion(sample, H, np.random.default_rng(seed), size=2.0)
+    element = sample.elements[0]
+    limit = element.mu * element.normal(motion_of(sample, w, NT).normal)
+    force = cycle(sample, start, w, NT).force
+    assert np.all(np.hypot(force[0], force[1]) <= limit + 1e-12)
+
+
+def test_energy_in_is_energy_out_with_second_order(sample):
+    """Work of the tractions over a period against Σ μN|Δs|."""
+    errors = []
+    for samples in (256, 2048):
+        gaps = []
+        for seed in range(6):
+            w = random_motion(sample, 3, np.random.default_rng(seed))
+            work = cycle_work(forces(sample, SliderOffset(), w, samples), w)[:2].sum()
+            gaps.append(work - cycle(sample, SliderOffset(), w, samples).slip_work.sum())
+        errors.append(np.sqrt(np.mean(np.square(gaps))))
+    assert errors[1] < 2e-4
+    assert np.log2(errors[0] / errors[1]) / 3.0 == pytest.approx(2.0, abs=0.4)
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0, 4.0])
+def test_motion_along_one_direction_is_macroslip(size):
+    """Along t1 alone, and turned by any angle, the disc is the law of one direction."""
+    disc, line = DISC_SAMPLES[0], Macroslip(2.0, 0.4, normal_load=1.5)
+    u = random_motion(disc, H, np.random.default_rng(1), size)[:1]
+    angle = 0.7
+    turned = np.vstack([np.cos(angle) * u, np.sin(angle) * u])
+    single = type(disc)("line", line, 1, disc.elements)
+    expected = forces(single, SliderOffset(), u, NT)
+    found = forces(disc, SliderOffset(), turned, NT)
+    np.testing.assert_allclose(found, np.vstack([np.cos(angle) * expected, np.sin(angle) * expected]), atol=1e-12)
+
+
+def test_circular_motion_has_the_traction_of_closed_form():
+    """u = A (cos θ, sin θ), gross slip: |T| = μN, lagging so that the slider moves on a circle of radius √(A² − (μN/kt)²)."""
+    kt, limit, radius = 2.0, 0.6, 1.0
+    w = np.array([[0.0, radius, 0.0], [0.0, 0.0, radius]])
+    found = forces(DISC_SAMPLES[0], SliderOffset(), w, 4096)
+    slider = np.sqrt(radius**2 - (limit / kt) ** 2)
+    work = cycle_work(found, w).sum()
+    assert np.hypot(found[0, 1], found[0, 2]) == pytest.approx(limit, rel=1e-9)
+    assert work == pytest.approx(2.0 * np.pi * limit * slider, rel=1e-5)
+
+
+def test_a_slow_creep_ends():
+    """Nearly straight motion creeps to its steady state at a rate of 0.94 a period; the limit is found all the same."""
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        w = random_motion(DISC_SAMPLES[0], 5, rng, size=0.3)
+        w[1] *= 0.3
+        assert np.all(np.isfinite(answer(DISC_SAMPLES[0], (TractionRatio(0.4), TractionRatio(0.4)), w, 256).target))
+
+
+def contact(start, law=None):
+    directions = (between("1.x", "ground"), between("1.y", "ground"))
+    return Contact("disc", law or FrictionDisc(1.0, 0.5, normal_load=1.0), directions, None, start)
+
+
+def test_faulty_starts_and_directions_are_refused():
+    with pytest.raises(InputError, match="slider offset or a traction ratio"):
+        contact(MeanTraction(0.1))
+    with pytest.raises(InputError, match="size of at most 1"):
+        contact((TractionRatio(0.8), TractionRatio(0.8)))
+    with pytest.raises(InputError, match="two tangential directions"):
+        Contact("disc", FrictionDisc(1.0, 0.5, normal_load=1.0), (between("1.x", "ground"),))
+    with pytest.raises(InputError, match="exactly one of the two"):
+        FrictionDisc(1.0, 0.5)
