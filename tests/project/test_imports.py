@@ -14,7 +14,7 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("checks", "outcome", "files"),
+    ("checks", "outcome", "files", "kernels"),
     ("units",),
     ("structure", "contact", "loads"),
     ("dampers", "models"),
