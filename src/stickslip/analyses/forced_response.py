@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.checks import InputError, fault, finite, positive
@@ -21,6 +22,7 @@ from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.linear_part import real_harmonics
 from stickslip.problem import Problem
+from stickslip.quantities import as_quantity
 from stickslip.results import save
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
@@ -72,6 +74,10 @@ class ForcedResponse:
         """Integrate one point in time from its own state, until periodic, and say how far harmonics and time are apart."""
         return verify_in_time(self.dataset, self.problem, case, point, steps_per_period, method, tolerance, periods)
 
+    def as_quantity(self, name: str, per_force: bool = False) -> xr.Dataset:
+        """Response, amplitude and rms as displacement, velocity or acceleration, absolute or per force."""
+        return as_quantity(self.dataset, name, per_force)
+
     def plot(self, **options: Any) -> Any:
         """The figure of the curves."""
         from stickslip.plots import plot
@@ -87,9 +93,10 @@ def forced_response(
     problem: Problem,
     band: Band | Sequence[float],
     force: float | Sequence[float] = 1.0,
-    harmonics: int = 5,
+    harmonics: int | Literal["auto"] = 5,
     samples: int = 256,
     *,
+    tolerance: float = 2e-3,
     workers: int = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -97,15 +104,16 @@ def forced_response(
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there and reached by continuation.
-    force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept. samples: per period, at least 4H + 2.
+    force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
+    the contacts that is left out at the peaks is below `tolerance` of the whole. samples: per period, at least 4H + 2.
     workers: processes that compute force levels side by side, with the same results; a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`. finished: keeps the curve of each force level as soon as it is there, and gives
     it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work goes on.
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples)
     progress(0.0, "preparing (the first run on a machine compiles the kernels)")
+    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance)
     curves = all_cases(work, finished, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -121,16 +129,27 @@ class ForcedResponseWork:
     levels: tuple[float, ...]
     harmonics: int
     samples: int
+    choice: str = ""
 
     @classmethod
     def of(
-        cls, problem: Problem, band: Band | Sequence[float], force: float | Sequence[float], harmonics: int, samples: int
+        cls,
+        problem: Problem,
+        band: Band | Sequence[float],
+        force: float | Sequence[float],
+        harmonics: int | Literal["auto"],
+        samples: int,
+        tolerance: float = 2e-3,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
-        frequencies, exactly = _frequencies(band)
-        H, Nt = _whole("harmonics", harmonics), _whole("samples", samples)
+        (frequencies, exactly), levels = _frequencies(band), _levels(force)
+        Nt = _whole("samples", samples)
+        if harmonics == "auto":
+            choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
+            return cls(problem, tuple(frequencies), exactly, tuple(levels), choice.harmonics, choice.samples, choice.sentence)
+        H = _whole("harmonics", harmonics)
         fourier(H, Nt)
-        return cls(problem, tuple(frequencies), exactly, tuple(_levels(force)), H, Nt)
+        return cls(problem, tuple(frequencies), exactly, tuple(levels), H, Nt)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -167,6 +186,7 @@ class ForcedResponseWork:
     def gathered(self, curves: Sequence[Arrays]) -> ForcedResponse:
         """The response of the curves of all force levels."""
         attrs = {"title": self.problem.title, "study": "", "harmonics": self.harmonics, "samples": self.samples}
+        attrs["harmonics_chosen"] = self.choice
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _around(low)

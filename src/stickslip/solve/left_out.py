@@ -1,0 +1,65 @@
+"""What the harmonics that a solution leaves out would do: the error estimate behind the choice of H.
+
+Two small H can agree with each other and both be wrong: contact forces have harmonics that the solution drops, and where one of
+them falls on a mode of the dampers it matters. The estimate puts the left-out harmonics of λ̂ through the receptance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.solve.newton import Correction, correct, fixed
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """share (h,): motion of the contacts in harmonic h = 1, 2, ... that is left out, relative to their whole dynamic motion."""
+
+    share: Array
+
+    @property
+    def total(self) -> float:
+        """Root sum of squares of the shares."""
+        return float(np.sqrt(np.sum(self.share**2)))
+
+    @property
+    def worst(self) -> int:
+        """The left-out harmonic that would move the contacts most."""
+        return int(np.argmax(self.share)) + 1
+
+    def needed(self, tolerance: float) -> int:
+        """The least H beyond which the shares sum to no more than the tolerance."""
+        beyond = np.sqrt(np.cumsum((self.share**2)[::-1])[::-1])
+        return int(np.count_nonzero(beyond > tolerance))
+
+
+def left_out(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation) -> LeftOut:
+    """The estimate for a solved point, with the harmonics of `finer`, a balance of the same problem with more of them."""
+    padded = finer.evaluate(Point(pad(evaluation.point.forces, finer.columns), evaluation.point.omega, evaluation.point.level))
+    change = -padded.residual
+    change[:, : balance.columns] = 0.0
+    moved = finer.linear.change(change, evaluation.point.omega)[: finer.rows, 1:]
+    size = max(float(np.linalg.norm(padded.w[: finer.rows, 1:])), np.finfo(float).tiny)
+    return LeftOut(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
+
+
+def pad(forces: Array, columns: int) -> Array:
+    """λ with more harmonics (zeros) or fewer."""
+    padded = np.zeros((forces.shape[0], columns))
+    kept = min(forces.shape[1], columns)
+    padded[:, :kept] = forces[:, :kept]
+    return padded
+
+
+def resolved(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
+    """The same point with the harmonics of `finer`, started from the padded solution."""
+    point = evaluation.point
+    start = Point(pad(point.forces, finer.columns), point.omega, point.level)
+    correction = correct(finer, start, fixed("omega", point.omega), iterations=30, halvings=10)
+    if correction.converged:
+        return correction
+    return correct(finer, start, fixed("omega", point.omega), iterations=40, patience=30)

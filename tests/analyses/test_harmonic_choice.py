@@ -1,0 +1,71 @@
+"""The choice of H: it sees what two small H that agree with each other hide."""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.harmonic_choice import sufficient_harmonics
+from stickslip.checks import InputError
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.rigs import chain_of_three, single_blade, single_mass
+from stickslip.solve.curve import solve_curve
+from stickslip.solve.left_out import left_out, resolved
+from stickslip.units import hertz
+
+
+def point(problem, frequency, level, harmonics, samples=256):
+    balance = HarmonicBalance(problem, harmonics, samples)
+    omega = 2.0 * np.pi * frequency
+    return balance, solve_curve(balance, (omega, omega), level, exactly=True).points[0].evaluation
+
+
+def amplitude(balance, evaluation):
+    return float(np.hypot(*evaluation.w[balance.rows, 1:3]))
+
+
+def test_small_harmonics_agree_and_are_wrong_on_the_blade_and_the_estimate_says_so():
+    """20 N at 543.45 Hz: H 3, 5 and 7 differ by 0.2 % and are 2 % off, for harmonics 11 to 13 fall on modes of the dampers."""
+    rig = single_blade(4.6)
+    finer = HarmonicBalance(rig, 31, 256)
+    few = {H: point(rig, 543.45, 20.0, H) for H in (3, 5, 7)}
+    sizes = [amplitude(*solved) for solved in few.values()]
+    true = amplitude(finer, resolved(finer, few[7][1]).evaluation)
+    assert np.ptp(sizes) < 2.5e-3 * sizes[0]
+    assert min(abs(size / true - 1.0) for size in sizes) > 0.015
+    estimates = [left_out(balance, finer, evaluation) for balance, evaluation in few.values()]
+    assert all(estimate.total > 8e-3 for estimate in estimates)
+    assert estimates[2].worst in (11, 12, 13)
+
+
+def test_the_chosen_number_is_right_to_the_tolerance():
+    rig = single_blade(4.6)
+    choice = sufficient_harmonics(rig, (500.0, 580.0), [20.0], tolerance=2e-3)
+    assert 13 <= choice.harmonics <= 25
+    assert choice.left_out <= 2e-3
+    assert "stuck mode" in choice.sentence
+    chosen, many = point(rig, 543.45, 20.0, choice.harmonics), HarmonicBalance(rig, 31, 256)
+    true = amplitude(many, resolved(many, chosen[1]).evaluation)
+    assert amplitude(*chosen) == pytest.approx(true, rel=4e-3)
+
+
+def test_a_tighter_tolerance_asks_for_more_and_gives_a_better_answer():
+    problem = chain_of_three()
+    reference = forced_response(problem, hertz(0.127, 0.32), harmonics=31, samples=512).peaks()["amplitude"].max()
+    errors, numbers = [], []
+    for tolerance in (0.3, 1e-2, 1e-3):
+        response = forced_response(problem, hertz(0.127, 0.32), harmonics="auto", samples=512, tolerance=tolerance)
+        numbers.append(response.dataset.attrs["harmonics"])
+        errors.append(abs(response.peaks()["amplitude"].max() / reference - 1.0))
+    assert numbers == sorted(numbers)
+    assert numbers[0] < numbers[2]
+    assert errors[2] < 1e-3
+
+
+def test_a_stuck_contact_needs_no_more_than_the_least():
+    assert sufficient_harmonics(single_mass(limit=1e6), (0.1, 0.3), [1.0]).harmonics == 3
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1.0, 0.7, float("nan")])
+def test_a_tolerance_without_sense_is_refused(tolerance):
+    with pytest.raises(InputError, match="tolerance"):
+        sufficient_harmonics(single_mass(), (0.1, 0.3), [1.0], tolerance)
