@@ -2,6 +2,7 @@
 # make demo     the single blade with two dampers                 make ci      check + test: what the continuous integration runs
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
+# make verify   every promised number into results/verify.json and docs/verification.md
 # make robustness   1000 seeded problems, traced or the cause said; CASES=25 for 25 of each class
 
 PYTHON ?= python3
@@ -17,7 +18,7 @@ test ci demo robustness: export OPENBLAS_NUM_THREADS = 1
 test ci: export OMP_NUM_THREADS = 1
 test ci: export MKL_NUM_THREADS = 1
 
-.PHONY: setup bench demo test check format reference docs ci lock clean robustness
+.PHONY: setup bench demo test check format reference docs ci lock clean robustness verify
 
 setup: $(STAMP)
 
@@ -36,6 +37,10 @@ test: setup
 
 robustness: setup
 	$(BIN)/python -m robustness.run $(CASES)
+
+verify: export OPENBLAS_NUM_THREADS = 1
+verify: setup
+	$(BIN)/python -m verify
 
 # Beside pyHarm, which goes into an environment of its own under build/; writes results/bench.json and docs/benchmarks.md.
 bench: setup

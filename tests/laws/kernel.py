@@ -36,8 +36,8 @@ def contact_of(sample: Sample, start: Start) -> Contact:
     return Contact("contact", sample.law, tangential, normal, start)
 
 
-def answer(sample: Sample, start: Start, w: np.ndarray, samples: int) -> Answer:
-    """Forces and derivatives for motion w (rows, 2H+1)."""
+def evaluated(contact: Contact, w: np.ndarray, samples: int) -> Answer:
+    """Forces and derivatives of a contact for motion w (rows, 2H+1): the only place of the tests that calls the kernel."""
     rows, columns = w.shape
     found = Answer(
         np.full((rows, columns), np.nan),
@@ -46,14 +46,26 @@ def answer(sample: Sample, start: Start, w: np.ndarray, samples: int) -> Answer:
         np.zeros((rows, columns, columns)),
         np.zeros((rows, columns, columns)),
     )
-    table = contact_table([contact_of(sample, start)])
     tables, blocks = fourier((columns - 1) // 2, samples), (found.own, found.normal, found.cross)
-    contact_forces(table, tables, w, found.target, found.unknown, *blocks)
+    contact_forces(contact_table([contact]), tables, w, found.target, found.unknown, *blocks)
     return found
 
 
+def answer(sample: Sample, start: Start, w: np.ndarray, samples: int) -> Answer:
+    """Forces and derivatives of a sample."""
+    return evaluated(contact_of(sample, start), w, samples)
+
+
+def carried(contact: Contact, w: np.ndarray, samples: int) -> np.ndarray:
+    """F = λ̂ + K_c w (rows, 2H+1) of a contact."""
+    elements = contact.elements
+    stiffness = [float(friction.stiffness.sum()) for friction in elements.friction]
+    stiffness += [] if elements.normal is None else [float(elements.normal.stiffness.sum())]
+    return evaluated(contact, w, samples).target + np.array(stiffness)[:, None] * w
+
+
 def forces(sample: Sample, start: Start, w: np.ndarray, samples: int) -> np.ndarray:
-    """F = λ̂ + K_c w (rows, 2H+1)."""
+    """F = λ̂ + K_c w (rows, 2H+1), K_c from the sample's own elements."""
     return answer(sample, start, w, samples).target + np.array(sample.stiffness)[:, None] * w
 
 

@@ -110,3 +110,19 @@ def exact_amplitude(omega: float, limit: float) -> float:
         return abs(1.0 + stiffness - omega**2 + 1j * (0.01 * omega + h)) * a - 1.0
 
     return float(brentq(gap, 1e-3, 1e4, xtol=1e-14, rtol=1e-14))
+
+
+@pytest.mark.parametrize(
+    ("beta", "ratio", "exact"), [(0.6, 0.2, 1.5506028547), (1.3, 0.5, 1.0353280077), (2.0, 0.3, 0.2976761850)]
+)
+def test_rigid_friction_is_the_limit_of_a_stiff_spring(beta, ratio, exact):
+    """Den Hartog (1931), motion without stops: max|x| k/P = √(V² − r²U²), V = 1/(1 − β²), U = sin(π/β)/(β(1 + cos(π/β)))."""
+    V, U = 1.0 / (1.0 - beta**2), np.sin(pi / beta) / (beta * (1.0 + np.cos(pi / beta)))
+    assert np.sqrt(V**2 - ratio**2 * U**2) == pytest.approx(exact, rel=1e-10)
+    errors = []
+    for kt in (1e3, 1e4, 1e5):
+        problem = single_mass(damping=0.0, kt=kt, limit=ratio)
+        dataset = forced_response(problem, [beta / (2.0 * pi)], harmonics=61, samples=8192).dataset
+        errors.append(abs(float(dataset.max_abs[0, 0, 0]) / exact - 1.0))
+    assert errors[0] > 1.5 * errors[1] > 2.0 * errors[2]
+    assert errors[2] < 6e-3

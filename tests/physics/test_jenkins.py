@@ -6,11 +6,11 @@ k_eq = (kd/π)(t* − ½ sin 2t*), h = (4 Fc/(πA))(1 − Ac/A), dW = πhA² = 4
 
 import numpy as np
 import pytest
+from laws.kernel import carried
 
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, between
 from stickslip.contact.table import contact_table
-from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.fourier import fourier
 
@@ -32,9 +32,7 @@ def measured(amplitude: float, samples: int, harmonics: int = 1, kd: float = KD,
     contact = Contact("c", Macroslip(kd, 1.0, normal_load=limit), (between("1.x", "ground"),))
     w = np.zeros((1, 2 * harmonics + 1))
     w[0, 1] = amplitude
-    target, unknown, own, normal = np.zeros_like(w), np.zeros(1, int), *np.zeros((2, 1, w.size, w.size))
-    contact_forces(contact_table([contact]), fourier(harmonics, samples), w, target, unknown, own, normal, np.empty((0, 0, 0)))
-    return (target + kd * w)[0]
+    return carried(contact, w, samples)[0]
 
 
 def errors(samples: int) -> np.ndarray:

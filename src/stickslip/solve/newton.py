@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 
-TOLERANCE = 1e-11
+TOLERANCE = 1e-12
 """Residual relative to the contact forces, or to the harmonic load, at which a point counts as solved."""
 
 FLOOR = 1e-9

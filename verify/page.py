@@ -1,0 +1,41 @@
+"""The documentation page of results/verify.json."""
+
+from __future__ import annotations
+
+from typing import Any
+
+INTRODUCTION = """\
+# Verification
+
+Numbers that this package promises, computed by `make verify` and written to `results/verify.json`; this page is generated from
+that file. Version {version}, commit `{commit}`, {date}: {passed} of {total} numbers within their tolerance.
+
+Errors are relative to the reference unless marked abs; rows without a reference are bounds on the value itself.
+"""
+
+
+def number(value: float | None) -> str:
+    """A value with ten digits at most."""
+    return "" if value is None else f"{value:.10g}"
+
+
+def line(row: dict[str, Any]) -> str:
+    """One row of a table."""
+    mark = " abs" if row["kind"] == "absolute" else ""
+    error = "" if row["kind"] == "at most" else f"{row['error']:.1e}{mark}"
+    cells = [row["name"], number(row["value"]), number(row["reference"]), error, f"{row['tolerance']:.1e}", row["source"]]
+    return "| " + " | ".join((*cells, "yes" if row["passed"] else "**no**")) + " |"
+
+
+def section(topic: dict[str, Any]) -> str:
+    """One topic: title, what it shows, table."""
+    head = "| number | value | reference | error | tolerance | source | met |\n| --- | --- | --- | --- | --- | --- | --- |"
+    lines = "\n".join(line(row) for row in topic["rows"])
+    return f"\n## {topic['title']}\n\n{topic['about']} ({topic['cpu_seconds']:.0f} s CPU)\n\n{head}\n{lines}\n"
+
+
+def page(result: dict[str, Any]) -> str:
+    """The whole page."""
+    rows = [row for topic in result["topics"] for row in topic["rows"]]
+    passed = sum(bool(row["passed"]) for row in rows)
+    return INTRODUCTION.format(**result, passed=passed, total=len(rows)) + "".join(map(section, result["topics"]))
