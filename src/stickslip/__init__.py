@@ -42,6 +42,9 @@ _HOME = {
     "Newmark": "stickslip.time.methods",
     "open_results": "stickslip.results",
     "FinishedFolder": "stickslip.finished",
+    "as_quantity": "stickslip.quantities",
+    "quantity_table": "stickslip.quantities",
+    "peak_table": "stickslip.quantities",
 }
 _MODULES = ("rigs", "units")
 
@@ -62,6 +65,7 @@ if TYPE_CHECKING:
     from stickslip.loads import Force, Output
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem
+    from stickslip.quantities import as_quantity, peak_table, quantity_table
     from stickslip.results import open_results
     from stickslip.structure.damping import ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure

@@ -1,4 +1,4 @@
-"""The command line: demo, new, check, run, report. Everything heavy loads inside the commands, so that help is quick."""
+"""The command line: demo, new, check, run, report, export. Everything heavy loads inside the commands, so that help is quick."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from stickslip.checks import fault
 from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, tell_fault, warn
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from stickslip.finished import FinishedFolder
@@ -156,6 +157,38 @@ def report(
     files = results_in(results)
     folder = results if results.is_dir() else results.parent
     write_reports({name: open_results(file) for name, file in files.items()}, writable_folder(folder))
+
+
+@app.command()
+@guarded
+def export(
+    ctx: typer.Context,
+    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    out: Annotated[Path, typer.Option(help="Table of the curves, NAME.csv; that of the peaks goes to NAME_peaks.csv.")],
+    quantity: Annotated[str, typer.Option(help="displacement, velocity or acceleration.")] = "displacement",
+    per_force: Annotated[bool, typer.Option("--per-force", help="Receptance, mobility or inertance.")] = False,
+) -> None:
+    """Write curves and peaks as tables (CSV), as displacement, velocity or acceleration, absolute or per force."""
+    from stickslip.quantities import peak_table, quantity_table
+    from stickslip.results import open_results
+
+    if out.suffix != ".csv":
+        raise fault("--out", "must end in .csv", str(out))
+    datasets = {name: open_results(file) for name, file in results_in(results).items()}
+    for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table)):
+        write_table({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()}, path)
+        say(f"Wrote {path}")
+
+
+def write_table(tables: Mapping[str, pd.DataFrame], path: Path) -> None:
+    """One CSV of one table, or of several with a first column `result`."""
+    import pandas as pd
+
+    from stickslip.files import write_text
+
+    several = len(tables) > 1
+    named = [table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()]
+    write_text(path, pd.concat(named).to_csv(index=False))
 
 
 def summary(job: Job) -> str:

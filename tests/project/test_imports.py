@@ -21,7 +21,7 @@ LAYERS = (
     ("problem",),
     ("harmonic", "time", "rigs"),
     ("solve", "measurement"),
-    ("results_schema", "results_view"),
+    ("results_schema", "results_view", "quantities"),
     ("results", "finished"),
     ("analyses",),
     ("plots", "study"),

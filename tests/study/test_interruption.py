@@ -1,6 +1,7 @@
 """A run may be killed at any moment, stopped, or run out of disk: nothing finished is lost, and resumed it ends the same."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -87,44 +88,60 @@ def nothing_left_running(leader, within=10.0):
         time.sleep(0.05)
 
 
-def killed_at_random(folder, reference, kills, workers, seed):
-    """Kill a run again and again, resume it to its end, and compare."""
+def killed_and_resumed(folder, reference, moments, workers):
+    """Kill a run at a moment, resume it to its end, and compare; for each moment anew."""
     whole, seconds = reference
-    rng = np.random.default_rng(seed)
-    before = {}
-    for _ in range(kills):
+    for moment in moments:
+        shutil.rmtree(folder / "out", ignore_errors=True)
         process = subprocess.Popen(
-            arguments(folder, "--resume", "--workers", str(workers)),
+            arguments(folder, "--workers", str(workers)),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
-        time.sleep(rng.uniform(0.1, 1.0) * seconds)
+        time.sleep(moment * seconds)
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
         nothing_left_running(process.pid)
         if (folder / "out" / "results.nc").exists():
             equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
-            if not kept(folder):
-                break
-        now = kept(folder)
-        assert before.items() <= now.items(), "a finished curve was lost, or computed again"
-        before = now
-    done = subprocess.run(arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
-    assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
+        before = kept(folder)
+        resumed = subprocess.run(
+            arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True
+        )
+        assert resumed.returncode == 0, resumed.stderr
+        assert f"Going on from {len(before)} finished curves" in resumed.stdout or not before
+        equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
+        assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_killed_three_times(folder, reference, workers):
-    killed_at_random(folder, reference, 2 if workers == 1 else 1, workers, seed=workers)
+@pytest.mark.parametrize(("moment", "workers"), [(0.45, 1), (0.55, 1), (0.6, 2)])
+def test_killed_three_times(folder, reference, moment, workers):
+    killed_and_resumed(folder, reference, [moment], workers)
 
 
 @pytest.mark.verify
 @pytest.mark.parametrize("workers", [1, 2])
-def test_killed_twenty_times(folder, reference, workers):
-    killed_at_random(folder, reference, 20, workers, seed=10 + workers)
+def test_killed_at_twenty_random_moments(folder, reference, workers):
+    moments = np.random.default_rng(10 + workers).uniform(0.2, 1.0, 20)
+    killed_and_resumed(folder, reference, moments.tolist(), workers)
+
+
+def test_killed_again_and_again(folder, reference):
+    """What is kept grows until all is there."""
+    before = {}
+    while len(before) < len(LEVELS):
+        process = subprocess.Popen(
+            arguments(folder, "--resume", "--workers", "1"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        ends = time.monotonic() + 60.0
+        while len(kept(folder)) < min(len(before) + 4, len(LEVELS)) and process.poll() is None and time.monotonic() < ends:
+            time.sleep(0.005)
+        process.kill()
+        process.wait()
+        now = kept(folder)
+        assert before.items() < now.items(), "a finished curve was lost, or computed again"
+        before = now
 
 
 @pytest.mark.parametrize("limit", [10_000, 100_000, 1_000_000])
