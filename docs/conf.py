@@ -1,6 +1,8 @@
 """Sphinx settings of the documentation. The study reference is written from its data model before each build."""
 
+import re
 from pathlib import Path
+from typing import Any
 
 import stickslip
 
@@ -11,10 +13,27 @@ author = "The stickslip developers"
 copyright = "The stickslip developers"
 release = version = stickslip.__version__
 
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "gallery"]
 html_theme = "furo"
 html_title = "stickslip"
 nitpicky = True
+
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+
+
+def as_plain_text(app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings are plain text: names in backticks become code, other marks of reStructuredText stand for themselves."""
+    example = False
+    for i, line in enumerate(lines):
+        example = line.lstrip().startswith(">>>") or (example and bool(line.strip()))
+        if not example:
+            parts = re.split(r"(`[^`]+`)", line.strip())
+            lines[i] = "".join(f"`{part}`\\ " if k % 2 else re.sub(r"([*|_\\\\])", r"\\\1", part) for k, part in enumerate(parts))
+
+
+def setup(app: Any) -> None:
+    app.connect("autodoc-process-docstring", as_plain_text)
