@@ -1,0 +1,35 @@
+"""A witness of `make robustness`: some of its random problems, every class, traced across their bands; and ill-posed ones."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from robustness.problems import CLASSES, random_case
+from robustness.run import traced
+
+from stickslip.outcome import Outcome
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", CLASSES)
+def test_random_problems_are_traced_end_to_end(kind, seed):
+    curve = traced(kind, seed)
+    case = random_case(kind, seed)
+    assert curve.outcome == Outcome.CONVERGED, curve.message
+    ends = np.array([curve.points[0].point.omega, curve.points[-1].point.omega]) / (2.0 * np.pi)
+    np.testing.assert_allclose(ends, [case.band.start, case.band.stop], rtol=1e-9)
+    assert max(point.evaluation.error for point in curve.points) < 1e-9
+
+
+def test_the_problems_are_what_they_are_called():
+    """Seeded: the same case twice; varied: sizes, contacts and laws differ; lift-off happens in its class."""
+    assert np.array_equal(random_case("lift-off", 3).problem.structure.K, random_case("lift-off", 3).problem.structure.K)
+    cases = [random_case(kind, seed).problem for kind in CLASSES for seed in range(25)]
+    assert {problem.structure.size for problem in cases} == {1, 2, 3, 4, 5, 6}
+    assert {len(problem.contacts) for problem in cases} == {1, 2, 3, 4}
+    laws = {type(contact.law).__name__ for problem in cases for contact in problem.contacts}
+    assert laws == {"Macroslip", "MicroslipArray", "Gap"}
