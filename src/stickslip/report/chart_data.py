@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import Array
+from stickslip.outcome import Outcome
 from stickslip.plots.look import CONTACTS, FAILED, GREY, level_colours, state_colour
 from stickslip.results_view import (
+    ContactRow,
     along_curve,
     contact_rows,
+    converged_points,
     dissipated,
     failed_points,
     frequencies,
@@ -35,6 +38,10 @@ if TYPE_CHECKING:
 STEPS = 20
 """Shares of the period are drawn in steps of 1/STEPS: one colour for every mixture of stick, slip and open."""
 LOOP_SAMPLES = 128
+LOOPS_OF_A_POINT = 8
+"""Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
+NUMBERS_OF_CYCLES = 120_000
+"""Numbers that a result may put into the page for the loops of its points, about a megabyte."""
 
 
 def chart_data(datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
@@ -83,15 +90,21 @@ def rounded(values: ArrayLike, digits: int = 5) -> list[float | None]:
 def _result(label: str, dataset: xr.Dataset, metres: float) -> dict[str, Any]:
     names, shares, totals = shares_at_peak(dataset, len(CONTACTS))
     rows = contact_rows(dataset)
+    shown = largest_loops(dataset, rows, LOOPS_OF_A_POINT) if rows else []
     return {
         "label": label,
+        "cycleRows": [rows.index(row) for row in shown],
+        "harmonics": dataset.sizes["harmonic"] - 1,
         "newtons": levels_in_newtons(dataset),
         "outputs": [str(name) for name in dataset.output.values],
         "contacts": [row.label for row in rows],
         "largestLoop": rows.index(largest_loops(dataset, rows, 1)[0]) if rows else 0,
         "linearFrequency": rounded(dataset.linear_frequency.values, 7),
         "energyNames": names,
-        "cases": [_case(dataset, case, metres) | _shares(shares[case], totals[case]) for case in range(dataset.sizes["case"])],
+        "cases": [
+            _case(dataset, case, metres) | _shares(shares[case], totals[case]) | _cycles(dataset, case, shown, metres)
+            for case in range(dataset.sizes["case"])
+        ],
     }
 
 
@@ -107,12 +120,48 @@ def _case(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
         "amplitude": [rounded(amplitude[:, output]) for output in outputs],
         "peak": [_peak(dataset, case, output, metres) for output in outputs],
         "failed": rounded(dataset.frequency.values[case, failed_points(dataset, case)], 8),
+        "causes": [outcome_words(int(code)) for code in dataset.outcome.values[case, failed_points(dataset, case)]],
         "free": [rounded(dataset.free_amplitude.values[case, :, output] / metres) for output in outputs],
         "stuck": [rounded(dataset.stuck_amplitude.values[case, :, output] / metres) for output in outputs],
         "lossFactor": rounded(along_curve(dataset, "loss_factor", case)),
         "dissipated": rounded(dissipated(dataset, case).sum(axis=1)),
         **_contacts(dataset, case, metres),
     }
+
+
+def outcome_words(code: int) -> str:
+    """What came of a point, in words."""
+    known = {int(outcome): outcome.name.lower().replace("_", " ") for outcome in Outcome}
+    return known.get(code, f"outcome {code}")
+
+
+def _cycles(dataset: xr.Dataset, case: int, shown: list[ContactRow], metres: float) -> dict[str, Any]:
+    """Harmonics of motion and force of the rows shown at points spread over the curve: [a0, a1, b1, ...] of u, then of T.
+
+    As many points as NUMBERS_OF_CYCLES allows over all force levels.
+    """
+    kept = converged_points(dataset, case)
+    numbers = max(4 * len(shown) * dataset.sizes["harmonic"] * dataset.sizes["case"], 1)
+    step = max(1, -(-kept.size // max(NUMBERS_OF_CYCLES // numbers, 1)))
+    at = kept[::step]
+    peak = highest_peak(dataset, case)
+    at = np.unique(np.append(at, peak.point)) if peak is not None else at
+    series = []
+    for point in at:
+        for row in shown:
+            parts = [
+                dataset[name].values[case, point, row.contact, row.direction] for name in ("contact_motion", "contact_force")
+            ]
+            series.append([rounded(_storage(parts[0]) / metres, 4), rounded(_storage(parts[1]), 4)])
+    count = max(len(shown), 1)
+    positions = np.searchsorted(points(dataset, case), at).tolist()
+    return {"cycleAt": positions, "cycles": [series[i : i + count] for i in range(0, len(series), count)]}
+
+
+def _storage(parts: Array) -> Array:
+    """a0, a1, b1, a2, b2, ... of harmonics (H+1, 2) with real and imaginary part, X_h = a_h − i b_h."""
+    values = np.column_stack([parts[:, 0], -parts[:, 1]]).ravel()
+    return np.delete(values, 1)
 
 
 def _shares(shares: Array, total: float) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     name, unit = dataset.output.values[output], length_unit(dataset)
     if peak is None:
         return f"{level_text(dataset, case)}: no point converged."
-    what = f"{name} peaks at" if peak.local else f"the largest computed amplitude of {name}, not a peak of the curve, is"
+    what = f"{name} peaks at" if peak.local else f"no peak inside the band; the largest computed amplitude of {name} is"
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."

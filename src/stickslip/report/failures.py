@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import counted, hertz
-from stickslip.results_view import level_text, points
+from stickslip.results_view import highest_peak, level_text, points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +17,20 @@ if TYPE_CHECKING:
 def failures_of(dataset: xr.Dataset) -> list[str]:
     """One sentence a cause, and one for each curve that has no points or stopped before the end of its band; empty if none."""
     return _point_causes(dataset) + _unfinished(dataset)
+
+
+def warnings_of(dataset: xr.Dataset) -> list[str]:
+    """What finished curves say beyond that they are finished, and levels whose response has no peak inside the band."""
+    sentences = []
+    for case in range(dataset.sizes["case"]):
+        _, _, more = str(dataset.case_message.values[case]).strip().partition(". ")
+        if more and int(dataset.case_outcome[case]) == Outcome.CONVERGED:
+            sentences.append(f"{level_text(dataset, case)}: {more}")
+        for output, name in enumerate(dataset.output.values):
+            peak = highest_peak(dataset, case, output)
+            if peak is not None and not peak.local:
+                sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
+    return sentences
 
 
 def _point_causes(dataset: xr.Dataset) -> list[str]:

@@ -17,7 +17,14 @@ const plain = text => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const scheme = () => data.colours[dark.matches && !printing ? "dark" : "light"];
 const levelColours = shown => scheme().levels[shown.cases.length];
-const perForce = shown => `${data.length}${shown.newtons ? "/N" : " per unit level"}`;
+const perForce = (shown, unit = data.length) => `${unit}${shown.newtons ? "/N" : " per unit level"}`;
+
+// Time derivatives of the displacement: order, unit and factor from the page's unit of length.
+const micro = data.length === "µm";
+const QUANTITIES = { displacement: { order: 0, unit: data.length, factor: 1, symbol: "X₁" },
+  velocity: { order: 1, unit: micro ? "mm/s" : "m/s", factor: micro ? 1e-3 : 1, symbol: "ωX₁" },
+  acceleration: { order: 2, unit: "m/s²", factor: micro ? 1e-6 : 1, symbol: "ω²X₁" } };
+const derived = (y, f, quantity) => y === null || f === null ? null : y * quantity.factor * (2 * Math.PI * f) ** quantity.order;
 
 function joules(energy) {
   if (energy === null) return "–";
@@ -48,34 +55,34 @@ function draw(id, traces, layout) {
   Plotly.react(place, traces, { ...base, ...layout }, CONFIG);
 }
 
-function linearCurves(shown, output, factors, normalised) {
+function linearCurves(shown, output, factors, normalised, quantity) {
   const words = { free: "no contacts", stuck: "contacts stuck" }, dashes = { free: "dot", stuck: "dash" };
   return Object.keys(words).flatMap(which => shown.cases.slice(0, normalised ? 1 : undefined).map((c, i) => ({
-    x: shown.linearFrequency, y: c[which][output].map(y => y === null ? null : y * factors[i]), mode: "lines", opacity: 0.6,
+    x: shown.linearFrequency, y: c[which][output].map((y, k) => y === null ? null : derived(y, shown.linearFrequency[k], quantity) * factors[i]), mode: "lines", opacity: 0.6,
     line: { width: 1, dash: dashes[which], color: normalised ? css("--soft") : levelColours(shown)[i] }, name: words[which],
     legendgroup: which, showlegend: i === 0, hovertemplate: `%{x:.2f} Hz, %{y:.4g}<extra>${words[which]}, ${plain(c.level)}</extra>` })));
 }
 
 function drawCurves() {
-  const shown = result(), output = index("output"), normalised = chosen("quantity") === "perForce", log = chosen("scale") === "log";
+  const shown = result(), output = index("output"), normalised = chosen("normal") === "perForce", quantity = QUANTITIES[chosen("quantity")], log = chosen("scale") === "log";
   const factors = shown.cases.map(c => normalised ? (c.force ? 1 / Math.abs(c.force) : NaN) : 1);
   const curves = shown.cases.map((c, i) => ({
-    x: c.frequency, y: c.amplitude[output].map(y => y === null ? null : y * factors[i]), name: plain(c.level), meta: i,
+    x: c.frequency, y: c.amplitude[output].map((y, k) => y === null ? null : derived(y, c.frequency[k], quantity) * factors[i]), name: plain(c.level), meta: i,
     mode: c.frequency.length < 12 ? "lines+markers" : "lines", line: { width: 2.2, color: levelColours(shown)[i] },
     hovertemplate: "%{x:.3f} Hz, %{y:.5g}" }));
   const peaks = shown.cases.map((c, i) => ({ c, i, peak: c.peak[output] })).filter(p => p.peak && p.peak.local);
-  const dots = { x: peaks.map(p => p.peak.frequency), y: peaks.map(p => p.peak.amplitude * factors[p.i]), mode: "markers", name: "peak",
+  const dots = { x: peaks.map(p => p.peak.frequency), y: peaks.map(p => derived(p.peak.amplitude, p.peak.frequency, quantity) * factors[p.i]), mode: "markers", name: "peak",
     marker: { size: 8, color: peaks.map(p => levelColours(shown)[p.i]), line: { width: 1.5, color: css("--paper") } }, showlegend: false,
     text: peaks.map(p => plain(p.c.level)), hovertemplate: "%{x:.3f} Hz, %{y:.5g}<extra>peak, %{text}</extra>" };
-  const failed = shown.cases.flatMap(c => c.failed.map(f => ({ f, level: plain(c.level) })));
+  const failed = shown.cases.flatMap(c => c.failed.map((f, k) => ({ f, level: `${c.causes[k]}, ${plain(c.level)}` })));
   const crosses = { x: failed.map(p => p.f), y: failed.map(() => 0.012), yaxis: "y2", mode: "markers", name: "not converged",
     marker: { symbol: "x", size: 8, color: css("--bad") }, text: failed.map(p => p.level), showlegend: failed.length > 0,
-    hovertemplate: "%{x:.3f} Hz<extra>not converged, %{text}</extra>" };
+    hovertemplate: "%{x:.3f} Hz<extra>%{text}</extra>" };
   const heights = curves.flatMap(c => c.y).filter(y => y > 0);
   const low = heights.reduce((a, b) => Math.min(a, b), Infinity), high = heights.reduce((a, b) => Math.max(a, b), 0);
   const range = log ? [Math.log10(0.7 * low), Math.log10(1.7 * high)] : [0, 1.06 * high];
-  const title = normalised ? `|X₁| / F in ${perForce(shown)}` : `amplitude |X₁| in ${data.length}`;
-  draw("chart-curves", [...linearCurves(shown, output, factors, normalised), ...curves, dots, crosses], {
+  const title = normalised ? `|${quantity.symbol}| / F in ${perForce(shown, quantity.unit)}` : `amplitude |${quantity.symbol}| in ${quantity.unit}`;
+  draw("chart-curves", [...linearCurves(shown, output, factors, normalised, quantity), ...curves, dots, crosses], {
     xaxis: axis("frequency in Hz"), hovermode: "closest",
     yaxis: axis(title, { type: log ? "log" : "linear", exponentformat: "power", ...(log && high > 30 * low ? { dtick: 1 } : {}), ...(heights.length ? { range } : {}) }),
     yaxis2: { overlaying: "y", range: [0, 1], visible: false, fixedrange: true } });
@@ -89,6 +96,32 @@ function tellPoint(event) {
   byId("point").textContent = `${c.level}, point ${c.point[at]}: ${number(c.frequency[at], 7)} Hz, ` +
     `${shown.outputs[index("output")]} ${number(c.amplitude[index("output")][at])} ${data.length}, loss factor ${number(c.lossFactor[at])}, ` +
     `dissipated ${joules(c.dissipated[at])} per cycle. ${states.join("; ")}${states.length ? "." : ""}`;
+  drawCycle(shown, c, at);
+}
+
+// x(t) = a0 + Σ a_h cos hωt + b_h sin hωt over one period.
+function series(storage, samples) {
+  return Array.from({ length: samples + 1 }, (_, n) => {
+    const angle = 2 * Math.PI * n / samples;
+    let x = storage[0];
+    for (let h = 1; 2 * h < storage.length; h++) x += storage[2 * h - 1] * Math.cos(h * angle) + storage[2 * h] * Math.sin(h * angle);
+    return x;
+  });
+}
+
+function drawCycle(shown, c, at) {
+  const distance = c.cycleAt.map(k => Math.abs(k - at)), nearest = distance.indexOf(Math.min(...distance));
+  const loops = nearest < 0 ? [] : c.cycles[nearest].map((loop, i) => ({ loop, row: shown.cycleRows[i], colour: data.colours.contacts[i % data.colours.contacts.length] }))
+    .filter(({ loop }) => loop[0].every(x => x !== null) && loop[1].every(x => x !== null));
+  byId("cycle").hidden = !loops.length;
+  if (!loops.length) return;
+  const point = c.cycleAt[nearest], samples = 32 * Math.max(shown.harmonics, 4);
+  const traces = loops.map(({ loop, row, colour }) => ({ x: series(loop[0], samples), y: series(loop[1], samples), mode: "lines", line: { color: colour, width: 2 },
+    name: `${plain(shown.contacts[row])}: ${c.states[row][point] === null ? "–" : stateWords(c.states[row][point])}`,
+    hovertemplate: `%{x:.4g} ${data.length}, %{y:.4g} N<extra>${plain(shown.contacts[row])}</extra>` }));
+  draw("chart-cycle", traces, { xaxis: axis(`relative displacement in ${data.length}`), yaxis: axis("contact force in N"), hovermode: "closest", showlegend: true,
+    title: { text: `${plain(c.level)}, point ${c.point[point]}, ${Number(c.frequency[point].toPrecision(7))} Hz (truncated to ${shown.harmonics} harmonics)`, font: { size: 14 }, x: 0.01 },
+    margin: { l: 60, r: 16, t: 40, b: 48 } });
 }
 
 function stateWords(mixture) {
@@ -177,6 +210,7 @@ function showResult() {
   fill(byId("contact"), result().contacts);
   byId("contact").value = result().largestLoop;
   byId("point").textContent = "";
+  byId("cycle").hidden = true;
   drawAll();
 }
 
@@ -187,7 +221,7 @@ if (byId("result")) {
 showResult();
 byId("output").addEventListener("change", () => { drawTrend(); drawCurves(); });
 byId("contact").addEventListener("change", drawLoops);
-for (const [name, redraw] of [["scale", drawCurves], ["quantity", drawCurves], ["size", drawLoops]])
+for (const [name, redraw] of [["scale", drawCurves], ["quantity", drawCurves], ["normal", drawCurves], ["size", drawLoops]])
   document.querySelectorAll(`input[name="${name}"]`).forEach(input => input.addEventListener("change", redraw));
 byId("chart-curves").on("plotly_click", tellPoint);
 dark.addEventListener("change", drawAll);

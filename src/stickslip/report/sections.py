@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.quantities import QUANTITIES
 from stickslip.report.conclusions import headline, level_sentence
-from stickslip.report.failures import failures_of
+from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
 from stickslip.report.numbers import counted, energy, hertz, number
 from stickslip.results_view import Length, converged_points, highest_peak, length_unit, level_text, levels_in_newtons, points
@@ -21,6 +22,10 @@ Datasets = Mapping[str, "xr.Dataset"]
 
 ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 """What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
+CYCLE_NOTE = (
+    '<p class="note">Loops at the computed point nearest to the click, redrawn from the harmonics that the result keeps: corners '
+    "are rounded, and the force may overshoot. Exact loops at the highest peak stand below.</p></div>"
+)
 LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
 
 
@@ -36,11 +41,15 @@ def overview(datasets: Datasets) -> str:
 def curves(datasets: Datasets) -> str:
     """The response curves with their choices."""
     controls = radios("scale", "Scale", [("log", "logarithmic"), ("linear", "linear")])
-    controls += radios("quantity", "Amplitude", [("displacement", "|X₁|"), ("perForce", "|X₁| / F")])
+    controls += radios("quantity", "Show", [(name, name) for name in QUANTITIES])
+    controls += radios("normal", "Amplitude", [("absolute", "|X₁|"), ("perForce", "|X₁| / F")])
     controls += select("output", "Output")
     note = (
         '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks, crosses '
         'at the foot points without convergence. Click a point for what happens there.</p><p id="point" aria-live="polite"></p>'
+    )
+    note += (
+        '<div id="cycle" hidden>' + chart("chart-cycle", "Contact force against displacement at the point clicked.") + CYCLE_NOTE
     )
     description = "Response curves of all force levels beside the linear curves; the numbers of the peaks are in the next table."
     return section("curves", "Response curves", chart("chart-curves", description, controls), note)
@@ -53,7 +62,22 @@ def peaks(datasets: Datasets) -> str:
     heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"Amplitude in {unit.name}", "Amplitude per force"]
     heads = [*_result_head(datasets), *heads, f"Largest in {unit.name}", "Loss factor"]
     caption = "Peaks: local maxima of the first harmonic along the curve, highest first; data-value holds the number in SI units."
-    return section("peaks-section", "Peaks", table("peaks", caption, heads, rows))
+    return section("peaks-section", "Peaks", table("peaks", caption, heads, rows), _largest(datasets, unit))
+
+
+def _largest(datasets: Datasets, unit: Length) -> str:
+    """Where the displacement over the whole period, with mean and all harmonics, is largest."""
+    several = len(datasets) > 1
+    rows = []
+    for label, dataset in datasets.items():
+        for case, output in np.argwhere(np.isfinite(dataset.highest_max_abs.values)):
+            size, frequency = (float(dataset[f"highest_max_abs{end}"].values[case, output]) for end in ("", "_frequency"))
+            cells = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+            cells += cell(str(dataset.output.values[output])) + cell(number(size / unit.metres), size)
+            rows.append(f"<tr>{cells}{cell(hertz(frequency), frequency)}</tr>")
+    heads = [*_result_head(datasets), "Force level", "Output", f"Largest in {unit.name}", "at Hz"]
+    caption = "Largest displacement in time along the curve, with the mean and all harmonics, at a peak of its own."
+    return table("largest", caption, heads, rows) if rows else ""
 
 
 def loops(datasets: Datasets) -> str:
@@ -101,7 +125,9 @@ def failures(datasets: Datasets) -> str:
         head = f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
         causes = "".join(f"<li>{text(sentence)}</li>" for sentence in failures_of(dataset))
         fine = f"<p>Every point converged: {counted(count, 'point')} on {counted(dataset.sizes['case'], 'curve')}.</p>"
-        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine))
+        warnings = "".join(f"<li>{text(sentence)}</li>" for sentence in warnings_of(dataset))
+        warned = f'<p>To be looked at:</p><ul class="warnings">{warnings}</ul>' if warnings else ""
+        parts.append(head + (f'<ul class="failed">{causes}</ul>' if causes else fine) + warned)
     return section("failures", "What failed, and why", *parts)
 
 
@@ -152,7 +178,7 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> 
             for rank, values in _ranked(dataset, case, output):
                 force = float(dataset.force_level[case])
                 result = cell(label) if several else ""
-                words = f"{rank}" if rank else "none in the band; the largest point"
+                words = f"{rank}" if rank else "no peak inside the band; the largest point"
                 yield (
                     f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
                     f"<td>{text(words)}</td>{_peak_cells(values, force, unit, levels_in_newtons(dataset))}</tr>"
