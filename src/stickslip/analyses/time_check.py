@@ -61,9 +61,10 @@ class TimeCheck:
         """The comparison in words."""
         worst = int(np.argmax(self.period_difference))
         attrs = self.time.dataset.attrs
+        harmonics = f"{self.harmonics} harmonic{'s' if self.harmonics > 1 else ''}"
         return (
-            f"{attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}: harmonic balance with {self.harmonics} "
-            f"harmonics and time integration with {attrs['steps_per_period']} steps a period differ by "
+            f"{attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}: harmonic balance with {harmonics} "
+            f"and time integration with {attrs['steps_per_period']} steps a period differ by "
             f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
             f"{float(self.period_difference[worst]):.1e} over the period "
             f"({self.time.problem.output_names[worst]}, the worst output). {self.time.sentence}"

@@ -16,13 +16,19 @@ from threadpoolctl import threadpool_limits
 from stickslip.checks import Array, fault, positive
 from stickslip.problem import Problem
 from stickslip.solve.time_start import TimeStart
-from stickslip.time.contact_step import ContactState
+from stickslip.time.contact_law import ContactState, neighbours
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.time.model import StepMatrices, TimeModel, time_model
 from stickslip.time.period import History, Loads, PeriodWork, State, march_period, settle
 
 RATE_PERIODS = 5
-"""Over how many periods the rate of decay is measured."""
+"""Over how many periods, at least, the rate of decay is measured; over a third of all of them if that is more."""
+
+GROWTH = 100.0
+"""A change from period to period that has risen by this factor from its least value says that the motion is unstable."""
+
+UNBOUNDED = 1e8
+"""Growth of the largest output since the first period beyond which a march is given up."""
 
 
 class MarchOutcome(IntEnum):
@@ -31,6 +37,7 @@ class MarchOutcome(IntEnum):
     PERIODIC = 1
     NOT_PERIODIC = 2
     STEP_FAILED = 3
+    UNBOUNDED = 4
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ class TimeCycle:
 
     outputs (outputs, N) [m]; contact_motion [m], contact_force [N] (rows, N); friction_work (rows,) Σ L |Δs|, given, viscous:
     energies of the period [J]; periods marched; change from the period before and estimated distance from the limit, relative;
-    end: the state at the end, from which a march may go on.
+    growing: the change has risen again, as near an unstable solution; end: the state, from which a march may go on.
     """
 
     omega: float
@@ -75,6 +82,7 @@ class TimeCycle:
     periods: int
     change: float
     distance: float
+    growing: bool
     end: TimeStart
 
     @property
@@ -90,12 +98,20 @@ class TimeCycle:
             case MarchOutcome.PERIODIC:
                 return f"Periodic after {self.periods} periods, to about {self.distance:.1e}."
             case MarchOutcome.NOT_PERIODIC:
-                return (
-                    f"Not periodic within {self.periods} periods: the last one still differs by {self.change:.1e} from the one "
-                    "before. Allow more periods; a lightly damped motion needs about 2/ζ of them, a subharmonic never ends."
+                found = (
+                    f"Not periodic within {self.periods} periods: the last one differs by {self.change:.1e} from the one before"
                 )
+                if self.growing:
+                    return f"{found}, and the difference has grown: a periodic motion is unstable here."
+                return f"{found}. Allow more periods: a damping ratio ζ asks for about 2/ζ of them; a subharmonic never ends."
             case MarchOutcome.STEP_FAILED:
                 return f"A step of period {self.periods} has no solution that Newton's method finds. Take more steps per period."
+            case MarchOutcome.UNBOUNDED:
+                return (
+                    f"The motion grew without bound within {self.periods} periods. Where contacts land, steps that do not "
+                    "resolve their vibration can gain energy: take more steps or a smaller spectral radius. Else the structure "
+                    "itself is unstable."
+                )
 
 
 def march(problem: Problem, omega: float, level: float, start: TimeStart, settings: March) -> TimeCycle:
@@ -114,18 +130,23 @@ def _until_periodic(
     model: TimeModel, matrices: StepMatrices, loads: Loads, state: State, omega: float, level: float, settings: March
 ) -> TimeCycle:
     last, history = (_history(model, settings.steps_per_period) for _ in range(2))
+    near = neighbours(model.table)
     changes: list[float] = []
     outcome = MarchOutcome.NOT_PERIODIC
     work = PeriodWork(0.0, 0.0, 0, -1)
-    count = 0
+    count, first = 0, 0.0
     while outcome == MarchOutcome.NOT_PERIODIC and count < settings.periods:
         last, history = history, last
-        work = march_period(model.table, matrices, loads, state, history)
+        work = march_period(model.table, near, matrices, loads, state, history)
         count += 1
+        largest = float(np.max(np.abs(history.outputs)))
+        first = largest if count == 1 else first
         if work.failed >= 0:
             outcome = MarchOutcome.STEP_FAILED
+        elif not largest <= UNBOUNDED * first:
+            outcome = MarchOutcome.UNBOUNDED
         elif count > 1:
-            changes.append(_change(last, history))
+            changes.append(_change(last, history, matrices.stiffness))
             if distance(changes) <= settings.tolerance:
                 outcome = MarchOutcome.PERIODIC
     contacts = state.contacts
@@ -143,6 +164,7 @@ def _until_periodic(
         periods=count,
         change=changes[-1] if changes else np.inf,
         distance=distance(changes),
+        growing=bool(changes) and changes[-1] > GROWTH * min(changes),
         end=end,
     )
 
@@ -154,21 +176,33 @@ def distance(changes: Sequence[float]) -> float:
     last = changes[-1]
     if last <= 1e-13:
         return last
-    back = min(RATE_PERIODS, len(changes) - 1)
+    back = min(max(RATE_PERIODS, len(changes) // 3), len(changes) - 1)
     if back < 2:
         return np.inf
     rate = (last / changes[-1 - back]) ** (1.0 / back)
     return last * rate / (1.0 - rate) if rate < 1.0 else np.inf
 
 
-def _change(before: History, after: History) -> float:
-    """Change between two periods relative to the vibration, of the outputs or of the contact forces, whichever is larger."""
-    found = 0.0
-    for old, new in ((before.outputs, after.outputs), (before.contact_force, after.contact_force)):
-        size = float(np.linalg.norm(new - new.mean(axis=1, keepdims=True)))
-        difference = float(np.linalg.norm(new - old))
-        found = max(found, difference / size if size > 0.0 else float(difference > 0.0))
-    return found
+def _change(before: History, after: History, stiffness: Array) -> float:
+    """Change between two periods relative to the vibration, of the outputs or of the contact forces, whichever is larger.
+
+    The vibration of contact forces is taken no smaller than that of the stuck springs, K_c w: an open contact has none.
+    """
+    forces = float(np.linalg.norm(after.contact_force - before.contact_force))
+    springs = stiffness[:, None] * after.contact_motion
+    return max(
+        _share(float(np.linalg.norm(after.outputs - before.outputs)), _vibration(after.outputs)),
+        _share(forces, max(_vibration(after.contact_force), _vibration(springs))),
+    )
+
+
+def _vibration(signals: Array) -> float:
+    """Size of signals (rows, N) about their means."""
+    return float(np.linalg.norm(signals - signals.mean(axis=1, keepdims=True)))
+
+
+def _share(difference: float, size: float) -> float:
+    return difference / size if size > 0.0 else float(difference > 0.0)
 
 
 def _loads(model: TimeModel, level: float, steps: int) -> Loads:

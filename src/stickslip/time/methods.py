@@ -25,12 +25,13 @@ class Coefficients(NamedTuple):
 class GeneralisedAlpha:
     """Second order, unconditionally stable; motions far above the step rate shrink by `spectral_radius` at every step.
 
-    spectral_radius ρ in [0, 1]: 1 damps nothing, as the trapezoidal rule, and rings where a contact lands; 0 removes within one
-    step what the step cannot resolve. αm = (2ρ − 1)/(ρ + 1), αf = ρ/(ρ + 1), γ = ½ − αm + αf, β = ¼ (1 − αm + αf)².
+    spectral_radius ρ in [0, 1]: 1 damps nothing, as the trapezoidal rule, and rings or even gains energy where a contact lands
+    whose own vibration the steps do not resolve; 0 removes within one step what the step cannot resolve.
+    αm = (2ρ − 1)/(ρ + 1), αf = ρ/(ρ + 1), γ = ½ − αm + αf, β = ¼ (1 − αm + αf)².
     Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371-375, equations 17, 18 and 25.
     """
 
-    spectral_radius: float = 0.8
+    spectral_radius: float = 0.5
 
     def __post_init__(self) -> None:
         if not 0.0 <= finite("spectral_radius", self.spectral_radius) <= 1.0:

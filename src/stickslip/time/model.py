@@ -103,8 +103,8 @@ def time_model(problem: Problem) -> TimeModel:
 
 def _compact(damping: Array) -> Array:
     """The matrix, or its diagonal as one column where the rest is rounding."""
-    diagonal = np.diag(damping)
+    diagonal = np.diag(damping).copy()
     size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
     if np.all(np.abs(damping - np.diag(diagonal)) <= DIAGONAL * np.maximum(size, 1e-3 * size.max(initial=0.0))):
-        return np.ascontiguousarray(diagonal[:, None])
+        return diagonal[:, None]
     return np.ascontiguousarray(damping)

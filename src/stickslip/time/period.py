@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.checks import Array, Index
+from stickslip.checks import Array
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import njit
-from stickslip.time.contact_step import ContactState, Slopes, contact_law, solve_contacts
+from stickslip.time.contact_law import ContactState, Neighbours, contact_law, no_slopes
+from stickslip.time.contact_step import solve_contacts
 from stickslip.time.model import StepMatrices
 
 
@@ -36,7 +37,8 @@ class Loads(NamedTuple):
 
 
 class History(NamedTuple):
-    """Samples t_0 .. t_{N−1} of a period: outputs, contact motion, contact force f (rows, N), friction work of rows (rows,)."""
+    """Samples t_0 .. t_{N−1} of a period: outputs, contact motion, contact force f (rows, N); friction work of rows (rows,), that
+    of a friction disc on its first row."""
 
     outputs: Array
     contact_motion: Array
@@ -61,43 +63,30 @@ def _times(matrix: Array, vector: Array) -> Array:
     return matrix @ vector
 
 
-@njit(cache=True)
-def normal_rows(table: ContactTable) -> Index:
-    """The normal row that loads each friction row, −1 without one and for normal rows."""
-    normal = np.full(table.first_row[-1], -1)
-    for c in range(table.normal_row.size):
-        for r in range(table.first_row[c], table.first_row[c + 1]):
-            if r != table.normal_row[c]:
-                normal[r] = table.normal_row[c]
-    return normal
-
-
-@njit(cache=True)
 def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: State) -> None:
-    """Make a start consistent: λ and limits from motion and sliders, accelerations from the equation of motion.
+    """Make a start consistent: λ, sliders and limits from the motion, accelerations from the equation of motion.
 
     Motions too fast for the step (m < h²) and massless ones start without acceleration.
     """
-    contacts, rows = state.contacts, state.contacts.w.size
-    slopes = Slopes(np.empty(rows), np.empty(rows), np.empty(rows))
+    contacts = state.contacts
+    slopes = no_slopes(contacts.w.size)
     contacts.w[:] = matrices.shape @ state.motion
-    before = contacts.intercept.copy()
-    contact_law(table, contacts.w, before, contacts.intercept, contacts.limit, slopes)
+    contact_law(table, contacts.w, contacts.intercept.copy(), contacts.intercept, contacts.limit, slopes)
     contacts.forces[:] = slopes.target
     state.forces_before[:] = slopes.target
     force = loads.static + loads.harmonic @ loads.rows[0] - matrices.receiver @ contacts.forces - state.motion
     force -= _times(matrices.damping, state.velocity)
-    for j in range(force.size):
-        mass = matrices.mass[j]
-        state.acceleration[j] = force[j] / mass if mass >= matrices.step**2 else 0.0
+    resolved = matrices.mass >= matrices.step**2
+    state.acceleration[:] = np.where(resolved, force / np.where(resolved, matrices.mass, 1.0), 0.0)
 
 
 @njit(cache=True)
-def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, state: State, history: History) -> PeriodWork:
+def march_period(
+    table: ContactTable, near: Neighbours, matrices: StepMatrices, loads: Loads, state: State, history: History
+) -> PeriodWork:
     """March N steps from t = 0 of a period. Column n of the histories holds t_n, column 0 the end of the period."""
     contacts, step = state.contacts, matrices.step
     mass_weight, force_weight, beta, gamma = matrices.coefficients
-    normal = normal_rows(table)
     history.friction_work[:] = 0.0
     given, viscous, iterations = 0.0, 0.0, 0
     resistance = _times(matrices.damping, state.velocity)
@@ -114,10 +103,10 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         before, limit = contacts.intercept.copy(), contacts.limit.copy()
         guess = 2.0 * contacts.forces - state.forces_before
         state.forces_before[:] = contacts.forces
-        used = solve_contacts(table, normal, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
+        used = solve_contacts(table, near, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
         if used < 0:
             guess[:] = state.forces_before
-            used = solve_contacts(table, normal, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
+            used = solve_contacts(table, near, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
         if used < 0:
             return PeriodWork(given, viscous, iterations, n)
         iterations += used
@@ -143,7 +132,14 @@ def _record(
     history.outputs[:, column] = matrices.outputs @ state.motion
     history.contact_motion[:, column] = contacts.w
     history.contact_force[:, column] = contacts.forces + matrices.stiffness * contacts.w
-    for r in range(contacts.w.size):
-        for e in range(table.friction_first[r], table.friction_first[r + 1]):
-            slid = abs(contacts.intercept[e] - before[e]) / table.stiffness[e]
+    for c in range(table.coupled.size):
+        if table.coupled[c]:
+            r = table.first_row[c]
+            e = table.friction_first[r]
+            slid = np.hypot(contacts.intercept[e] - before[e], contacts.intercept[e + 1] - before[e + 1]) / table.stiffness[e]
             history.friction_work[r] += 0.5 * (contacts.limit[e] + limit[e]) * slid
+            continue
+        for r in range(table.first_row[c], table.first_row[c + 1]):
+            for e in range(table.friction_first[r], table.friction_first[r + 1]):
+                slid = abs(contacts.intercept[e] - before[e]) / table.stiffness[e]
+                history.friction_work[r] += 0.5 * (contacts.limit[e] + limit[e]) * slid

@@ -1,0 +1,96 @@
+"""What a user meets: `verify_in_time`, its sentences and refusals, and motions that are not periodic."""
+
+import numpy as np
+import pytest
+from time_domain.systems import landing_foot
+
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.time_response import time_response
+from stickslip.checks import InputError
+from stickslip.rigs import single_mass
+from stickslip.solve.time_march import distance
+from stickslip.time.methods import Newmark
+
+FREQUENCY = 1.1 / (2.0 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def response():
+    return forced_response(single_mass(), [0.05, FREQUENCY], [0.5, 1.0], harmonics=7)
+
+
+def test_a_check_says_what_it_compared(response):
+    check = response.verify_in_time(1, 1, steps_per_period=1000)
+    assert check.agrees(1e-3)
+    assert not check.agrees(1e-6)
+    assert "harmonic balance with 7 harmonics and time integration with 1000 steps a period differ by" in str(check)
+    assert f"Periodic after {check.periods} periods" in str(check)
+    np.testing.assert_allclose(check.harmonic_amplitude, response.dataset.amplitude[1, 1], rtol=1e-14)
+    assert check.time.dataset.attrs["force_level"] == 1.0
+
+
+def test_the_trapezoidal_rule_agrees_where_nothing_lands(response):
+    one, other = (response.verify_in_time(0, 1, **method) for method in ({}, {"method": Newmark()}))
+    np.testing.assert_allclose(one.time_amplitude, other.time_amplitude, rtol=1e-5)
+
+
+def test_histories_harmonics_and_energies_belong_together(response):
+    dataset = response.verify_in_time(1, 1).time.dataset
+    turns = np.outer(np.arange(22), np.arange(2000)) / 2000
+    for name, history in (("response", dataset.displacement[0]), ("contact_force", dataset.force_history[0, 0])):
+        parts = dataset[name].to_numpy().reshape(-1, 22, 2)[0]
+        rebuilt = np.real((parts[:, 0] + 1j * parts[:, 1]) @ np.exp(2j * np.pi * turns))
+        left_out = float(np.sqrt(np.mean((rebuilt - history.to_numpy()) ** 2)))
+        assert left_out < {"response": 1e-4, "contact_force": 1e-2}[name] * float(np.abs(history).max())
+    force, motion = dataset.force_history[0, 0].to_numpy(), dataset.motion_history[0, 0].to_numpy()
+    loop = float(np.sum(0.5 * (force + np.roll(force, -1)) * (np.roll(motion, -1) - motion)))
+    assert loop == pytest.approx(float(dataset.dissipated[0]), rel=1e-4)
+    assert float(dataset.input_work) == pytest.approx(float(dataset.dissipated[0] + dataset.viscous_work), rel=1e-5)
+    assert all({"units", "long_name"} <= set(dataset[name].attrs) for name in dataset.data_vars)
+
+
+def test_a_motion_that_is_not_yet_periodic_is_named_and_verifies_nothing():
+    response = forced_response(single_mass(damping=1e-4), [0.05, FREQUENCY], 0.1, harmonics=3)
+    check = response.verify_in_time(0, 1, periods=3, tolerance=1e-12)
+    assert not check.periodic
+    assert not check.agrees(1.0)
+    assert "Not periodic within 3 periods" in check.sentence
+
+
+def test_a_point_that_did_not_converge_cannot_be_verified(response):
+    dataset = response.dataset.copy(deep=True)
+    dataset.outcome[0, 1] = 2
+    with pytest.raises(InputError, match="A point to verify must have converged"):
+        type(response)(dataset, response.problem).verify_in_time(0, 1)
+
+
+@pytest.mark.parametrize("options", [{"steps_per_period": 2}, {"periods": 1}, {"tolerance": 0.0}, {"harmonics": 500}])
+def test_bad_settings_are_refused(options):
+    with pytest.raises(InputError, match="must be"):
+        time_response(single_mass(), 0.1, **({"steps_per_period": 400} | options))
+
+
+def test_the_distance_from_the_limit_follows_from_the_rate_of_decay():
+    changes = [0.9**k for k in range(20)]
+    assert distance(changes) == pytest.approx(0.9**20 / 0.1)
+    assert distance([1.0, 1.0, 1.0]) == np.inf
+    assert distance([]) == np.inf
+
+
+def test_numerical_damping_quiets_a_landing():
+    """A light foot on a stiff stop: without numerical damping what the steps cannot resolve makes up forces."""
+
+    def largest_force(mass, **method):
+        found = time_response(landing_foot(mass), 0.8 / (2.0 * np.pi), steps_per_period=400, tolerance=1e-4, periods=60, **method)
+        return float(found.dataset.force_history.sel(direction="n").max())
+
+    massless = largest_force(0.0)
+    assert largest_force(0.0, method=Newmark()) == pytest.approx(massless, rel=1e-3)
+    assert largest_force(1e-5) == pytest.approx(massless, rel=1e-3)
+    assert largest_force(1e-5, method=Newmark()) > 1.3 * massless
+
+
+def test_steps_that_gain_energy_are_given_up():
+    found = time_response(landing_foot(1e-3), 0.8 / (2.0 * np.pi), steps_per_period=400, method=Newmark())
+    assert "grew without bound" in found.sentence
+    assert not found.periodic
