@@ -3,6 +3,7 @@
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make verify   every promised number into results/verify.json and docs/verification.md
+# make verify-system   the report in a real browser (installs Debian's chromium where it is missing)
 # make robustness   1000 seeded problems, traced or the cause said; CASES=25 for 25 of each class
 
 PYTHON ?= python3
@@ -18,7 +19,7 @@ test ci demo robustness: export OPENBLAS_NUM_THREADS = 1
 test ci: export OMP_NUM_THREADS = 1
 test ci: export MKL_NUM_THREADS = 1
 
-.PHONY: setup bench demo test check format reference docs ci lock clean robustness verify
+.PHONY: setup bench demo test check format reference docs ci lock clean robustness verify-system verify
 
 setup: $(STAMP)
 
@@ -33,7 +34,11 @@ demo: setup
 	$(BIN)/stickslip demo
 
 test: setup
-	$(BIN)/python -m pytest -n $(JOBS) -m "not verify"
+	$(BIN)/python -m pytest -n $(JOBS) -m "not verify and not system"
+
+verify-system: setup
+	command -v chromium >/dev/null || (apt-get update && apt-get install -y --no-install-recommends chromium)
+	$(BIN)/python -m pytest -m system tests/system
 
 robustness: setup
 	$(BIN)/python -m robustness.run $(CASES)
