@@ -23,7 +23,8 @@ def line(row: dict[str, Any]) -> str:
     """One row of a table."""
     mark = " abs" if row["kind"] == "absolute" else ""
     error = "" if row["kind"] == "at most" else f"{row['error']:.1e}{mark}"
-    cells = [row["name"], number(row["value"]), number(row["reference"]), error, f"{row['tolerance']:.1e}", row["source"]]
+    name = row["name"].replace("|", r"\|")
+    cells = [name, number(row["value"]), number(row["reference"]), error, f"{row['tolerance']:.1e}", row["source"]]
     return "| " + " | ".join((*cells, "yes" if row["passed"] else "**no**")) + " |"
 
 

@@ -43,6 +43,8 @@ def differences(sample: Sample, start, w: np.ndarray, direction: np.ndarray, sam
     if sample.law.has_normal:
         rubbing = slice(0, sample.tangential)
         along[rubbing] += np.einsum("rij,j->ri", here.normal[rubbing], direction[-1])
+    if sample.tangential == 2:
+        along[:2] += np.einsum("rij,rj->ri", here.cross[:2], direction[1::-1])
     return Differences((ahead.target - here.target) / STEP, (here.target - behind.target) / STEP, along)
 
 
