@@ -62,7 +62,7 @@ class FinishedFolder:
     def load(self, name: str) -> dict[str, NDArray[Any]] | None:
         """The arrays of a case; None when it is not kept, or its file is damaged: then it is computed again."""
         try:
-            with np.load(self._path(name), allow_pickle=False) as archive:
+            with self._path(name).open("rb") as file, np.load(file, allow_pickle=False) as archive:
                 arrays = {key: archive[key] for key in archive.files}
         except FileNotFoundError:
             return None

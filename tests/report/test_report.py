@@ -12,9 +12,11 @@ from report.synthetic import KINDS, poor, synthetic
 
 from stickslip.checks import InputError
 from stickslip.report import write
+from stickslip.report.chart_data import NUMBERS_OF_CYCLES, chart_data
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of
 from stickslip.report.markup import script_data
+from stickslip.report.page import page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"' & <!-- \u2028"
 
@@ -201,3 +203,26 @@ def test_nothing_to_report_is_refused(tmp_path):
     with pytest.raises(InputError, match="at least one result"):
         write({}, tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_warnings_and_missing_peaks_are_said(dataset):
+    dataset["case_message"] = dataset.case_message.astype("U200")
+    dataset.case_message[1] = "The curve reached the end of the band. 2 places beside peaks could not be solved."
+    dataset.peak_amplitude[2, :, 0] = np.nan
+    dataset.highest_max_abs[0, 0], dataset.highest_max_abs_frequency[0, 0] = 3.5e-6, 512.25
+    text = page({"one": dataset})
+    assert "force × 5: 2 places beside peaks could not be solved." in text
+    assert "force × 20: tip.x has no peak inside the band." in text
+    assert "no peak inside the band; the largest point" in text
+    assert '<td class="number" data-value="3.5e-06">3.5</td><td class="number" data-value="512.25">512.25</td>' in text
+
+
+def test_loops_of_points_stay_within_their_share_of_the_page(dataset):
+    dataset.contact_motion[:], dataset.contact_force[:] = 1e-6, 2.0
+    (result,) = chart_data({"one": dataset})["results"]
+    sizes = [sum(len(u) + len(T) for loops in case["cycles"] for u, T in loops) for case in result["cases"]]
+    assert 0 < sum(sizes) <= 1.1 * NUMBERS_OF_CYCLES
+    case = result["cases"][0]
+    assert len(case["cycles"]) == len(case["cycleAt"])
+    assert [len(series) for series in case["cycles"][0][0]] == [2 * 3 + 1] * 2
+    assert case["cycles"][0][0][0][:3] == [1.0, 1.0, -1.0]

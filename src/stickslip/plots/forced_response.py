@@ -33,6 +33,7 @@ FIGURES: dict[str, Callable[[Any], Figure]] = {
     "response": response_curves,
     "response_linear_scale": partial(response_curves, log=False),
     "response_per_force": partial(response_curves, per_force=True),
+    "response_acceleration": partial(response_curves, quantity="acceleration"),
     "peaks": peaks_over_force,
     "loops": hysteresis_loops,
     "states": contact_states,

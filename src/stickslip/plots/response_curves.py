@@ -11,7 +11,9 @@ from matplotlib.lines import Line2D
 
 from stickslip.checks import Array, fault, nearest
 from stickslip.plots.look import FAILED, GREY, house_style, level_colours, plain
+from stickslip.quantities import QUANTITIES, Quantity, angular_factor, quantity_named
 from stickslip.results_view import (
+    Length,
     along_curve,
     failed_points,
     frequencies,
@@ -24,24 +26,33 @@ from stickslip.results_view import (
 if TYPE_CHECKING:
     import xarray as xr
 
+DISPLACEMENT = QUANTITIES["displacement"]
 LINEAR_STYLES = {"free": (0, (1.2, 1.6)), "stuck": (0, (5, 2))}
 LINEAR_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
 
 
-def response_curves(dataset: xr.Dataset, output: str | None = None, log: bool = True, per_force: bool = False) -> Figure:
-    """Amplitude of the first harmonic in µm (or m) against Hz, one curve a force level; per_force divides by the level.
+def response_curves(
+    dataset: xr.Dataset,
+    output: str | None = None,
+    log: bool = True,
+    per_force: bool = False,
+    quantity: str = "displacement",
+) -> Figure:
+    """Amplitude of the first harmonic against Hz, one curve a force level; per_force divides by the level.
+
+    quantity: displacement in µm (or m), velocity or acceleration.
 
     Peaks are marked with dots, points without convergence with crosses on the frequency axis.
     """
-    index = output_index(dataset, output)
+    index, derived = output_index(dataset, output), quantity_named(quantity)
     with house_style():
         figure = Figure(figsize=(7.6, 4.8), layout="constrained")
         axes = figure.add_subplot()
         for case, colour in enumerate(level_colours(dataset.sizes["case"])):
-            scale = _scale(dataset, case, per_force)
-            _linear_curves(axes, dataset, case, index, scale, colour if not per_force else GREY)
-            _curve(axes, dataset, case, index, scale, colour)
-        _finish(axes, dataset, index, log, per_force)
+            scale = _scale(dataset, case, per_force, derived)
+            _linear_curves(axes, dataset, case, index, scale, derived, colour if not per_force else GREY)
+            _curve(axes, dataset, case, index, scale, derived, colour)
+        _finish(axes, dataset, index, log, amplitude_label(dataset, per_force, derived))
     return figure
 
 
@@ -75,42 +86,56 @@ def output_index(dataset: xr.Dataset, output: str | None) -> int:
     return 0 if output is None else names.index(output)
 
 
-def amplitude_label(dataset: xr.Dataset, per_force: bool) -> str:
+def amplitude_label(dataset: xr.Dataset, per_force: bool, quantity: Quantity = DISPLACEMENT) -> str:
     """What the amplitude axis says."""
-    unit = length_unit(dataset).name
+    symbol = ("|X₁|", "ω|X₁|", "ω²|X₁|")[quantity.order]
+    unit = _shown_unit(dataset, quantity).name
     if not per_force:
-        return f"amplitude |X₁| in {unit}"
-    return f"amplitude per force |X₁|/F in {unit}{'/N' if levels_in_newtons(dataset) else ' per unit level'}"
+        return f"amplitude {symbol} in {unit}"
+    return f"amplitude per force {symbol}/F in {unit}{'/N' if levels_in_newtons(dataset) else ' per unit level'}"
 
 
-def _scale(dataset: xr.Dataset, case: int, per_force: bool) -> float:
-    """Factor from metres to what is drawn."""
+def _shown_unit(dataset: xr.Dataset, quantity: Quantity) -> Length:
+    """The unit to draw in and its size in SI: µm, mm/s and m/s², or m, m/s and m/s²."""
+    length = length_unit(dataset)
+    if quantity.order == 0:
+        return length
+    small = length.metres < 1.0
+    return Length(1e-3, "mm/s") if quantity.order == 1 and small else Length(1.0, ("", "m/s", "m/s²")[quantity.order])
+
+
+def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity = DISPLACEMENT) -> float:
+    """Factor from SI to what is drawn."""
     level = abs(float(dataset.force_level[case])) or np.nan
-    return 1.0 / length_unit(dataset).metres / (level if per_force else 1.0)
+    return 1.0 / _shown_unit(dataset, quantity).metres / (level if per_force else 1.0)
 
 
-def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, colour: str) -> None:
-    amplitude = along_curve(dataset, "amplitude", case)[:, output]
+def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, quantity: Quantity, colour: str) -> None:
+    amplitude = along_curve(dataset, "amplitude", case)[:, output] * angular_factor(frequencies(dataset, case), quantity)
     few = np.count_nonzero(np.isfinite(amplitude)) < 3
     axes.plot(frequencies(dataset, case), scale * amplitude, ".-" if few else "-", color=colour, label=level_text(dataset, case))
     peak = highest_peak(dataset, case, output)
     if peak is not None and peak.local:
-        axes.plot(peak.frequency, scale * peak.amplitude, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+        height = scale * peak.amplitude * float(angular_factor(np.array(peak.frequency), quantity))
+        axes.plot(peak.frequency, height, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
     failed = dataset.frequency.values[case, failed_points(dataset, case)]
     foot = axes.get_xaxis_transform()
     axes.plot(failed, np.full(failed.size, 0.015), "x", color=FAILED, markersize=5, transform=foot, clip_on=False, zorder=5)
 
 
-def _linear_curves(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, colour: str) -> None:
+def _linear_curves(
+    axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, quantity: Quantity, colour: str
+) -> None:
+    factor = scale * angular_factor(dataset.linear_frequency.values, quantity)
     for which, style in LINEAR_STYLES.items():
         values: Array = dataset[f"{which}_amplitude"].values[case, :, output]
-        axes.plot(dataset.linear_frequency.values, scale * values, color=colour, linestyle=style, linewidth=0.9, alpha=0.55)
+        axes.plot(dataset.linear_frequency.values, factor * values, color=colour, linestyle=style, linewidth=0.9, alpha=0.55)
 
 
-def _finish(axes: Axes, dataset: xr.Dataset, output: int, log: bool, per_force: bool) -> None:
+def _finish(axes: Axes, dataset: xr.Dataset, output: int, log: bool, label: str) -> None:
     title, name = plain(dataset.attrs.get("title", "")), plain(dataset.output.values[output])
     axes.set_title(f"{title}: {name}" if title else name)
-    axes.set(xlabel="frequency in Hz", ylabel=amplitude_label(dataset, per_force))
+    axes.set(xlabel="frequency in Hz", ylabel=label)
     _limits(axes, dataset, log)
     handles, _ = axes.get_legend_handles_labels()
     for which, style in LINEAR_STYLES.items():

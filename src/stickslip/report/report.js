@@ -92,7 +92,10 @@ function tellPoint(event) {
   const clicked = event.points[0], shown = result(), c = shown.cases[clicked.data.meta];
   if (!c) return;
   const at = clicked.pointIndex, number = (x, digits = 4) => x === null ? "–" : String(Number(x.toPrecision(digits)));
-  const states = c.states.map((row, i) => row[at] === null ? null : `${shown.contacts[i]} ${stateWords(row[at])}`).filter(s => s);
+  const known = c.states.map((row, i) => ({ name: shown.contacts[i], state: row[at] })).filter(row => row.state !== null);
+  const stuck = known.filter(row => data.mixtures[row.state].shares[0] === 100), moving = known.filter(row => !stuck.includes(row));
+  const states = moving.map(row => `${row.name} ${stateWords(row.state)}`);
+  if (stuck.length) states.push(moving.length ? `the other ${stuck.length} contact directions 100 % stick` : "all contacts 100 % stick");
   byId("point").textContent = `${c.level}, point ${c.point[at]}: ${number(c.frequency[at], 7)} Hz, ` +
     `${shown.outputs[index("output")]} ${number(c.amplitude[index("output")][at])} ${data.length}, loss factor ${number(c.lossFactor[at])}, ` +
     `dissipated ${joules(c.dissipated[at])} per cycle. ${states.join("; ")}${states.length ? "." : ""}`;

@@ -1,0 +1,84 @@
+"""Cases computed by processes, kept and given back: the same results whoever computes them."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.finished import ABOUT, FinishedFolder
+
+LEVELS = [0.5, 1.0, 2.0]
+BAND = ss.radians_per_second(0.5, 2.0)
+
+
+def bits(response):
+    return {name: variable.values.tobytes() for name, variable in response.dataset.variables.items()}
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3)
+
+
+def test_workers_change_nothing(whole):
+    told = []
+    side_by_side = ss.forced_response(
+        ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, workers=2, progress=lambda fraction, text: told.append(fraction)
+    )
+    assert bits(side_by_side) == bits(whole)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("workers", [0, -1, 1.5, True])
+def test_wrong_workers_are_refused(workers):
+    with pytest.raises(ss.InputError, match="workers must be a whole number from 1 on"):
+        ss.forced_response(ss.rigs.single_mass(), BAND, workers=workers)
+
+
+def test_progress_goes_on_while_a_curve_runs():
+    told = []
+    ss.forced_response(ss.rigs.single_mass(), BAND, 1.0, progress=lambda fraction, text: told.append(fraction))
+    assert len(set(told)) > 10
+    assert told == sorted(told)
+
+
+def test_what_is_kept_is_given_back_bit_by_bit(whole, tmp_path):
+    kept = FinishedFolder(tmp_path / "kept")
+    ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS[:2], harmonics=3, finished=kept)
+    assert len(kept) == 2
+    again = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, finished=FinishedFolder(tmp_path / "kept"))
+    assert bits(again) == bits(whole)
+    assert len(kept) == 3
+
+
+def test_a_case_of_another_problem_is_not_given_back(whole, tmp_path):
+    kept = FinishedFolder(tmp_path)
+    ss.forced_response(ss.rigs.single_mass(mass=1.1), BAND, LEVELS, harmonics=3, finished=kept)
+    again = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, finished=kept)
+    assert bits(again) == bits(whole)
+    assert len(kept) == 6
+
+
+def test_a_damaged_file_is_computed_again(tmp_path):
+    kept = FinishedFolder(tmp_path)
+    kept.save("a case", {"x": np.arange(1000.0)})
+    (file,) = tmp_path.glob("*.npz")
+    content = file.read_bytes()
+    for damaged in (b"", content[:300], content[:200] + b"\0" * 8 + content[208:], b"no archive"):
+        file.write_bytes(damaged)
+        found = kept.load("a case")
+        assert found is None or np.array_equal(found["x"], np.arange(1000.0))
+    file.write_bytes(content)
+    np.testing.assert_array_equal(kept.load("a case")["x"], np.arange(1000.0))
+    assert kept.load("another case") is None
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    FinishedFolder(tmp_path, {"study": "a", "version": "1"}).save("x", {"x": np.zeros(1)})
+    with pytest.raises(ss.InputError, match="but the study and the version changed since"):
+        FinishedFolder(tmp_path, {"study": "b", "version": "2"})
+    (tmp_path / ABOUT).write_text("{half")
+    FinishedFolder(tmp_path, {"study": "b"})
+    FinishedFolder.remove(tmp_path / "none")
+    FinishedFolder.remove(tmp_path)
+    assert not tmp_path.exists()

@@ -1,0 +1,87 @@
+"""Velocities, accelerations and receptances of a result, against the linear single mass and against time."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import stickslip as ss
+from stickslip.cli import app
+
+
+@pytest.fixture(scope="module")
+def response():
+    """A mass of 2 kg on a spring of 50 N/m whose slider never slips: X = F/(k + kt − m ω² + i c ω)."""
+    mass = ss.rigs.single_mass(mass=2.0, damping=0.4, stiffness=50.0, kt=10.0, limit=1e6, force=1.0)
+    return ss.forced_response(mass, [0.3, 0.8, 1.5], force=[1.0, 4.0], harmonics=3)
+
+
+def receptance(frequency):
+    omega = 2 * np.pi * frequency
+    return 1.0 / (60.0 - 2.0 * omega**2 + 0.4j * omega)
+
+
+@pytest.mark.parametrize(("name", "order"), [("displacement", 0), ("velocity", 1), ("acceleration", 2)])
+def test_receptance_mobility_and_inertance(response, name, order):
+    found = response.as_quantity(name, per_force=True)
+    frequency = found["frequency"].values
+    expected = receptance(frequency) * (2j * np.pi * frequency) ** order
+    first = found["response"].isel(output=0, harmonic=1).values
+    np.testing.assert_allclose(first[..., 0] + 1j * first[..., 1], expected, rtol=1e-9)
+    np.testing.assert_allclose(found["amplitude"].isel(output=0), np.abs(expected), rtol=1e-9)
+    np.testing.assert_allclose(found["rms"].isel(output=0), np.abs(expected) / np.sqrt(2), rtol=1e-9)
+    assert found["amplitude"].attrs["units"] == ("m/N", "m/(s N)", "m/(s2 N)")[order]
+
+
+def test_an_acceleration_is_the_second_derivative_in_time():
+    """Of a motion with mean and harmonics, by its samples."""
+    data = ss.forced_response(ss.rigs.three_mass_wedge(), [222.0]).dataset
+    motion, other = data["response"], ss.as_quantity(data, "acceleration")["response"]
+    omega, t = 2 * np.pi * 222.0, np.linspace(0, 1 / 222.0, 2001)
+    x, a = (
+        sum((v[h, 0] - 1j * -v[h, 1]) * np.exp(1j * h * omega * t) for h in range(6)).real
+        for v in (part.isel(case=0, point=0, output=0).values for part in (motion, other))
+    )
+    np.testing.assert_allclose(a[1:-1], np.diff(x, 2) / (t[1] - t[0]) ** 2, atol=1e-4 * np.max(np.abs(a)))
+
+
+def test_levels_are_newtons_where_the_force_is_one_newton(response):
+    assert response.dataset["force_level"].attrs["units"] == "N"
+    two = ss.forced_response(ss.rigs.three_mass_wedge(), [222.0]).dataset
+    assert two["force_level"].attrs["units"] == "1"
+
+
+def test_tables(response, tmp_path):
+    table = ss.quantity_table(response.dataset, "velocity")
+    assert len(table) == 6
+    row = table.iloc[-1]
+    assert row["amplitude [m/s]"] == pytest.approx(4.0 * abs(receptance(1.5)) * 2 * np.pi * 1.5, rel=1e-9)
+    assert row["phase [deg]"] == pytest.approx(np.degrees(np.angle(1j * receptance(1.5))), rel=1e-9)
+    with pytest.raises(ss.InputError, match=r"quantity must be displacement, velocity or acceleration, but is 'speed'"):
+        ss.quantity_table(response.dataset, "speed")
+
+
+def test_export(tmp_path):
+    swept = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), force=[0.5], harmonics=1)
+    for name in ("a", "b"):
+        swept.save(tmp_path / "results" / name / "results.nc")
+    arguments = [
+        "export",
+        str(tmp_path / "results"),
+        "--out",
+        str(tmp_path / "t.csv"),
+        "--quantity",
+        "acceleration",
+        "--per-force",
+    ]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    import pandas as pd
+
+    curves, peaks = pd.read_csv(tmp_path / "t.csv"), pd.read_csv(tmp_path / "t_peaks.csv")
+    assert set(curves["result"]) == {"a", "b"}
+    peak = swept.peaks().iloc[0]
+    expected = peak["amplitude"] * (2 * np.pi * peak["frequency"]) ** 2 / 0.5
+    np.testing.assert_allclose(peaks["amplitude [m/(s2 N)]"], expected, rtol=1e-12)
+    refused = CliRunner().invoke(app, ["export", str(tmp_path / "results"), "--out", str(tmp_path / "t.txt")])
+    assert refused.exit_code == 2
+    assert "--out must end in .csv" in refused.output
