@@ -26,6 +26,7 @@ from stickslip.quantities import as_quantity
 from stickslip.results import save
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
+from stickslip.solve.densify import densified
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band
 
@@ -180,6 +181,8 @@ class ForcedResponseWork:
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
         curve = solve_curve(self.balance, omegas, self.levels[case], self.exactly, tell)
+        if not self.exactly:
+            curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
