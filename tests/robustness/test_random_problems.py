@@ -10,7 +10,6 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from robustness.problems import CLASSES, random_case
 from robustness.run import traced
-
 from stickslip.outcome import Outcome
 
 

@@ -66,8 +66,8 @@ def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     step = following.length
     scale = following.metric.length(tangent.motion, tangent.parameter)
     slopes = [step * tangent.parameter, step * scale * following.tangent.parameter]
-    ends = [np.array(value) for value in (current.point.omega, slopes[0], following.point.omega, slopes[1])]
-    omega = float(hermite(*ends, fraction))
+    a, da, b, db = (np.array(value) for value in (current.point.omega, slopes[0], following.point.omega, slopes[1]))
+    omega = float(hermite(a, da, b, db, fraction))
     start = Point(between(current, following, fraction), omega, current.point.level)
     correction = correct(balance, start, condition, iterations=8)
     if not correction.converged:

@@ -46,7 +46,7 @@ class StartSpace:
 
     def gradient(self, elements: Index, slopes: Array) -> Array:
         """Derivative by the variables from derivatives (k,) by the start values of `elements`."""
-        return np.bincount(self.group[elements], self.scale[elements] * slopes, minlength=self.size)
+        return np.asarray(np.bincount(self.group[elements], self.scale[elements] * slopes, minlength=self.size), dtype=float)
 
 
 def start_space(
