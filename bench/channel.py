@@ -19,6 +19,8 @@ Answer = dict[str, Any]
 Handler = Callable[[dict[str, Any]], Answer]
 
 BAD_END = "the process ended"
+WALL_LIMIT = 3600.0
+"""Seconds to wait for an answer on a crowded machine; the sides bound their own CPU time."""
 
 
 def serve(handlers: Mapping[str, Handler], greeting: Answer) -> None:
@@ -57,10 +59,10 @@ class Side:
             text=True,
             bufsize=1,
         )
-        self.greeting = self._read(120.0)
+        self.greeting = self._read(WALL_LIMIT)
         return self.greeting
 
-    def ask(self, do: str, limit: float = 600.0, **request: Any) -> Answer:
+    def ask(self, do: str, limit: float = WALL_LIMIT, **request: Any) -> Answer:
         """The answer to a request; {"failed": why} where there is none within `limit` seconds of wall time."""
         if self.process is None:
             self.start()

@@ -6,6 +6,7 @@ Run as a script; it imports nothing of stickslip.
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 import sys
@@ -30,6 +31,8 @@ from cases import (
 )
 from channel import Answer, serve
 from pyHarm import Maestro
+from pyharm_blade import blade
+from pyharm_calls import count
 
 IMPORT_SECONDS = time.process_time()
 
@@ -105,13 +108,14 @@ OUTPUT = {"B1": (0, 0), "B2a": (FORCED - 1, 0), "B2b": (FORCED - 1, 0)}
 
 
 def sweep(request: dict) -> Answer:
-    """Sweep a case with settings {ds, solver, length, reductor} and say what it took; seconds: bound of the wall time."""
+    """Sweep a case with settings {ds, solver, length, reductor} and say what it took; seconds: bound of the CPU time."""
     case = BY_NAME[request["case"]]
     began = time.process_time()
     maestro = Maestro(_input(case, request))
     maestro.logger.setLevel(logging.ERROR)
-    calls = _count(maestro.system)
-    maestro.operate()
+    calls = count(maestro.system, began + request.get("seconds", 600))
+    with contextlib.suppress(TimeoutError):
+        maestro.operate()
     cpu = time.process_time() - began
     accepted = [solution for solution in maestro.nls["frf"].SolList if solution.flag_accepted]
     length = maestro.system.lc
@@ -132,7 +136,6 @@ def sweep(request: dict) -> Answer:
 def _input(case: Case, request: dict) -> dict:
     low, high = request.get("band", case.band)
     settings = request["settings"]
-    seconds = int(request.get("seconds", 600))
     analysis = {
         "study": "frf",
         "puls_inf": low,
@@ -144,31 +147,12 @@ def _input(case: Case, request: dict) -> dict:
         "predictor": settings.get("predictor", "tangent"),
         "corrector": settings.get("corrector", "arc_length"),
         "reductors": [{"type": settings.get("reductor", "noreductor")}],
-        "stopper_options": {"timeout": {"status": True, "timeout": _days_to_seconds(seconds)}},
         "verbose": False,
     }
     model = MODELS[case.problem](case.level)
     length = settings.get("length", 1.0)
     adim = {"status": length != 1.0, "lc": length, "wc": 1.0}
     return {"analysis": {"frf": analysis}, "system": {"type": "Base", "nh": HARMONICS, "nti": SAMPLES, "adim": adim}} | model
-
-
-def _days_to_seconds(seconds: int) -> str:
-    """DD:HH:MM:SS, as pyHarm reads its time limit."""
-    return f"00:{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
-
-
-def _count(system: object) -> dict[str, int]:
-    """Count calls of the system's residual and Jacobian from now on."""
-    calls = {"Residual": 0, "Jacobian": 0}
-    for name in calls:
-
-        def counted(*arguments: object, _original: object = getattr(system, name), _name: str = name) -> object:
-            calls[_name] += 1
-            return _original(*arguments)  # type: ignore[operator]
-
-        setattr(system, name, counted)
-    return calls
 
 
 def _harmonics_of(dofs: object, node: int, direction: int) -> list[int]:
@@ -179,5 +163,5 @@ def _harmonics_of(dofs: object, node: int, direction: int) -> list[int]:
 
 if __name__ == "__main__":
     names = ("pyHarm-os", "numpy", "scipy", "numba", "jax")
-    versions = {name: metadata.version(name) for name in names}
-    serve({"sweep": sweep}, {"import_seconds": IMPORT_SECONDS, "versions": {"python": sys.version.split()[0], **versions}})
+    versions = {"python": sys.version.split()[0]} | {name: metadata.version(name) for name in names}
+    serve({"sweep": sweep, "blade": blade}, {"import_seconds": IMPORT_SECONDS, "versions": versions})

@@ -161,6 +161,7 @@ def blade(request: dict) -> Answer:
 
 
 if __name__ == "__main__":
+    from blade_export import export_blade
     from growth_side import growth
     from limit_side import parts
 
@@ -170,6 +171,7 @@ if __name__ == "__main__":
         "reference": reference,
         "whole": whole_analysis,
         "blade": blade,
+        "export_blade": export_blade,
         "parts": parts,
         "growth": growth,
     }
