@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -38,9 +41,50 @@ def progress(title: str) -> Iterator[Report]:
     """A bar with the remaining time on the error stream, as long as the block runs; plain files get no bar."""
     console = _console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+    with (
+        _remembered_interrupts() as raise_swallowed,
+        Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar,
+    ):
         task = bar.add_task(title, total=1.0)
-        yield lambda fraction, text: bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
+
+        def report(fraction: float, text: str) -> None:
+            raise_swallowed()
+            bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
+
+        yield report
+
+
+def _in_compiler(frame: FrameType | None) -> bool:
+    """Whether a frame was called by the compiler, whose callbacks cannot pass an exception on."""
+    while frame is not None:
+        if "llvmlite" in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
+
+
+@contextmanager
+def _remembered_interrupts() -> Iterator[Callable[[], None]]:
+    """Ctrl-C ends the block even where it comes inside the compiler, which would swallow the exception: then at the next report."""
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: None
+        return
+    met = threading.Event()
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        met.set()
+        if not _in_compiler(frame):
+            raise KeyboardInterrupt
+
+    def raise_swallowed() -> None:
+        if met.is_set():
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield raise_swallowed
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def tell_fault(error: BaseException) -> int:

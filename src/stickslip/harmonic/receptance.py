@@ -20,6 +20,9 @@ from scipy import linalg
 from stickslip.checks import Array
 from stickslip.kernels import njit
 
+DIAGONAL = 1e-10
+"""Modal damping off the diagonal, relative to the largest, that is rounding."""
+
 REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE = 0, 1, 2, 3
 
 
@@ -71,7 +74,7 @@ def states(M: Array, C: Array, stiffness: Array) -> States:
     damping = shapes.T @ C @ shapes
     diagonal = np.diag(damping)
     coupling = float(np.max(np.abs(damping - np.diag(diagonal)), initial=0.0))
-    if coupling <= 1e-12 * float(np.max(np.abs(diagonal), initial=1e-300)):
+    if coupling <= DIAGONAL * float(np.max(np.abs(diagonal), initial=1e-300)):
         kind = np.full(inverse_squares.size, REAL_MODE)
         return States(shapes, shapes, kind, diagonal.copy(), inverse_squares)
     return _complex_states(shapes, inverse_squares, damping)
