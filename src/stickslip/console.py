@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -17,6 +18,8 @@ from stickslip.checks import Faults, InputError
 
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
+
+RETRY_SECONDS = 0.05
 
 WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
 """Exit codes: wrong use or input; a fault of the program; Ctrl-C; computed, but a curve broke off."""
@@ -41,14 +44,11 @@ def progress(title: str) -> Iterator[Report]:
     """A bar with the remaining time on the error stream, as long as the block runs; plain files get no bar."""
     console = _console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with (
-        _remembered_interrupts() as raise_swallowed,
-        Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar,
-    ):
+    bar_here = Progress(*columns, console=console, disable=not console.is_terminal, transient=True)
+    with _deferred_interrupts(), bar_here as bar:
         task = bar.add_task(title, total=1.0)
 
         def report(fraction: float, text: str) -> None:
-            raise_swallowed()
             bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
 
         yield report
@@ -64,25 +64,22 @@ def _in_compiler(frame: FrameType | None) -> bool:
 
 
 @contextmanager
-def _remembered_interrupts() -> Iterator[Callable[[], None]]:
-    """Ctrl-C ends the block even where it comes inside the compiler, which would swallow the exception: then at the next report."""
+def _deferred_interrupts() -> Iterator[None]:
+    """Ctrl-C inside the compiler, whose callbacks would swallow the exception, comes again a moment later, until it is outside."""
     if threading.current_thread() is not threading.main_thread():
-        yield lambda: None
+        yield
         return
-    met = threading.Event()
 
     def handle(number: int, frame: FrameType | None) -> None:
-        met.set()
         if not _in_compiler(frame):
             raise KeyboardInterrupt
-
-    def raise_swallowed() -> None:
-        if met.is_set():
-            raise KeyboardInterrupt
+        again = threading.Timer(RETRY_SECONDS, os.kill, (os.getpid(), signal.SIGINT))
+        again.daemon = True
+        again.start()
 
     before = signal.signal(signal.SIGINT, handle)
     try:
-        yield raise_swallowed
+        yield
     finally:
         signal.signal(signal.SIGINT, before)
 
