@@ -65,7 +65,7 @@ def _in_compiler(frame: FrameType | None) -> bool:
 
 @contextmanager
 def _deferred_interrupts() -> Iterator[None]:
-    """Ctrl-C inside the compiler, whose callbacks would swallow the exception, comes again a moment later, until it is outside."""
+    """Ctrl-C inside the compiler, whose callbacks would swallow the exception, comes again a moment later, till it is outside."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
