@@ -4,37 +4,74 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Progress
+from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.start_draws import Law, Method, draw
 from stickslip.checks import Array, InputError, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.solve.continuation import first_point
+from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
-from stickslip.solve.start_space import Rule, Sharing, StartSpace, start_space
+from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
+from stickslip.solve.start_space import Rule, Sharing, StartSpace
+from stickslip.solve.start_states import explored_space
 from stickslip.units import Band
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
-
-Method = Literal["random", "latin", "corners"]
-MOST_CORNERS = 12
-"""Up to so many variables all 2ⁿ corners are taken; beyond, a seeded subset."""
 
 
 @dataclass(frozen=True, eq=False)
 class ResponseSamples:
-    """One curve per start state: `dataset` as of a forced response, with case = sample, and start_value (case, element)."""
+    """One curve per force level and start state: `dataset` as of a forced response, case = (level, start), with the coordinate
+    start(case), and start_variable (case, variable), start_value (case, element).
+    """
 
     dataset: xr.Dataset
     problem: Problem
+
+    def percentiles(self, percent: Sequence[float] = (5.0, 50.0, 95.0), output: int = 0) -> xr.DataArray:
+        """Percentiles of the amplitude at each frequency, (force_level, percent, frequency), m.
+
+        Only of samples that were solved exactly at given frequencies: nothing is interpolated. NaN where a curve has no point.
+        """
+        import xarray as xr
+
+        if "wanted" not in self.dataset:
+            raise InputError(
+                "Percentiles must be of curves at common frequencies, but these were continued over a band. "
+                "Give response_samples a list of frequencies instead of a band."
+            )
+        wanted = self.dataset["wanted"].values
+        levels = np.unique(self.dataset["force_level"].values)
+        table = np.full((levels.size, len(percent), wanted.size), np.nan)
+        for k, frequency in enumerate(wanted):
+            here = np.abs(self.dataset["frequency"].values - frequency) <= 1e-9 * frequency
+            amplitude = np.nanmax(np.where(here, self.dataset["amplitude"].values[:, :, output], -1.0), axis=1)
+            for i, level in enumerate(levels):
+                of_level = amplitude[(self.dataset["force_level"].values == level) & (amplitude >= 0.0)]
+                table[i, :, k] = np.percentile(of_level, percent) if of_level.size else np.nan
+        coords = {"force_level": levels, "percent": list(percent), "frequency": wanted}
+        return xr.DataArray(table, coords, ("force_level", "percent", "frequency"), "amplitude", {"units": "m"})
+
+    def peaks(self, output: int = 0) -> pd.DataFrame:
+        """The highest peak of every curve: force level, start, frequency [Hz], amplitude [m], loss factor."""
+        import pandas as pd
+
+        first = self.dataset.isel(peak=slice(0, 1), output=output)
+        columns = {"force_level": first["force_level"].values, "start": first["start"].values}
+        columns |= {name: first[f"peak_{name}"].values[:, 0] for name in ("frequency", "amplitude", "loss_factor")}
+        return pd.DataFrame(columns).dropna(ignore_index=True)
 
     def plot(self, **options: Any) -> Any:
         """The figure of the cloud."""
@@ -45,83 +82,142 @@ class ResponseSamples:
 
 def response_samples(
     problem: Problem,
-    band: Band,
-    force: float = 1.0,
+    band: Band | Sequence[float],
+    force: float | Sequence[float] = 1.0,
     starts: int | Array = 20,
     *,
     method: Method = "latin",
+    distribution: Law | None = None,
     rule: Rule = "slider_offset",
     share: Sharing = "element",
     seed: int = 0,
     harmonics: int = 5,
     samples: int = 256,
+    workers: int = 1,
+    finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseSamples:
-    """Curves over a band for many start states, each kept along its curve.
+    """Curves over a band, or at frequencies in Hz, for many start states, each kept along its curve; one or several force levels.
 
-    starts: how many to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is virgin (zeros).
-    rule: what a variable sets (see `stickslip.contact.start`); an offset of ±1 is the largest that is not clipped in the virgin
-    solution. share: one variable per friction "element", per "direction", per "contact", or for "all".
+    starts: how many to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is virgin (zeros)
+    unless a distribution is given.
+    method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset). distribution: a law of every variable
+    with a finite support, mapped onto [−1, 1]: a frozen distribution of scipy.stats such as beta(0.5, 0.5); uniform unless given.
+    rule: what a variable sets (see `stickslip.contact.start`); an offset of ±1 is the largest that any solution allows.
+    share: one variable per friction "element", per "direction", per "contact", or for "all".
     """
-    positive("force", force)
-    started = time.process_time()
-    with threadpool_limits(1, user_api="blas"):
-        balance = HarmonicBalance(problem, harmonics, samples)
-        omegas = [2.0 * np.pi * band.start, 2.0 * np.pi * band.stop]
-        space = problem_space(balance, omegas[0], force, rule, share)
-        variables = draw(space.size, starts, method, seed)
-        curves: list[Curve] = []
-        for k, sample in enumerate(variables):
-            progress(k / len(variables), f"start state {k + 1} of {len(variables)}")
-            curves.append(solve_curve(space.balance(balance, sample), omegas, force, exactly=False))
-        attrs = {"title": problem.title, "harmonics": harmonics, "samples": samples}
-        attrs |= {"cpu_seconds": time.process_time() - started, "rule": rule, "share": share, "seed": seed}
-        arrays = [curve_arrays(balance, curve) for curve in curves]
-        dataset = response_dataset(balance, [force] * len(curves), arrays, (band.low, band.high), attrs)
-    values = np.array([space.values(sample) for sample in variables])
-    return ResponseSamples(with_starts(dataset, "case", variables, values), problem)
+    levels = tuple(positive("force", level) for level in np.atleast_1d(np.asarray(force, dtype=float)))
+    frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(sorted({positive("A frequency", f) for f in band}))
+    if not levels or not frequencies:
+        raise fault("force and band", "must hold at least one value each", (levels, frequencies))
+    settings = (levels, rule, share, harmonics, samples)
+    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)))
+    variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
+    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables)
+    curves = all_cases(work, finished, workers, progress)
+    return work.gathered(curves, {"rule": rule, "share": share, "seed": seed, "method": method})
 
 
-def problem_space(balance: HarmonicBalance, omega: float, level: float, rule: Rule, share: Sharing) -> StartSpace:
-    """The start states of a problem, scaled by its virgin solution at a frequency."""
-    virgin = first_point(balance.with_starts(np.zeros(balance.table.stiffness.size), 0), omega, level)
-    if not virgin.converged:
-        raise InputError(
-            f"The virgin contact must have a solution at {omega / (2.0 * np.pi):g} Hz to scale the start states, but none was "
-            "found. Start the band where contacts stick."
-        )
-    return start_space(balance, virgin.evaluation, rule, share)
+@dataclass(frozen=True, eq=False)
+class SamplesWork:
+    """Samples as independent cases, one force level and start state each; frequencies in Hz in the order of travel."""
+
+    problem: Problem
+    frequencies: tuple[float, ...]
+    exactly: bool
+    levels: tuple[float, ...]
+    rule: Rule
+    share: Sharing
+    harmonics: int
+    samples: int
+    variables: Array
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels to a process: the data, not what was built from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def balance(self) -> HarmonicBalance:
+        with threadpool_limits(1, user_api="blas"):
+            return HarmonicBalance(self.problem, self.harmonics, self.samples)
+
+    @cached_property
+    def _spaces(self) -> dict[float, StartSpace]:
+        return {}
+
+    def space_at(self, level: float) -> StartSpace:
+        """The start states at a level."""
+        if level not in self._spaces:
+            ends = (self.frequencies[0], 0.5 * (self.frequencies[0] + self.frequencies[-1]), self.frequencies[-1])
+            with threadpool_limits(1, user_api="blas"):
+                omegas = [2.0 * np.pi * frequency for frequency in ends]
+                self._spaces[level] = explored_space(self.balance, omegas, level, self.rule, self.share)
+        return self._spaces[level]
+
+    @property
+    def cases(self) -> list[tuple[float, int]]:
+        """Level and start state of every case."""
+        return [(level, start) for level in self.levels for start in range(len(self.variables))]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a curve depends on."""
+        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz, {self.rule} by {self.share}"
+        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        return tuple(f"sample {self.variables[k].tolist()!r}, level {level!r}, {where}, {how}" for level, k in self.cases)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"force {level:g}, start state {k + 1}" for level, k in self.cases)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The arrays of the curve of one level and start state."""
+        started = time.process_time()
+        level, start = self.cases[case]
+        space = self.space_at(level)
+        curve = start_curve(self.balance, space, self.variables[start], self.frequencies, level, self.exactly, tell)
+        arrays = curve_arrays(self.balance, curve)
+        arrays["start_value"] = space.values(self.variables[start])
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def gathered(self, curves: Sequence[Arrays], attrs: dict[str, Any]) -> ResponseSamples:
+        """The samples of all cases."""
+        attrs = attrs | {"title": self.problem.title, "study": "", "harmonics": self.harmonics, "samples": self.samples}
+        attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
+        ends = (min(self.frequencies), max(self.frequencies))
+        ends = ends if ends[0] < ends[1] else (0.9 * ends[0], 1.1 * ends[0])
+        with threadpool_limits(1, user_api="blas"):
+            dataset = response_dataset(self.balance, [level for level, _ in self.cases], curves, ends, attrs)
+        numbers = [start for _, start in self.cases]
+        values = np.array([curve["start_value"] for curve in curves])
+        dataset = with_starts(dataset, "case", self.variables[numbers], values).assign_coords(start=("case", numbers))
+        return ResponseSamples(dataset.assign(wanted=list(self.frequencies)) if self.exactly else dataset, self.problem)
 
 
-def draw(size: int, starts: int | Array, method: Method = "latin", seed: int = 0) -> Array:
-    """Start variables (samples, size) in [−1, 1]; a number draws them, the first one zero (virgin)."""
-    if isinstance(starts, np.ndarray | Sequence):
-        given = np.asarray(starts, dtype=float)
-        if given.ndim != 2 or given.shape[1] != size or not np.all(np.abs(given) <= 1.0):
-            raise fault("starts", f"must have shape (samples, {size}) and lie in [-1, 1]", given.shape)
-        return given
-    if starts < 1:
-        raise fault("starts", "must be at least 1", starts)
-    count = starts - 1
-    rng = np.random.default_rng(seed)
-    if method == "latin":
-        drawn = 2.0 * qmc.LatinHypercube(size, rng=rng).random(count) - 1.0
-    elif method == "random":
-        drawn = rng.uniform(-1.0, 1.0, (count, size))
-    elif method == "corners":
-        drawn = _corners(rng, size, count)
-    else:
-        raise fault("method", "must be one of latin, random, corners", method)
-    return np.vstack([np.zeros((1, size)), drawn])
-
-
-def _corners(rng: np.random.Generator, size: int, count: int) -> Array:
-    """All corners of the cube where they fit into `count`, else a seeded subset without repetition."""
-    if size <= MOST_CORNERS:
-        numbers = np.arange(2**size)
-        numbers = numbers if len(numbers) <= count else np.sort(rng.choice(numbers, count, replace=False))
-        return np.asarray(2.0 * ((numbers[:, None] >> np.arange(size)) & 1) - 1.0)
-    return np.asarray(np.unique(rng.choice([-1.0, 1.0], (count, size)), axis=0))
+def start_curve(
+    balance: HarmonicBalance,
+    space: StartSpace,
+    variables: Array,
+    frequencies: Sequence[float],
+    level: float,
+    exactly: bool,
+    tell: Tell = lambda fraction: None,
+) -> Curve:
+    """The curve of one start state, its first point reached from the virgin one: far-off states have no other way in."""
+    omegas = [2.0 * np.pi * frequency for frequency in frequencies]
+    begin = StartSolutions(balance, space, omegas[0], level)
+    try:
+        begin.solve(np.zeros(space.size))
+        point = begin.solve(variables)[1].point
+    except UnsolvedError as reason:
+        if reason.outcome == Outcome.BODY_HELD_BY_NOTHING:
+            return Curve(level, (), reason.outcome, str(reason), omegas[0])
+        return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell)
+    return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, begin=point)
 
 
 def with_starts(dataset: xr.Dataset, axis: str, variables: Array, values: Array) -> xr.Dataset:

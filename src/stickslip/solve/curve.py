@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, first_point, solve_at, solve_cold, trace
-from stickslip.solve.newton import Correction
+from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.peak import peaks
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
@@ -58,8 +58,12 @@ def solve_curve(
     exactly: bool,
     progress: Callable[[float], None] = lambda fraction: None,
     control: StepControl | None = None,
+    begin: Point | None = None,
 ) -> Curve:
-    """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: only the points at the given frequencies."""
+    """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: only the points at the given frequencies.
+
+    begin: a solved point at frequencies[0], when one is known.
+    """
     start, end = frequencies[0], frequencies[-1]
     travels: list[_Travel] = []
     failed: Outcome | None = None
@@ -68,7 +72,10 @@ def solve_curve(
         progress(min(fraction, 1.0) * (1.0 if exactly else TRAVEL))
 
     for run_up in RUN_UPS:
-        first = first_point(balance, start * run_up if end >= start else start / run_up, level)
+        if begin is not None and run_up == 1.0:
+            first = correct(balance, begin, fixed("omega", start))
+        else:
+            first = first_point(balance, start * run_up if end >= start else start / run_up, level)
         if not first.converged:
             failed = failed or failure(balance, first)
             continue

@@ -1,0 +1,74 @@
+"""Draws of start variables in [−1, 1]: spread evenly, at random, at corners, or by a law of the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Protocol
+
+import numpy as np
+from scipy.stats import qmc
+
+from stickslip.checks import Array, fault
+
+Method = Literal["random", "latin", "corners"]
+MOST_CORNERS = 12
+"""Up to so many variables all 2ⁿ corners are taken; beyond, a seeded subset."""
+
+
+class Law(Protocol):
+    """A distribution, as scipy.stats freezes them."""
+
+    def ppf(self, q: Array) -> Array:
+        """The inverse of the distribution function."""
+
+    def support(self) -> tuple[float, float]:
+        """Between which values it lies."""
+
+
+def draw(size: int, starts: int | Array, method: Method = "latin", seed: int = 0, law: Law | None = None) -> Array:
+    """Start variables (samples, size) in [−1, 1]; a number draws them, without a law the first one zero (virgin)."""
+    if isinstance(starts, np.ndarray | Sequence):
+        return _given(starts, size)
+    if starts < 1:
+        raise fault("starts", "must be at least 1", starts)
+    rng = np.random.default_rng(seed)
+    if law is not None:
+        if method == "corners":
+            raise fault("method", "must be latin or random with a distribution", method)
+        return _by_law(law, _shares(rng, size, starts, method))
+    count = starts - 1
+    drawn = _corners(rng, size, count) if method == "corners" else 2.0 * _shares(rng, size, count, method) - 1.0
+    return np.vstack([np.zeros((1, size)), drawn])
+
+
+def _given(starts: Array | Sequence[Sequence[float]], size: int) -> Array:
+    given = np.asarray(starts, dtype=float)
+    if given.ndim != 2 or given.shape[1] != size or not np.all(np.abs(given) <= 1.0):
+        raise fault("starts", f"must have shape (samples, {size}) and lie in [-1, 1]", given.shape)
+    return given
+
+
+def _shares(rng: np.random.Generator, size: int, count: int, method: Method) -> Array:
+    """Numbers in [0, 1), (count, size)."""
+    if method == "latin":
+        return np.asarray(qmc.LatinHypercube(size, rng=rng).random(count))
+    if method == "random":
+        return rng.random((count, size))
+    raise fault("method", "must be one of latin, random, corners", method)
+
+
+def _by_law(law: Law, shares: Array) -> Array:
+    """Values of a law at shares of its distribution, its support mapped onto [−1, 1]."""
+    low, high = law.support()
+    if not (np.isfinite(low) and np.isfinite(high) and low < high):
+        raise fault("distribution", "must have a finite support", (low, high), "Take a uniform, a beta or a truncated one.")
+    return np.clip(2.0 * (law.ppf(shares) - low) / (high - low) - 1.0, -1.0, 1.0)
+
+
+def _corners(rng: np.random.Generator, size: int, count: int) -> Array:
+    """All corners of the cube where they fit into `count`, else a seeded subset without repetition."""
+    if size <= MOST_CORNERS:
+        numbers = np.arange(2**size)
+        numbers = numbers if len(numbers) <= count else np.sort(rng.choice(numbers, count, replace=False))
+        return np.asarray(2.0 * ((numbers[:, None] >> np.arange(size)) & 1) - 1.0)
+    return np.asarray(np.unique(rng.choice([-1.0, 1.0], (count, size)), axis=0))

@@ -1,0 +1,54 @@
+"""A prescribed start state without static equilibrium, or that leaves a body held by nothing, is recognised and said."""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.response_bounds import response_bounds
+from stickslip.analyses.response_samples import response_samples
+from stickslip.checks import InputError
+from stickslip.outcome import Outcome
+from stickslip.rigs import single_blade, three_mass_wedge
+from stickslip.units import hertz
+
+
+@pytest.fixture(scope="module")
+def blade():
+    return single_blade(4.6, modes=20)
+
+
+def test_a_ratio_in_the_axial_direction_leaves_the_damper_held_by_nothing(blade):
+    """Along the axis only friction holds the damper: with a prescribed ratio it is free at harmonic 0."""
+    found = response_samples(blade, hertz(480.0, 490.0), 1.0, np.full((1, 80), 0.3), rule="traction_ratio").dataset
+    assert int(found.case_outcome[0]) == Outcome.BODY_HELD_BY_NOTHING
+    assert "held by nothing" in str(found.case_message.values[0])
+
+
+def test_bounds_say_it_too(blade):
+    found = response_bounds(blade, [480.0], 1.0, rule="traction_ratio", cloud=2, starts=1).dataset
+    assert set(found.outcome.values.ravel()) <= {Outcome.BODY_HELD_BY_NOTHING, Outcome.NO_STATIC_EQUILIBRIUM}
+    assert np.all(np.isnan(found.amplitude.values))
+    assert int(found.unsolved[0, 0]) == 3
+
+
+def test_a_ratio_without_equilibrium_is_said():
+    """Where friction could jam a steep wedge, prescribing it inwards on one side and outwards on the other balances nothing."""
+    steep = three_mass_wedge(platform_angle=80.0, mu=3.0)
+    found = response_samples(steep, [222.0], 0.01, np.array([[-0.9, 0.9]]), rule="traction_ratio").dataset
+    assert int(found.case_outcome[0]) == Outcome.NO_STATIC_EQUILIBRIUM
+    assert "no static equilibrium" in str(found.case_message.values[0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"objective": "energy"}, "objective must be"),
+        ({"rule": "ratio"}, "rule must be one of"),
+        ({"share": "damper"}, "share must be one of"),
+        ({"cloud": -1}, "cloud must be at least 0"),
+        ({"output": 7}, "output must be 0 to 3"),
+        ({"force": -1.0}, "force must be positive"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        response_bounds(three_mass_wedge(), [222.0], **{"force": 1.0, **arguments})

@@ -1,0 +1,90 @@
+"""Bounds on the three-mass wedge, where the whole set of start states can be searched.
+
+Values at m = −1, 0, 1 and 222 Hz: independent script of this project.
+"""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.response_bounds import response_bounds
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.rigs import three_mass_wedge
+from stickslip.solve.extreme_peak import AtPeak
+from stickslip.solve.extremes import AtFrequency, amplitude
+from stickslip.solve.start_states import explored_space
+from stickslip.units import hertz
+
+OMEGA = 2.0 * np.pi * 222.0
+
+
+def place(rule):
+    balance = HarmonicBalance(three_mass_wedge(), 5, 256)
+    return AtFrequency(balance, explored_space(balance, [OMEGA], 1.0, rule), amplitude(0), OMEGA, 1.0)
+
+
+@pytest.fixture(scope="module")
+def bounds():
+    return response_bounds(three_mass_wedge(), [222.0]).dataset.amplitude.values.ravel()
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(-1.0, 3.494106e-5), (0.0, 4.928118e-5), (1.0, 6.228618e-5)])
+def test_published_starts(ratio, expected, bounds):
+    value = place("traction_ratio").point(np.full(2, ratio)).value
+    assert value == pytest.approx(expected, rel=1e-6)
+    assert bounds[0] * (1.0 - 1e-9) <= value <= bounds[1] * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("rule", ["traction_ratio", "slider_offset", "mean_traction"])
+def test_two_thousand_start_states_lie_inside_and_touch(rule, bounds):
+    """Bounds found with slider offsets hold for every rule: offsets reach every admissible solution."""
+    there = place(rule)
+    cloud = [there.point(variables).value for variables in np.random.default_rng(1).uniform(-1.0, 1.0, (2000, 2))]
+    assert bounds[0] * (1.0 - 1e-9) <= min(cloud) <= bounds[0] * 1.001
+    assert bounds[1] * 0.999 <= max(cloud) <= bounds[1] * (1.0 + 1e-9)
+
+
+def test_dense_grid_over_all_start_states(bounds):
+    there = place("slider_offset")
+    line = np.linspace(-1.0, 1.0, 81)
+    grid = [there.point(np.array([a, b])).value for a in line[::4] for b in line]
+    np.testing.assert_allclose([min(grid), max(grid)], bounds, rtol=1e-3)
+    assert min(grid) >= bounds[0] * (1.0 - 1e-9)
+    assert max(grid) <= bounds[1] * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("rule", ["slider_offset", "traction_ratio"])
+def test_bounds_hold_over_the_band(rule):
+    """At every frequency the amplitude bounds contain a cloud that the search did not see.
+
+    To 2e-4: a dip that is narrow and as shallow as that, between start states that all slip, may be missed.
+    """
+    frequencies = np.linspace(146.0, 234.0, 23)
+    found = response_bounds(three_mass_wedge(), frequencies, rule=rule).dataset
+    for k, frequency in enumerate(frequencies):
+        balance = HarmonicBalance(three_mass_wedge(), 5, 256)
+        omega = 2.0 * np.pi * frequency
+        there = AtFrequency(balance, explored_space(balance, [omega], 1.0, rule), amplitude(0), omega, 1.0)
+        cloud = [there.point(v).value for v in np.random.default_rng(k).uniform(-1.0, 1.0, (40, 2))]
+        low, high = found.amplitude.values[0, :, k]
+        assert low * (1.0 - 2e-4) <= min(cloud)
+        assert max(cloud) <= high * (1.0 + 2e-4)
+
+
+def test_bounds_do_not_depend_on_the_workers():
+    problem = three_mass_wedge()
+    one, two = (response_bounds(problem, hertz(200.0, 235.0), points=10, workers=n).dataset for n in (1, 2))
+    for name in ("amplitude", "loss_factor", "start_value", "solves"):
+        np.testing.assert_array_equal(one[name].values, two[name].values)
+
+
+def test_peak_bounds_hold_for_every_curve():
+    band = hertz(200.0, 235.0)
+    found = response_bounds(three_mass_wedge(), band, objective="peak").dataset
+    low, high = found.amplitude.values[0, :, 0]
+    balance = HarmonicBalance(three_mass_wedge(), 5, 256)
+    omegas = (2.0 * np.pi * band.low, 2.0 * np.pi * band.high)
+    there = AtPeak(balance, explored_space(balance, omegas, 1.0), 0, omegas, 1.0)
+    cloud = [there.traced(v)[0].value for v in np.random.default_rng(2).uniform(-1.0, 1.0, (25, 2))]
+    assert low * (1.0 - 1e-5) <= min(cloud)
+    assert max(cloud) <= high * (1.0 + 1e-5)
+    assert low < 0.7 * high
