@@ -35,3 +35,8 @@ def test_example(path, monkeypatch, tmp_path):
 
 def test_no_pinned_number_is_left_over():
     assert set(PINNED) == {path.name for path in EXAMPLES}
+
+
+def test_the_documentation_shows_every_example():
+    shown = (Path(__file__).parents[2] / "docs" / "examples.md").read_text()
+    assert [path.name for path in EXAMPLES if f"../examples/{path.name}" not in shown] == []
