@@ -57,8 +57,8 @@ def test_gradient_along_random_directions(problems, name, rule, objective):
 def test_gradient_at_the_peak():
     """At a maximum over frequency the derivative of the peak is the one at fixed frequency.
 
-    The differences are coarse, since cusps of the
-    samples make the peak rough in the sixth digit."""
+    The differences are coarse, since cusps of the samples make the peak rough in the sixth digit.
+    """
     balance = HarmonicBalance(three_mass_wedge(), 5, 256)
     band = (2.0 * np.pi * 200.0, 2.0 * np.pi * 235.0)
     space = explored_space(balance, band, 1.0)

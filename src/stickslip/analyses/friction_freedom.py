@@ -1,0 +1,127 @@
+"""How free the friction forces are along a curve: the interval of each stuck element, and what it does to the response."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.cases import Progress
+from stickslip.checks import InputError, fault, positive
+from stickslip.contact.period import OFFSET
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.problem import Problem
+from stickslip.solve.curve import solve_curve
+from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
+from stickslip.solve.start_states import element_states
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionFreedom:
+    """`dataset`, by (point, element): mean traction and its admissible interval [N]; `slope`, the change of |X_1| with the
+    traction that a moved slider puts on, −d|X_1|/(kt ds) [m/N]; `carried`, slope times the length of the interval [m]: what the
+    slider of this element alone could change, to first order.
+    """
+
+    dataset: xr.Dataset
+    problem: Problem
+
+    def ranking(self, frequency: float | None = None) -> list[tuple[str, float]]:
+        """Rows of contacts and the variability they carry, relative to the amplitude, largest first: at the point nearest to a
+        frequency in Hz, else at the largest amplitude.
+        """
+        d = self.dataset
+        k = int(np.argmax(d["amplitude"].values) if frequency is None else np.argmin(np.abs(d["frequency"].values - frequency)))
+        carried = d["carried"].values[k] / float(d["amplitude"].values[k])
+        rows = d["element_row"].values
+        sums = {name: float(np.abs(carried[rows == name]).sum()) for name in dict.fromkeys(rows.tolist())}
+        return sorted(sums.items(), key=lambda item: -item[1])
+
+    def plot(self, **options: Any) -> Any:
+        """The figure of the intervals and of what they carry."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def friction_freedom(
+    problem: Problem,
+    band: Band | Sequence[float],
+    force: float = 1.0,
+    *,
+    output: int = 0,
+    harmonics: int = 5,
+    samples: int = 256,
+    progress: Progress = lambda fraction, text: None,
+) -> FrictionFreedom:
+    """The admissible interval of every stuck friction element along a curve, from the problem's own start states.
+
+    A stuck element may carry any mean traction in [LO + kt ū, HI + kt ū], with [LO, HI] the interval of its period map; one that
+    slips has no choice, and its interval has no length. The motion is held while an interval is found: neighbours shift it.
+    band: a `Band` to continue over, or frequencies in Hz.
+    """
+    if not 0 <= output < len(problem.outputs):
+        raise fault("output", f"must be 0 to {len(problem.outputs) - 1}", output)
+    positive("force", force)
+    if isinstance(band, Band):
+        listed, exactly = [band.start, band.stop], False
+    else:
+        listed, exactly = sorted({positive("A frequency", f) for f in band}), True
+    with threadpool_limits(1, user_api="blas"):
+        balance = HarmonicBalance(problem, harmonics, samples)
+        if balance.table.coupled.any():
+            raise InputError("Intervals must be of one direction each, but a friction disc couples two. Use macroslip.")
+        omegas = [2.0 * np.pi * f for f in listed]
+        curve = solve_curve(balance, omegas, force, exactly, lambda fraction: progress(fraction, f"force {force:g}"))
+        if not curve.points:
+            raise fault("The curve", "must be solvable", curve.message)
+        arrays = _arrays(balance, [point.evaluation for point in curve.points], output)
+    return FrictionFreedom(_dataset(problem, arrays, {"title": problem.title, "force": force}), problem)
+
+
+def _arrays(balance: HarmonicBalance, evaluations: Sequence[Evaluation], output: int) -> dict[str, Any]:
+    size, row = balance.table.stiffness.size, balance.rows + output
+    shape = (len(evaluations), size)
+    arrays: dict[str, Any] = {name: np.zeros(shape) for name in ("mean", "low", "high", "slope")}
+    arrays["frequency"] = np.array([evaluation.point.omega / (2.0 * np.pi) for evaluation in evaluations])
+    arrays["amplitude"] = np.array([float(np.hypot(*evaluation.w[row, 1:3])) for evaluation in evaluations])
+    for k, evaluation in enumerate(evaluations):
+        states = element_states(balance, evaluation)
+        arrays["mean"][k], arrays["low"][k], arrays["high"][k] = states.mean, states.low, states.high
+        resting = balance.with_starts(states.slider, OFFSET)
+        evaluation = resting.evaluate(evaluation.point)
+        elements, slopes = start_slopes(resting, evaluation)
+        if elements.size:
+            unit = -slopes / resting.table.stiffness[elements, None, None]
+            motion = respond(resting, evaluation, solved_factors(resting, evaluation), unit).motion[:, row, 1:3]
+            arrays["slope"][k, elements] = motion @ evaluation.w[row, 1:3] / arrays["amplitude"][k]
+    arrays["carried"] = arrays["slope"] * (arrays["high"] - arrays["low"])
+    return arrays
+
+
+def _dataset(problem: Problem, arrays: dict[str, Any], attrs: dict[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
+    names: list[str] = []
+    for contact in problem.contacts:
+        for d, group in zip(contact.direction_names, contact.elements.friction, strict=False):
+            names += [f"{contact.name} {d}"] * group.stiffness.size
+    by = ("point", "element")
+    words = {
+        "mean": ("N", "mean traction"),
+        "low": ("N", "lowest admissible mean traction"),
+        "high": ("N", "highest admissible mean traction"),
+        "slope": ("m/N", "change of the amplitude with the traction put on by the slider"),
+        "carried": ("m", "change of the amplitude over the interval, to first order"),
+    }
+    data: dict[str, Any] = {name: (by, arrays[name], {"units": unit, "long_name": text}) for name, (unit, text) in words.items()}
+    data["amplitude"] = (("point",), arrays["amplitude"], {"units": "m", "long_name": "amplitude of the first harmonic"})
+    coords = {"frequency": ("point", arrays["frequency"], {"units": "Hz"}), "element_row": ("element", names)}
+    return xr.Dataset(data, coords, attrs)

@@ -1,0 +1,177 @@
+"""A loading history: force levels one after the other, the sliders carried from point to point, as in a test campaign."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.cases import Progress
+from stickslip.checks import Array, InputError, fault, positive
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.harmonic.cycle import contact_cycle
+from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.solve.history import march
+from stickslip.solve.newton import Correction
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UP_AND_DOWN = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0, 80.0, 50.0, 20.0, 5.0, 1.0)
+"""The history of the published experiment, N: from 1 to 100 N and back."""
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseHistory:
+    """`dataset`: one run per force level in the order of time: amplitude, response and contact cycles of every point by
+    (run, frequency, ...), the frequency and amplitude of each run's largest point, slider positions at its end.
+    """
+
+    dataset: xr.Dataset
+    problem: Problem
+
+    def runs_at(self, level: float) -> list[int]:
+        """The runs at a force level, in order of time."""
+        found = np.flatnonzero(np.isclose(self.dataset["force_level"].values, level))
+        if not found.size:
+            raise fault("level", f"must be one of {sorted(set(self.dataset['force_level'].values.tolist()))}", level)
+        return [int(run) for run in found]
+
+    def change(self, level: float, output: int = 0) -> dict[str, float]:
+        """What a history does to a level: relative change of its largest amplitude, change of its frequency [Hz], and largest
+        change of a mean tangential contact force [N], from the first run at that level to the last.
+        """
+        first, *_, last = self.runs_at(level) * (1 if len(self.runs_at(level)) > 1 else 2)
+        d = self.dataset
+        amplitudes, hertz = d["largest_amplitude"].values[:, output], d["largest_frequency"].values[:, output]
+        mean = d["largest_contact_force"].values.mean(axis=-1)
+        return {
+            "amplitude": float(amplitudes[last] / amplitudes[first] - 1.0),
+            "frequency": float(hertz[last] - hertz[first]),
+            "mean_force": float(np.nanmax(np.abs(mean[last] - mean[first]))),
+        }
+
+    def plot(self, **options: Any) -> Any:
+        """The figure of the contact forces before and after."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def response_history(
+    problem: Problem,
+    band: Band | Sequence[float],
+    force: Sequence[float] = UP_AND_DOWN,
+    *,
+    points: int = 61,
+    harmonics: int = 5,
+    samples: int = 256,
+    progress: Progress = lambda fraction, text: None,
+) -> ResponseHistory:
+    """Sweeps over frequency at force levels in the order of time; sliders are carried from point to point and run to run.
+
+    band: a `Band`, in `points` equal steps from its start to its stop in every run; or frequencies in Hz in the order of the
+    sweep. A point that does not converge is marked and leaves the sliders as they were.
+    """
+    levels = [positive("force", level) for level in force]
+    frequencies = _steps(band, points)
+    if not levels or not frequencies.size:
+        raise InputError("A history must hold at least one force level and one frequency.")
+    started = time.process_time()
+    with threadpool_limits(1, user_api="blas"):
+        balance = HarmonicBalance(problem, harmonics, samples)
+        table = _Table(balance, levels, frequencies)
+        for k, (level, correction) in enumerate(march(balance, (2.0 * np.pi * frequencies).tolist(), levels)):
+            progress(k / (len(levels) * frequencies.size), f"force {level:g}, {frequencies[k % frequencies.size]:.4g} Hz")
+            table.fill(*divmod(k, frequencies.size), correction)
+    attrs = {"harmonics": harmonics, "samples": samples, "cpu_seconds": time.process_time() - started}
+    return ResponseHistory(table.dataset({"title": problem.title} | attrs), problem)
+
+
+def _steps(band: Band | Sequence[float], points: int) -> Array:
+    if isinstance(band, Band):
+        return np.linspace(band.start, band.stop, points)
+    return np.array([positive("A frequency", frequency) for frequency in band])
+
+
+class _Table:
+    """The arrays of a history, filled point by point; contact cycles are kept at the largest point of each run only."""
+
+    def __init__(self, balance: HarmonicBalance, levels: Sequence[float], frequencies: Array) -> None:
+        self.balance, self.levels, self.frequencies = balance, levels, frequencies
+        outputs, samples = balance.problem.output_rows.shape[0], balance.tables.E.shape[0]
+        runs, steps = len(levels), frequencies.size
+        self.outcome = np.full((runs, steps), Outcome.NOT_CONVERGED, dtype=np.int8)
+        self.response = np.full((runs, steps, outputs, balance.harmonics + 1, 2), np.nan)
+        self.amplitude = np.full((runs, steps, outputs), np.nan)
+        self.slider = np.full((runs, balance.table.stiffness.size), np.nan)
+        self.force, self.motion = (np.full((runs, balance.rows, samples), np.nan) for _ in range(2))
+        self.largest: dict[int, float] = {}
+
+    def fill(self, run: int, step: int, correction: Correction) -> None:
+        """Note a point."""
+        if not correction.converged:
+            return
+        evaluation, rows = correction.evaluation, self.balance.rows
+        self.outcome[run, step] = Outcome.CONVERGED
+        values = complex_harmonics(evaluation.w[rows:])
+        self.response[run, step] = np.stack([values.real, values.imag], axis=-1)
+        self.amplitude[run, step] = np.hypot(evaluation.w[rows:, 1], evaluation.w[rows:, 2])
+        self._keep_cycle(run, evaluation, float(self.amplitude[run, step, 0]))
+
+    def _keep_cycle(self, run: int, evaluation: Evaluation, size: float) -> None:
+        cycle = contact_cycle(evaluation.table, self.balance.tables, evaluation.w)
+        self.slider[run] = cycle.slider
+        if size > self.largest.get(run, -1.0):
+            self.largest[run] = size
+            self.force[run], self.motion[run] = cycle.force, cycle.displacement
+
+    def dataset(self, attrs: dict[str, Any]) -> xr.Dataset:
+        """The labelled dataset."""
+        import xarray as xr
+
+        problem = self.balance.problem
+        names = [f"{contact.name} {d}" for contact in problem.contacts for d in contact.direction_names]
+        where = np.nanargmax(np.where(np.isnan(self.amplitude), -1.0, self.amplitude), axis=1)
+        top = np.take_along_axis(self.amplitude, where[:, None, :], axis=1)[:, 0]
+        hertz = {"units": "Hz", "long_name": "frequency"}
+        cycle = ("run", "row", "sample")
+        return xr.Dataset(
+            {
+                "outcome": (("run", "frequency"), self.outcome, {"units": "1", "long_name": "what came of the point"}),
+                "amplitude": (
+                    ("run", "frequency", "output"),
+                    self.amplitude,
+                    {"units": "m", "long_name": "amplitude of the first harmonic"},
+                ),
+                "response": (
+                    ("run", "frequency", "output", "harmonic", "part"),
+                    self.response,
+                    {"units": "m", "long_name": "response"},
+                ),
+                "largest_amplitude": (("run", "output"), top, {"units": "m", "long_name": "largest amplitude of the run"}),
+                "largest_frequency": (("run", "output"), self.frequencies[where], hertz),
+                "largest_contact_force": (cycle, self.force, {"units": "N", "long_name": "contact force at the largest point"}),
+                "largest_contact_motion": (
+                    cycle,
+                    self.motion,
+                    {"units": "m", "long_name": "contact motion at the largest point"},
+                ),
+                "slider": (("run", "element"), self.slider, {"units": "m", "long_name": "sliders at the end of the run"}),
+            },
+            {
+                "force_level": ("run", list(self.levels)),
+                "frequency": ("frequency", self.frequencies, hertz),
+                "output": list(problem.output_names),
+                "row": names,
+                "part": ["re", "im"],
+            },
+            attrs,
+        )

@@ -1,0 +1,67 @@
+"""Clouds of responses: draws, laws, percentiles."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from stickslip.analyses.response_samples import response_samples
+from stickslip.analyses.start_draws import draw
+from stickslip.checks import InputError
+from stickslip.rigs import three_mass_wedge
+from stickslip.units import hertz
+
+
+def test_draws_cover_the_cube_and_repeat():
+    latin = draw(3, 11, "latin", 5)
+    assert np.all(latin[0] == 0.0)
+    assert np.all(np.sort(np.floor((latin[1:] + 1.0) * 5.0), axis=0) == np.arange(10)[:, None])
+    np.testing.assert_array_equal(latin, draw(3, 11, "latin", 5))
+    assert len(np.unique(draw(3, 9, "corners")[1:], axis=0)) == 8
+    many = draw(13, 50, "corners", 1)
+    assert np.all(np.abs(many[1:]) == 1.0)
+    assert len(np.unique(many, axis=0)) == len(many)
+
+
+def test_a_law_is_mapped_from_its_support():
+    arcsine = draw(2, 4000, "random", 0, stats.beta(0.5, 0.5))
+    assert np.mean(np.abs(arcsine) > np.sqrt(0.5)) == pytest.approx(0.5, abs=0.02)
+    uniform = draw(2, 4000, "latin", 0, stats.uniform(10.0, 4.0))
+    assert np.var(uniform) == pytest.approx(1.0 / 3.0, rel=1e-2)
+    with pytest.raises(InputError, match="finite support"):
+        draw(2, 10, "latin", 0, stats.norm())
+    with pytest.raises(InputError, match="shape"):
+        draw(2, np.full((3, 2), 1.5))
+
+
+def test_percentiles_follow_the_law():
+    """The amplitude of the wedge grows with its ratio, so percentiles of shared ratios are those of the law."""
+    law = stats.uniform(-1.0, 2.0)
+    found = response_samples(
+        three_mass_wedge(), [145.0, 222.0], 1.0, 41, distribution=law, rule="traction_ratio", share="all", method="latin"
+    )
+    table = found.percentiles([0.0, 50.0, 100.0])
+    assert table.dims == ("force_level", "percent", "frequency")
+    middle = table.sel(force_level=1.0, frequency=222.0)
+    assert float(middle.sel(percent=50.0)) == pytest.approx(4.928118e-5, rel=0.03)
+    assert float(middle.sel(percent=100.0)) == pytest.approx(6.228618e-5, rel=0.02)
+    cloud = found.dataset.amplitude.values[:, 1, 0]
+    np.testing.assert_allclose(middle.values, np.percentile(cloud, [0.0, 50.0, 100.0]), rtol=1e-12)
+
+
+def test_percentiles_are_not_interpolated():
+    found = response_samples(three_mass_wedge(), hertz(215.0, 225.0), 1.0, 2)
+    with pytest.raises(InputError, match="common frequencies"):
+        found.percentiles()
+    assert list(found.dataset.start.values) == [0, 1]
+
+
+def test_curves_do_not_depend_on_the_workers():
+    one, two = (response_samples(three_mass_wedge(), hertz(215.0, 225.0), [0.5, 1.0], 3, workers=n).dataset for n in (1, 2))
+    np.testing.assert_array_equal(one.amplitude.values, two.amplitude.values)
+    np.testing.assert_array_equal(one.force_level.values, [0.5] * 3 + [1.0] * 3)
+
+
+def test_peaks_table():
+    peaks = response_samples(three_mass_wedge(), hertz(150.0, 175.0), 1.0, 3).peaks()
+    assert list(peaks.columns) == ["force_level", "start", "frequency", "amplitude", "loss_factor"]
+    assert peaks.amplitude.to_numpy() == pytest.approx(2.275e-4, rel=1e-3)
