@@ -17,7 +17,7 @@ CASES = {
     "wedge": (three_mass_wedge(0.3), hertz(145.0, 235.0), (145.0, 170.0, 222.0)),
     "chain": (chain_varying_load(), radians_per_second(0.2, 0.28), (0.032, 0.036, 0.04)),
     "three masses": (chain_of_three(), radians_per_second(1.0, 1.6), (0.16, 0.19, 0.22)),
-    "everything": (everything(), radians_per_second(0.6, 1.4), (0.1, 0.14, 0.2)),
+    "everything": (everything(), radians_per_second(0.75, 1.15), (0.1, 0.14, 0.2)),
 }
 
 
@@ -90,8 +90,7 @@ def test_up_and_down_give_the_same_peaks(name):
 def test_points_of_a_curve_are_the_points_solved_alone(name):
     """A frequency that the swept curve passes once (beside folds), solved by itself, has the same response.
 
-    Where many elements slip, samples that events pass make small steps with folds of their own, which a sweep steps over: there
-    one point in ten may be the other of two neighbouring solutions.
+    The bands avoid places where samples that events pass make many small folds, which a sweep may step over.
     """
     problem, band, _ = CASES[name]
     swept = forced_response(problem, band, harmonics=4, samples=128).dataset
@@ -102,10 +101,7 @@ def test_points_of_a_curve_are_the_points_solved_alone(name):
     alone = forced_response(problem, [band.start / 1.000001, *some.frequency.values], harmonics=4, samples=128).dataset
     order = np.argsort(some.frequency.values)
     np.testing.assert_allclose(alone.frequency[0, 1:], some.frequency[order], rtol=1e-13)
-    gaps = np.abs(alone.response[0, 1:].to_numpy() - some.response[order].to_numpy()).max(axis=(1, 2, 3))
-    scale = float(np.abs(some.response).max())
-    assert np.quantile(gaps, 0.9 if name == "everything" else 1.0) < 1e-8 * scale
-    assert gaps.max() < 1e-2 * scale
+    np.testing.assert_allclose(alone.response[0, 1:], some.response[order], atol=1e-8 * float(np.abs(some.response).max()))
 
 
 def test_units_of_force_and_length_do_not_matter():
