@@ -23,9 +23,9 @@ ONE_THREAD = {
 }
 
 
-def stickslip_side(cache: str = "numba-stickslip") -> Side:
-    """stickslip in the environment that runs the benchmark; compiled kernels are kept in a folder of their own."""
-    environment = ONE_THREAD | {"NUMBA_CACHE_DIR": str(BUILD / cache)}
+def stickslip_side(cache: str | None = None) -> Side:
+    """stickslip in the environment that runs the benchmark; its kernels are cached where it keeps them, or in a folder given."""
+    environment = ONE_THREAD | ({"NUMBA_CACHE_DIR": str(BUILD / cache)} if cache else {})
     return Side("stickslip", [sys.executable, str(HERE / "stickslip_side.py")], environment, str(HERE))
 
 

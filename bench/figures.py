@@ -45,7 +45,7 @@ def curves(found: dict[str, Any], path: Path) -> None:
         figure, panels = plt.subplots(2, 3, figsize=(10.0, 5.6), layout="constrained")
         for axes, (case, result) in zip(panels.flat, found.items(), strict=True):
             drawn = result["curves"]
-            axes.plot(*drawn["reference"], color=GREY, linewidth=1.0)
+            axes.plot(*(values[::4] for values in drawn["reference"]), color=GREY, linewidth=1.0)
             for name, colour, marker in (("pyHarm", THEIRS, "x"), ("stickslip", OURS, ".")):
                 axes.plot(*drawn[name], marker, color=colour, markersize=5, label=f"{name}, {len(drawn[name][0])} points")
             axes.set(title=case, xlabel="ω, rad/s", ylabel="|X₁|", yscale="log", xlim=result["band"])

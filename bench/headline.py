@@ -32,7 +32,16 @@ STICKSLIP_SETTINGS: tuple[dict[str, Any], ...] = (
     {"error": 0.005},
     {"error": 0.01, "largest": 0.3},
     {"error": 0.1, "largest": 1.0},
+    {"cosine": 0.0},
+    {"cosine": 0.0, "largest": 1.0},
+    {"cosine": 0.0, "largest": 0.4},
+    {"cosine": 0.0, "largest": 0.3},
+    {"cosine": 0.0, "largest": 0.2},
+    {"cosine": 0.0, "error": 0.01},
+    {"cosine": 0.0, "error": 0.01, "largest": 0.3},
+    {"cosine": 0.0, "error": 0.005},
 )
+"""Largest step, prediction error aimed at, and the cosine of the sharpest turn that one step may take."""
 
 PYHARM_STEPS: dict[str, tuple[dict[str, Any], ...]] = {
     "B1 F=0.1": tuple({"ds": ds} for ds in (0.05, 0.07, 0.1, 0.12, 0.15, 0.2)),

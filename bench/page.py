@@ -35,13 +35,16 @@ def _opening(found: dict[str, Any]) -> str:
     day = date.fromisoformat(found["date"])
     ours, theirs = versions["stickslip"], versions["pyHarm"]
     return f"""
+---
+orphan: true
+---
+
 # Benchmarks
 
 `make bench` measures stickslip beside [pyHarm](https://gitlab.com/drti/pyharm), an open harmonic balance code, on the same
 problems in one run, and writes this page. All times are CPU times of one core, with one BLAS thread.
 
-Measured on {day.day} {day:%B %Y} on {machine["cores"]} cores of a {machine["processor"]} ({machine["system"]},
-{machine["architecture"]}).
+Measured on {day.day} {day:%B %Y} on a machine of {machine["cores"]} cores, processor {machine["processor"]}, {machine["system"]}.
 
 * stickslip {ours["stickslip"]}, {_versions(ours)}
 * pyHarm {theirs["pyHarm-os"]}, {_versions(theirs)}, JAX {theirs["jax"]}
@@ -60,11 +63,11 @@ METHOD = """
 ## How it is measured
 
 * Both codes run in processes of their own, warm, in turn in the same run; the time of a sweep is the least of three, from
-  building the problem to the last solved point. CPU time, not wall time.
-* stickslip's settings: step sizes and error aims of its continuation. pyHarm's: largest step, arc-length and pseudo-arc-length
-  corrector, characteristic length, then on the best of these its Newton solver instead of SciPy's, the secant predictor and the
-  reduction to nonlinear degrees of freedom. Each code keeps the cheapest setting that is right. The tolerances of both are their
-  defaults; stickslip's, 1e-11 of the contact forces, is the tighter one.
+  building the problem to the last solved point; pyHarm's sweeps of more than 20 s are timed once. CPU time, not wall time.
+* stickslip's settings: largest step, error aim and sharpest turn of its continuation. pyHarm's: largest step, arc-length and
+  pseudo-arc-length corrector, characteristic length, then on the best of these its Newton solver instead of SciPy's, the secant
+  predictor and the reduction to nonlinear degrees of freedom. Each code keeps the cheapest setting that is right. The tolerances
+  of both are their defaults; stickslip's, 1e-11 of the contact forces, is the tighter one.
 * The true curve: stickslip at about 1600 given frequencies, solved exactly at each; the peak is solved, not interpolated. That
   pyHarm agrees at its own frequencies is the independent check.
 * Monotone cubic interpolation of |X₁| over frequency joins the points of both codes.
