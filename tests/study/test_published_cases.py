@@ -98,3 +98,13 @@ def test_three_masses_follow_the_curve_of_another_code(tmp_path):
     order = np.argsort(curve[:, 0])
     for output, column in enumerate((2, 5, 8)):
         np.testing.assert_allclose(found.rms[0, :, output], curve[order, column], atol=1e-5 * curve[:, column].max())
+
+
+def test_the_number_of_harmonics_may_be_chosen(tmp_path):
+    sweep = "frequency = [0.15, 0.2]\nforce_levels = [1.0]\nharmonics = 'auto'\ntolerance = 1e-2\noutputs = ['1.x']"
+    one = np.eye(1)
+    text = study(["1.x"], [slider("1.x", "ground", 1.0)], 'at = "1.x"\namplitude = 1.0', sweep)
+    found = run(tmp_path, text, M=one, K=one, C=0.02 * one)
+    assert found.attrs["harmonics"] == 3
+    assert float(found.peak_amplitude[0, 0, 0]) == pytest.approx(3.537416372, rel=3e-3)
+    assert "harmonics" in found.attrs["harmonics_chosen"]

@@ -158,6 +158,11 @@ def frequencies(table: SweepTable) -> Band | tuple[float, ...]:
 
 def enough_samples(table: SweepTable) -> None:
     """As many samples as the harmonic balance needs to tell H harmonics of a product apart."""
-    least = 4 * table.harmonics + 2
+    least = 4 * least_harmonics(table) + 2
     if table.samples < least:
         raise fault("samples", f"must be at least 4 x harmonics + 2 = {least}", table.samples, "256 is usual.")
+
+
+def least_harmonics(table: SweepTable) -> int:
+    """The harmonics that are used in any case: the number given, or one when they are chosen."""
+    return 1 if isinstance(table.harmonics, str) else table.harmonics

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -39,8 +39,9 @@ class Job:
     problem: Problem
     frequencies: Band | tuple[float, ...]
     force_levels: tuple[float, ...]
-    harmonics: int
+    harmonics: int | Literal["auto"]
     samples: int
+    tolerance: float
     text: str
     matrices: str = ""
 
@@ -73,14 +74,14 @@ def job(text: str, folder: Path, name: str) -> Job:
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
-    if tables.sweep and problem:
+    if tables.sweep and problem and tables.sweep.harmonics != "auto":
         found.attempt("[sweep]", problem.load, tables.sweep.harmonics)
     found.stop()
     if not (tables.study and tables.sweep and problem and frequencies):
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or problem.title or name
     levels, sweep = tuple(tables.sweep.force_levels), tables.sweep
-    settings = (frequencies, levels, sweep.harmonics, sweep.samples)
+    settings = (frequencies, levels, sweep.harmonics, sweep.samples, sweep.tolerance)
     return Job(title, tables.study.analysis, problem, *settings, text, content(tables.structure, problem))
 
 

@@ -93,7 +93,7 @@ class Run:
 
 def work_of(job: Job) -> ForcedResponseWork:
     """The cases of a job."""
-    return ForcedResponseWork.of(job.problem, job.frequencies, job.force_levels, job.harmonics, job.samples)
+    return ForcedResponseWork.of(job.problem, job.frequencies, job.force_levels, job.harmonics, job.samples, job.tolerance)
 
 
 class _Anew:

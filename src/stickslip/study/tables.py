@@ -92,7 +92,13 @@ class SweepTable(Table):
     force_levels: Annotated[list[Positive], Field(min_length=1, description="factors on every harmonic force")] = Field(
         default_factory=lambda: [1.0]
     )
-    harmonics: Annotated[int, Field(ge=1, le=1000, description="H, highest harmonic")] = 5
+    harmonics: Annotated[
+        Annotated[int, Field(ge=1, le=1000)] | Literal["auto"],
+        Field(description='H, highest harmonic; "auto": raised until what is left out at the peaks is below `tolerance`'),
+    ] = 5
+    tolerance: Annotated[
+        float, Field(gt=0.0, lt=0.5, description='for harmonics = "auto": left-out motion of the contacts, relative')
+    ] = 2e-3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
     outputs: Annotated[
         list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
