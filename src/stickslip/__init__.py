@@ -37,6 +37,14 @@ _HOME = {
     "InputError": "stickslip.checks",
     "ForcedResponse": "stickslip.analyses.forced_response",
     "forced_response": "stickslip.analyses.forced_response",
+    "ResponseSamples": "stickslip.analyses.response_samples",
+    "response_samples": "stickslip.analyses.response_samples",
+    "ResponseBounds": "stickslip.analyses.response_bounds",
+    "response_bounds": "stickslip.analyses.response_bounds",
+    "ResponseHistory": "stickslip.analyses.response_history",
+    "response_history": "stickslip.analyses.response_history",
+    "FrictionFreedom": "stickslip.analyses.friction_freedom",
+    "friction_freedom": "stickslip.analyses.friction_freedom",
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
@@ -53,6 +61,10 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 if TYPE_CHECKING:
     from stickslip import rigs, units
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
+    from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
+    from stickslip.analyses.response_bounds import ResponseBounds, response_bounds
+    from stickslip.analyses.response_history import ResponseHistory, response_history
+    from stickslip.analyses.response_samples import ResponseSamples, response_samples
     from stickslip.analyses.time_response import time_response
     from stickslip.checks import InputError
     from stickslip.contact.friction_disc import FrictionDisc

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.start_draws import draw
+from stickslip.analyses.start_draws import search_cloud
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
@@ -23,7 +23,7 @@ from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, loss_factor
+from stickslip.solve.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt, loss_factor
 from stickslip.solve.start_solutions import UnsolvedError
 from stickslip.solve.start_space import Rule, Sharing, StartSpace
 from stickslip.solve.start_states import explored_space
@@ -157,8 +157,9 @@ class Search:
     def __init__(self, work: BoundsWork, space: StartSpace, level: float) -> None:
         self.work, self.space, self.level = work, space, level
         self.balance = work.balance
-        self.cloud = draw(space.size, work.cloud + 1, "latin", work.seed)
+        self.cloud = search_cloud(space.size, work.cloud, work.seed)
         self.energy = EnergyBalance(self.balance)
+        self.rng = np.random.default_rng(work.seed)
         self.why_not = Outcome.NOT_CONVERGED
 
     def toward(self, sign: float) -> float:
@@ -191,7 +192,7 @@ class Search:
         for k, variables in enumerate(self.cloud):
             tell(0.4 * k / len(self.cloud))
             try:
-                cloud.append(place.traced(variables)[0])
+                cloud.append(place.point(variables))
             except UnsolvedError as reason:
                 self.why_not = reason.outcome
                 cloud.append(None)
@@ -227,9 +228,10 @@ class Search:
         self, place: AtFrequency | AtPeak, sign: float, begins: Sequence[Array], effort: Effort | None = None
     ) -> Extreme | None:
         try:
-            return extreme(place, self.toward(sign), begins, effort)
+            found = extreme(place, self.toward(sign), begins, effort)
         except UnsolvedError:
             return None
+        return found if effort is PEAK_EFFORT else leapt(place, self.toward(sign), found, self.rng)
 
     def _mended(self, place: AtFrequency, sign: float, own: Extreme | None, neighbour: Extreme | None) -> Extreme | None:
         """The better one of the optimum and what the search finds from the neighbour's start state, where that looks better."""

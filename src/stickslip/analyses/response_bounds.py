@@ -50,8 +50,8 @@ def response_bounds(
     *,
     output: int = 0,
     points: int = 25,
-    cloud: int = 20,
-    starts: int = 4,
+    cloud: int = 60,
+    starts: int = 3,
     rule: Rule = "slider_offset",
     share: Sharing = "element",
     seed: int = 0,
@@ -65,9 +65,10 @@ def response_bounds(
 
     band: a `Band`, with `points` frequencies spread over it (for the peak: continued over), or frequencies in Hz.
     objective: "amplitude" |X_1| of the output; "loss_factor", least for the upper and largest for the lower bound (S4);
-    "peak" |X_1| at the resonance. cloud: sampled start states at every frequency; `starts` best of them begin a search each,
-    besides the virgin state and the optima of neighbouring frequencies. Gradients are exact; extremes are multimodal, so a bound
-    is the best found.
+    "peak" |X_1| at the resonance.
+    cloud: start states sampled at every frequency, half of them corners; the `starts` best begin a search each, besides the
+    virgin state and the optima of neighbouring frequencies; leaps from what was found follow. Gradients are exact; extremes are
+    multimodal, so a bound is the best found.
     """
     levels = tuple(positive("force", level) for level in np.atleast_1d(np.asarray(force, dtype=float)))
     if objective not in ("amplitude", "loss_factor", "peak"):

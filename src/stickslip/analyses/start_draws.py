@@ -41,6 +41,14 @@ def draw(size: int, starts: int | Array, method: Method = "latin", seed: int = 0
     return np.vstack([np.zeros((1, size)), drawn])
 
 
+def search_cloud(size: int, count: int, seed: int = 0) -> Array:
+    """Start variables that a search may begin from (count + 1, size): virgin, half of them spread evenly, half at corners, where
+    extremes often are.
+    """
+    corners = draw(size, count // 2 + 1, "corners", seed)[1:]
+    return np.vstack([draw(size, count - len(corners) + 1, "latin", seed), corners])
+
+
 def _given(starts: Array | Sequence[Sequence[float]], size: int) -> Array:
     given = np.asarray(starts, dtype=float)
     if given.ndim != 2 or given.shape[1] != size or not np.all(np.abs(given) <= 1.0):

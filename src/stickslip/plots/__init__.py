@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
 FIGURES = {
     "ForcedResponse": "stickslip.plots.forced_response:response_curves",
+    "ResponseSamples": "stickslip.plots.response_samples:response_cloud",
+    "ResponseBounds": "stickslip.plots.response_bounds:response_bounds",
+    "ResponseHistory": "stickslip.plots.response_history:before_and_after",
+    "FrictionFreedom": "stickslip.plots.friction_freedom:freedom",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""

@@ -48,6 +48,10 @@ class AtPeak:
         self.known: list[tuple[Array, Point]] = []
         self.solves = self.traces = 0
 
+    def point(self, variables: Array) -> Extreme:
+        """What a start state gives."""
+        return self.value(variables)[0]
+
     def value(self, variables: Array) -> tuple[Extreme, Array]:
         """What a start state gives, and the gradient."""
         balance = self.space.balance(self.begin.balance, variables)

@@ -8,6 +8,7 @@ interval a start state is clipped and has no slope: every search goes on from th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,6 +28,8 @@ Slopes = Callable[[Array, Array], Array]
 """Changes (dλ, dw) of solutions into changes of a value, (k,)."""
 Objective = Callable[[HarmonicBalance, Evaluation], tuple[float, Slopes]]
 """Value at a solved point, and how it changes."""
+LEAPS, TRIES, SHARE = 2, 12, 0.2
+"""Leaps away from an extreme, start states tried in each, and the share of the variables that leap."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,9 @@ class Place(Protocol):
 
     space: StartSpace
 
+    def point(self, variables: Array) -> Extreme:
+        """What a start state gives; raises `UnsolvedError`."""
+
     def value(self, variables: Array) -> tuple[Extreme, Array]:
         """What a start state gives, and the gradient of the objective; raises `UnsolvedError`."""
 
@@ -124,6 +130,24 @@ def extreme(place: Place, sign: float, starts: Sequence[Array], effort: Effort |
     if not solved:
         raise UnsolvedError
     return max(solved, key=lambda result: sign * result.value)
+
+
+def leapt(place: Place, sign: float, best: Extreme, rng: np.random.Generator, effort: Effort | None = None) -> Extreme:
+    """The better one of an extreme and what is found beyond the valleys around it: some of its variables leap to ±1."""
+    effort = effort or Effort()
+    for _ in range(LEAPS):
+        origin = settled(place.space, best.balance, best.evaluation)
+        landed: list[Extreme] = []
+        for _ in range(TRIES):
+            leaping = rng.random(origin.size) < SHARE
+            leaping[rng.integers(origin.size)] = True
+            with suppress(UnsolvedError):
+                landed.append(place.point(np.where(leaping, rng.choice([-1.0, 1.0], origin.size), origin)))
+        if landed:
+            start = max(landed, key=lambda there: sign * there.value)
+            found = _from_start(place, sign, start.variables, effort)
+            best = found if found is not None and sign * found.value > sign * best.value else best
+    return best
 
 
 def _from_start(place: Place, sign: float, start: Array, effort: Effort) -> Extreme | None:

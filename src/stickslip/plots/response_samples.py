@@ -1,0 +1,42 @@
+"""The cloud of responses over start states, with bounds where there are some, and percentiles."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip.plots.look import CONTACTS, GREY, house_style, plain
+from stickslip.results_view import along_curve, frequencies
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Figure:
+    """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
+    levels = np.unique(dataset["force_level"].values)
+    with house_style():
+        figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
+        for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
+            cases = np.flatnonzero(dataset["force_level"].values == level)
+            for case in cases[::-1]:
+                first = case == cases[0]
+                style = {"color": "black", "linewidth": 1.4} if first else {"color": GREY, "linewidth": 0.6, "alpha": 0.7}
+                axes.plot(frequencies(dataset, case), 1e6 * along_curve(dataset, "amplitude", case)[:, output], **style)
+            if bounds is not None:
+                _bounds(axes, bounds, float(level))
+            axes.set(title=f"force {level:g}, {cases.size} start states", ylabel="amplitude |X₁| in µm")
+            axes.set_ylim(bottom=0.0)
+        axes.set_xlabel("frequency in Hz")
+        title = f"Responses of one problem: {dataset.attrs['title']}"
+        figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
+    return figure
+
+
+def _bounds(axes: object, bounds: xr.Dataset, level: float) -> None:
+    for case in np.flatnonzero(np.isclose(bounds["force_level"].values, level)):
+        for bound, colour in ((0, CONTACTS[0]), (1, CONTACTS[5])):
+            x = bounds["resonance"].values[case, bound]
+            axes.plot(x, 1e6 * bounds["amplitude"].values[case, bound], ".-", color=colour)  # type: ignore[attr-defined]

@@ -1,0 +1,217 @@
+"""Response variability: bounds of the single-blade rig, the published comparison, and what the search costs.
+
+Half an hour. Besides the rows it writes results/variability.json and the tables of docs/variability_numbers.md.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.analyses.response_bounds import response_bounds
+from stickslip.analyses.response_history import response_history
+from stickslip.analyses.start_draws import search_cloud
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.rigs import single_blade, three_mass_wedge
+from stickslip.solve.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt
+from stickslip.solve.start_solutions import UnsolvedError
+from stickslip.solve.start_space import StartSpace
+from stickslip.solve.start_states import explored_space
+from stickslip.units import hertz
+from verify.row import Row, at_most, relative
+from verify.variability_page import tables
+
+TITLE = "Response variability"
+ABOUT = (
+    "Bounds over all admissible start states. Wedge: every start state of both contacts. Rig: the single blade, 80 start "
+    "variables. The comparison with the published resonances is a table of its own."
+)
+ROOT = Path(__file__).parents[1]
+LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
+WORKERS = 2
+
+
+def rows() -> Iterator[Row]:
+    started = time.process_time()
+    numbers: dict[str, Any] = {}
+    yield from wedge_rows()
+    yield from cost_rows(numbers)
+    yield from six_slider_rows(numbers)
+    numbers["peaks"] = {mass: peak_bounds(mass) for mass in ("4.6", "2.6", "6.6")}
+    numbers["history"] = history()
+    yield from proxy_rows(numbers)
+    numbers["cpu_seconds_here"] = time.process_time() - started
+    (ROOT / "results").mkdir(exist_ok=True)
+    (ROOT / "results" / "variability.json").write_text(json.dumps(numbers, indent=1) + "\n")
+    (ROOT / "docs" / "variability_numbers.md").write_text(tables(numbers))
+
+
+def wedge_rows() -> Iterator[Row]:
+    """The bounds at 222 Hz against the start states of an independent code, and against 2000 of its own."""
+    low, high = response_bounds(three_mass_wedge(), [222.0]).dataset.amplitude.values.ravel()
+    yield relative("Wedge, 222 Hz: lower bound, m", low, 3.494106e-5, 1e-6, "m = -1, two independent codes")
+    yield relative("Wedge, 222 Hz: upper bound, m", high, 6.228618e-5, 1e-6, "m = +1, two independent codes")
+    place = place_at(HarmonicBalance(three_mass_wedge(), 5, 256), 222.0, 1.0, "traction_ratio")
+    cloud = [place.point(v).value for v in np.random.default_rng(1).uniform(-1.0, 1.0, (2000, 2))]
+    outside = max(low / min(cloud), max(cloud) / high) - 1.0
+    yield at_most("Wedge: 2000 start states outside the bounds, relative", max(outside, 0.0), 1e-9, "containment")
+    yield relative("Wedge: lowest of 2000 start states over the lower bound", min(cloud) / low, 1.0, 1e-3, "touching")
+    yield relative("Wedge: highest of 2000 start states over the upper bound", max(cloud) / high, 1.0, 1e-3, "touching")
+
+
+def place_at(balance: HarmonicBalance, frequency: float, level: float, rule: Any = "slider_offset") -> AtFrequency:
+    """The amplitude of the first output at a frequency in Hz."""
+    omega = 2.0 * np.pi * frequency
+    return AtFrequency(balance, explored_space(balance, [omega], level, rule), amplitude(0), omega, level)
+
+
+class CountingBalance(HarmonicBalance):
+    """Counts evaluations of the residual, of all copies together."""
+
+    count = 0
+
+    def evaluate(self, point: Point) -> Evaluation:
+        CountingBalance.count += 1
+        return super().evaluate(point)
+
+
+class ForwardDifferences:
+    """The same place with gradients by forward differences, as the published method has them."""
+
+    def __init__(self, place: AtFrequency) -> None:
+        self.place, self.space = place, place.space
+
+    def value(self, variables: np.ndarray) -> tuple[Extreme, np.ndarray]:
+        found = self.place.point(variables)
+        step = 1e-6 * np.where(variables < 0.5, 1.0, -1.0)
+        slopes = [(self.place.point(variables + step * unit).value - found.value) for unit in np.eye(variables.size)]
+        return found, np.array(slopes) / step
+
+
+def cost_rows(numbers: dict[str, Any]) -> Iterator[Row]:
+    """Residual evaluations of one search on the rig at 20 N and 540 Hz, with exact gradients and with forward differences."""
+    balance = CountingBalance(single_blade(4.6), 5, 256)
+    counts = []
+    for kind in (lambda place: place, ForwardDifferences):
+        place = place_at(balance, 540.0, 20.0)
+        place.point(np.zeros(place.space.size))
+        before = CountingBalance.count
+        extreme(kind(place), 1.0, [np.full(place.space.size, 0.1)], Effort(iterations=4, rounds=1))
+        counts.append(CountingBalance.count - before)
+    numbers["cost"] = {"exact": counts[0], "forward_differences": counts[1], "variables": int(place.space.size)}
+    yield at_most("Rig: residual evaluations, exact gradients over forward differences", counts[0] / counts[1], 1 / 20, "counted")
+
+
+def six_slider_rows(numbers: dict[str, Any]) -> Iterator[Row]:
+    """Six free flat sliders at 20 N: the bounds against 20 000 draws, the best 50 of them polished."""
+    balance = HarmonicBalance(single_blade(4.6), 5, 256)
+    omega = 2.0 * np.pi * 540.0
+    full = explored_space(balance, [omega], 20.0)
+    names = [f"{c.name} {d}" for c in balance.problem.contacts for d in c.direction_names for _ in range(elements_of(c, d))]
+    free = [names.index(f"{side} flat {i} t1") for side in ("left", "right") for i in (1, 3, 5)]
+    group, scale = np.zeros(len(names), dtype=np.int64), np.zeros(len(names))
+    group[free], scale[free] = np.arange(6), full.scale[free]
+    place = AtFrequency(balance, StartSpace("slider_offset", group, scale), amplitude(0), omega, 20.0)
+    draws = np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 6))
+    values = np.array([value_of(place, draw) for draw in draws])
+    results: dict[str, float] = {}
+    for name, sign in (("lower", -1.0), ("upper", 1.0)):
+        order = np.argsort(np.where(np.isnan(values), np.inf, -sign * values))
+        polished = [extreme(place, sign, [draws[k]]).value for k in order[:50]]
+        cloud = sorted(search_cloud(6, 60), key=lambda v: -sign * value_of(place, v))
+        found = leapt(place, sign, extreme(place, sign, [np.zeros(6), *cloud[:3]]), np.random.default_rng(0)).value
+        best = max(polished, key=lambda v: sign * v)
+        results |= {
+            f"{name}_drawn": float(values[order[0]]),
+            f"{name}_polished": best,
+            f"{name}_bound": found,
+        }
+        results[f"{name}_local_optima"] = len(np.unique(np.round(np.array(polished) / best, 3)))
+    numbers["six_sliders"] = results
+    yield relative(
+        "Rig, six sliders: lower bound over 20 000 draws, polished",
+        results["lower_bound"] / results["lower_polished"],
+        1.0,
+        1e-2,
+        "draws",
+    )
+    yield relative(
+        "Rig, six sliders: upper bound over 20 000 draws, polished",
+        results["upper_bound"] / results["upper_polished"],
+        1.0,
+        1e-2,
+        "draws",
+    )
+
+
+def elements_of(contact: Any, direction: str) -> int:
+    """Friction elements of a direction of a contact; none of its normal one."""
+    if direction == "n":
+        return 0
+    return int(contact.elements.friction[list(contact.direction_names).index(direction)].stiffness.size)
+
+
+def value_of(place: AtFrequency, variables: np.ndarray) -> float:
+    try:
+        return place.point(variables).value
+    except UnsolvedError:
+        return float("nan")
+
+
+def peak_bounds(mass: str) -> dict[str, Any]:
+    """Bounds of the resonance peak for every published force, and the cloud that the search began with."""
+    found = response_bounds(
+        single_blade(float(mass)), hertz(470.0, 600.0), LEVELS, "peak", cloud=20, starts=2, workers=WORKERS
+    ).dataset
+    print(f"  peaks at {mass} kg: {found.attrs['cpu_seconds']:.0f} s CPU", flush=True)
+    return {
+        "force": list(LEVELS),
+        "cpu_seconds": found.attrs["cpu_seconds"],
+        **{name: found[name].values[:, :, 0].tolist() for name in ("amplitude", "resonance", "loss_factor")},
+        "virgin": found.sampled_amplitude.values[:, 0, 0].tolist(),
+        "cloud": [
+            found.sampled_amplitude.min("start").values[:, 0].tolist(),
+            found.sampled_amplitude.max("start").values[:, 0].tolist(),
+        ],
+    }
+
+
+def history() -> dict[str, Any]:
+    """From 1 to 100 N and back at 4.6 kg."""
+    found = response_history(single_blade(4.6), hertz(490.0, 580.0), points=91)
+    peaks = found.dataset
+    return {
+        "force": peaks.force_level.values.tolist(),
+        "frequency": peaks.largest_frequency.values[:, 0].tolist(),
+        "amplitude": peaks.largest_amplitude.values[:, 0].tolist(),
+        "change": {str(level): found.change(level) for level in LEVELS[:-1]},
+    }
+
+
+def proxy_rows(numbers: dict[str, Any]) -> Iterator[Row]:
+    """Amplitude and loss-factor bounds over the band at 20 and 80 N, both against the cloud of the amplitude search."""
+    rig, frequencies = single_blade(4.6), np.linspace(500.0, 575.0, 7)
+    for level in (20.0, 80.0):
+        by = {
+            objective: response_bounds(rig, frequencies, level, objective, cloud=40, starts=2, workers=WORKERS).dataset
+            for objective in ("amplitude", "loss_factor")
+        }
+        cloud = by["amplitude"].sampled_amplitude.values[0]
+        record: dict[str, Any] = {"frequency": frequencies.tolist(), "solves": by["amplitude"].solves.values[0].tolist()}
+        record["cpu_seconds"] = {objective: d.attrs["cpu_seconds"] for objective, d in by.items()}
+        for objective, d in by.items():
+            low, high = d.amplitude.values[0]
+            record[objective] = {"lower": low.tolist(), "upper": high.tolist(), "loss_factor": d.loss_factor.values[0].tolist()}
+            record[objective] |= {
+                "below": float(np.mean(cloud < low * (1 - 1e-9))),
+                "above": float(np.mean(cloud > high * (1 + 1e-9))),
+            }
+            record[objective]["worst"] = [float(np.nanmin(cloud / low) - 1.0), float(np.nanmax(cloud / high) - 1.0)]
+        numbers[f"proxy_{level:g}N"] = record
+        inside = record["amplitude"]["below"] + record["amplitude"]["above"]
+        yield at_most(f"Rig, {level:g} N: share of the cloud outside the amplitude bounds", inside, 0.0, "containment")
