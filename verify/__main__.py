@@ -17,7 +17,7 @@ import stickslip
 from verify.page import page
 
 ROOT = Path(__file__).parents[1]
-TOPICS = ("single_contact", "one_mass", "linear_limits", "derivatives", "newton_system", "other_codes", "wedge", "single_blade")
+TOPICS = ("single_contact", "one_mass", "linear_limits", "derivatives", "newton_system", "other_codes", "wedge", "single_blade", "variability")
 
 
 def commit() -> str:
