@@ -17,7 +17,17 @@ import stickslip
 from verify.page import page
 
 ROOT = Path(__file__).parents[1]
-TOPICS = ("single_contact", "one_mass", "linear_limits", "derivatives", "newton_system", "other_codes", "wedge", "single_blade", "variability")
+TOPICS = (
+    "single_contact",
+    "one_mass",
+    "linear_limits",
+    "derivatives",
+    "newton_system",
+    "other_codes",
+    "wedge",
+    "single_blade",
+    "variability",
+)
 
 
 def commit() -> str:
