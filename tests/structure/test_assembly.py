@@ -58,3 +58,10 @@ def test_unknown_degree_of_freedom_is_named():
         assemble({"a": one_mass(1.0)}, [Spring({"a/2.x": 1.0}, 1.0)])
     with pytest.raises(InputError, match="must hold at least one structure"):
         assemble({})
+
+
+def test_damping_that_feeds_energy_in_is_refused():
+    with pytest.raises(InputError, match="must not feed energy in"):
+        Structure(np.eye(2), np.eye(2), ("1.x", "2.x"), C=-0.02 * np.eye(2))
+    gyroscopic = np.array([[0.02, 1.0], [-1.0, 0.02]])
+    assert Structure(np.eye(2), np.eye(2), ("1.x", "2.x"), C=gyroscopic).C is not None

@@ -34,6 +34,7 @@ class Structure:
             if self.damping is not None:
                 raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
             object.__setattr__(self, "C", square("C", self.C, size))
+            _refuse_negative_damping(self.C)
         repeated = {dof for dof in self.dofs if self.dofs.count(dof) > 1} if len(set(self.dofs)) < size else set()
         if repeated:
             raise fault("dofs", "must be unique", sorted(repeated))
@@ -71,3 +72,10 @@ class Structure:
         if isinstance(damping, np.ndarray):
             return replace(self, C=damping, damping=None)
         return replace(self, C=None, damping=damping)
+
+
+def _refuse_negative_damping(C: Array) -> None:
+    """A viscous damper takes energy out: the symmetric part of C has no negative eigenvalue."""
+    lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
+    if lowest < -1e-9 * float(np.max(np.abs(C), initial=0.0)) * C.shape[0]:
+        raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")
