@@ -149,15 +149,25 @@ def _pool(work: Work, cases: Sequence[int], workers: int, keep: Callable[[int, A
 
 @contextmanager
 def _interrupts_for_this_process_only() -> Iterator[None]:
-    """Ctrl-C reaches every process of a terminal; those started in this block leave it to this one."""
+    """Ctrl-C reaches every process of a terminal; those started in this block leave it to this one, which waits until they are.
+
+    The mask alone would not do: a signal that another thread receives is handled in the main one all the same.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    here = threading.current_thread() is threading.main_thread()
+    met = threading.Event()
+    handler = signal.signal(signal.SIGINT, lambda number, frame: met.set()) if here else None
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if here:
+            signal.signal(signal.SIGINT, handler)
+        if met.is_set():
+            signal.raise_signal(signal.SIGINT)
 
 
 _process: dict[str, Any] = {}

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
+from stickslip.analyses.bounds_dataset import detached, has_bounds
 from stickslip.files import replacing
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.look import house_style
+from stickslip.plots.response_bounds import contact_forces, loss_factors, response_bounds
 from stickslip.plots.response_curves import peaks_over_force, response_curves
 
 if TYPE_CHECKING:
@@ -42,11 +44,18 @@ FIGURES: dict[str, Callable[[Any], Figure]] = {
 }
 """Name of the file: function that draws it."""
 
+BOUNDS_FIGURES: dict[str, Callable[[Any], Figure]] = {
+    "bounds": lambda dataset: response_bounds(detached(dataset)),
+    "bounds_loss_factor": lambda dataset: loss_factors(detached(dataset)),
+    "bounds_contact_forces": lambda dataset: contact_forces(detached(dataset)),
+}
+"""The same for results that hold bounds."""
+
 
 def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:
     """Write every figure in every format, each file whole or not at all; returns the paths. The same data give the same files."""
     paths = []
-    for name, draw in FIGURES.items():
+    for name, draw in (FIGURES | (BOUNDS_FIGURES if has_bounds(dataset) else {})).items():
         figure = draw(dataset)
         for suffix in formats:
             path = Path(directory) / f"{name}.{suffix}"

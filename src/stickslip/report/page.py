@@ -7,25 +7,30 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 
 import xarray as xr
 
+from stickslip.analyses.bounds_dataset import has_bounds
 from stickslip.checks import fault
 from stickslip.files import write_text
 from stickslip.report import sections
+from stickslip.report.bounds import bounds
 from stickslip.report.chart_data import chart_data
 from stickslip.report.markup import script_data, select, text
 
-SECTIONS = (
+Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset]], str]]
+
+SECTIONS: tuple[Section, ...] = (
     ("overview", "Overview", sections.overview),
     ("curves", "Curves", sections.curves),
     ("peaks-section", "Peaks", sections.peaks),
     ("loops", "Loops", sections.loops),
     ("states", "States", sections.states),
     ("energy", "Energy", sections.energies),
+    ("bounds", "Bounds", bounds),
     ("failures", "Failures", sections.failures),
     ("study", "Study", sections.study),
     ("versions", "Versions", sections.versions),
@@ -41,12 +46,18 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
     return write_text(path, page(datasets))
 
 
+def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
+    """The sections that these results fill."""
+    bounded = any(has_bounds(dataset) for dataset in datasets.values())
+    return tuple(entry for entry in SECTIONS if bounded or entry[0] != "bounds")
+
+
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
     title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
     scripts = (_plotly(), _resource("report.js"))
     style = _resource("report.css")
-    body = "".join(build(datasets) for _, _, build in SECTIONS)
+    body = "".join(build(datasets) for _, _, build in sections_of(datasets))
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts)}">'
@@ -61,7 +72,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
 
 
 def _navigation(datasets: Mapping[str, xr.Dataset]) -> str:
-    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in SECTIONS)
+    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in sections_of(datasets))
     choice = select("result", "Charts show") if len(datasets) > 1 else ""
     return f'<nav aria-label="Sections">{links}{choice}</nav>'
 

@@ -165,4 +165,4 @@ def enough_samples(table: SweepTable) -> None:
 
 def least_harmonics(table: SweepTable) -> int:
     """The harmonics that are used in any case: the number given, or one when they are chosen."""
-    return 1 if isinstance(table.harmonics, str) else table.harmonics
+    return 1 if table.wanted_harmonics == "auto" else table.wanted_harmonics

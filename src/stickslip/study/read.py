@@ -21,10 +21,11 @@ from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.tables import DampingTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
+from stickslip.study.variability import BoundsTable, SamplesTable
 from stickslip.units import Band
 
 REQUIRED = ("study", "structure", "sweep")
-KEYS = ("units", "study", "structure", "damping", "contact", "force", "sweep")
+KEYS = ("units", "study", "structure", "damping", "contact", "force", "sweep", "bounds", "samples")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +45,7 @@ class Job:
     tolerance: float
     text: str
     matrices: str = ""
+    variability: BoundsTable | SamplesTable | None = None
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class Tables:
     contact: tuple[ContactTable | None, ...]
     force: tuple[ForceTable | None, ...]
     units: Units
+    bounds: BoundsTable | None = None
+    samples: SamplesTable | None = None
 
 
 def read(path: Path) -> Job:
@@ -74,15 +78,35 @@ def job(text: str, folder: Path, name: str) -> Job:
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
-    if tables.sweep and problem and tables.sweep.harmonics != "auto":
-        found.attempt("[sweep]", problem.load, tables.sweep.harmonics)
+    if tables.sweep and problem and tables.sweep.wanted_harmonics != "auto":
+        found.attempt("[sweep]", problem.load, tables.sweep.wanted_harmonics)
+    misplaced(tables, document, found)
     found.stop()
     if not (tables.study and tables.sweep and problem and frequencies):
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or problem.title or name
     levels, sweep = tuple(tables.sweep.force_levels), tables.sweep
-    settings = (frequencies, levels, sweep.harmonics, sweep.samples, sweep.tolerance)
-    return Job(title, tables.study.analysis, problem, *settings, text, content(tables.structure, problem))
+    settings = (frequencies, levels, sweep.wanted_harmonics, sweep.samples, sweep.tolerance)
+    matrices = content(tables.structure, problem)
+    return Job(title, tables.study.analysis, problem, *settings, text, matrices, variability_of(tables))
+
+
+def variability_of(tables: Tables) -> BoundsTable | SamplesTable | None:
+    """What the analysis asks for beyond the forced response; all of it has defaults."""
+    match tables.study.analysis if tables.study else "":
+        case "response_bounds":
+            return tables.bounds or BoundsTable()
+        case "response_samples":
+            return tables.samples or SamplesTable()
+    return None
+
+
+def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
+    """A table of another analysis than the one asked for is refused: it would have no effect."""
+    analysis = tables.study.analysis if tables.study else None
+    for key, owner in (("bounds", "response_bounds"), ("samples", "response_samples")):
+        if key in document and analysis is not None and analysis != owner:
+            found.messages.append(f'[{key}] must go with analysis = "{owner}", but the analysis is {analysis!r}.')
 
 
 def content(table: StructureTable | None, problem: Problem) -> str:
@@ -147,7 +171,8 @@ def tables_of(document: Mapping[str, Any], found: Found) -> Tables:
     contacts = tuple(found.attempt(place, contact_table, values) for place, values in repeated("contact", document, found))
     forces = tuple(found.attempt(place, parsed, ForceTable, values) for place, values in repeated("force", document, found))
     units = found.attempt("units", units_of, document.get("units", "SI")) or Units()
-    return Tables(study, structure, damping, sweep, contacts, forces, units)
+    bounds, samples = single("bounds", BoundsTable), single("samples", SamplesTable)
+    return Tables(study, structure, damping, sweep, contacts, forces, units, bounds, samples)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:

@@ -20,6 +20,7 @@ from stickslip.study.fields import Table, Words
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import DampingTable, ForceTable, MatricesTable, OutputTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Dimension, Units
+from stickslip.study.variability import BoundsTable, SamplesTable
 
 SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[study]": (StudyTable,),
@@ -28,6 +29,8 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[[contact]]": (*LAWS.values(), StartTable),
     "[[force]]": (ForceTable,),
     "[sweep]": (SweepTable, OutputTable),
+    "[bounds]": (BoundsTable,),
+    "[samples]": (SamplesTable,),
     "[units]": (Units,),
 }
 TITLES: dict[type[Table], str] = {

@@ -19,6 +19,7 @@ from stickslip.files import sweep
 from stickslip.finished import FinishedFolder
 from stickslip.results import open_results, save
 from stickslip.study.read import Job
+from stickslip.study.variability import dataset_of, works_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,21 +79,21 @@ class Run:
 
     def computed(self, kept: FinishedFolder, progress: Progress) -> dict[str, xr.Dataset]:
         """The results of all jobs, each saved."""
-        works = {name: work_of(job) for name, job in self.jobs.items()}
-        together = Together(works)
+        works = {name: works_of(base_of(job), job.variability) for name, job in self.jobs.items()}
+        together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
         results = all_cases(together, kept if self.resume else _Anew(kept), self.workers, progress)
         progress(1.0, "linear curves and results.nc")
-        datasets = {}
-        for name, curves in together.parted(results).items():
-            job = self.jobs[name]
-            dataset = works[name].gathered(curves).dataset
+        parts, datasets = together.parted(results), {}
+        for name, job in self.jobs.items():
+            own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
+            dataset = dataset_of(works[name], own)
             datasets[name] = dataset.assign_attrs(title=job.title, study=job.text, input_key=self.key)
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 
 
-def work_of(job: Job) -> ForcedResponseWork:
-    """The cases of a job."""
+def base_of(job: Job) -> ForcedResponseWork:
+    """The forced response of a job, which other analyses go by."""
     return ForcedResponseWork.of(job.problem, job.frequencies, job.force_levels, job.harmonics, job.samples, job.tolerance)
 
 

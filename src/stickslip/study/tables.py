@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, cast
 
-from pydantic import Field, Tag, field_validator
+from pydantic import Field, Tag, WrapValidator, field_validator
 
 from stickslip.study.fields import Amplitude, Coefficients, Groups, NotNegatives, Number, Place, Positive, Table, Words, by_form
 from stickslip.study.units import FORCE, FREQUENCY, Dimension
@@ -18,7 +18,7 @@ class StudyTable(Table):
     """What the study is."""
 
     title: Annotated[str, Field(description="title of results and report")] = ""
-    analysis: Annotated[Literal["forced_response"], Field(description="what to compute")]
+    analysis: Annotated[Literal["forced_response", "response_bounds", "response_samples"], Field(description="what to compute")]
 
 
 class MatricesTable(Table):
@@ -93,8 +93,9 @@ class SweepTable(Table):
         default_factory=lambda: [1.0]
     )
     harmonics: Annotated[
-        Annotated[int, Field(ge=1, le=1000)] | Literal["auto"],
-        Field(description='H, highest harmonic; "auto": raised until what is left out at the peaks is below `tolerance`'),
+        int,
+        Field(ge=1, le=1000, description='H, highest harmonic; "auto": raised until the rest at the peaks is below `tolerance`'),
+        WrapValidator(lambda value, check: value if value == "auto" else check(value)),
     ] = 5
     tolerance: Annotated[
         float, Field(gt=0.0, lt=0.5, description='for harmonics = "auto": left-out motion of the contacts, relative')
@@ -103,6 +104,12 @@ class SweepTable(Table):
     outputs: Annotated[
         list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
     ] = None
+
+    @property
+    def wanted_harmonics(self) -> int | Literal["auto"]:
+        """H, or "auto"."""
+        wanted: Any = self.harmonics
+        return cast("int | Literal['auto']", wanted)
 
     @field_validator("frequency")
     @classmethod

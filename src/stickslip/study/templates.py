@@ -95,6 +95,42 @@ samples = 256
 outputs = ["2.y", "1.y"]
 """
 
+VARIABILITY = """\
+# {about}
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
+
+[study]
+title = "Two blades and a wedge damper: {title}"
+analysis = "{analysis}"
+
+[structure]
+rig = "three_mass_wedge"          # two blades and a wedge damper; or "single_blade", which takes minutes per force level
+
+[sweep]
+frequency = [200.0, 235.0]        # Hz
+force_levels = [0.5, 1.0]         # factors on the harmonic force of the rig
+harmonics = 5                     # highest harmonic H
+samples = 256                     # samples of a period
+
+{table}
+rule = "slider_offset"            # what a start variable sets; or "traction_ratio", "mean_traction"
+share = "element"                 # one variable per friction element; or per "direction", "contact", for "all"
+seed = 0                          # of the random draws
+"""
+
+BOUNDS_TABLE = """\
+[bounds]
+objective = "amplitude"           # at each frequency; or "peak": of the resonance; or "loss_factor", its published proxy
+points = 25                       # frequencies over the band
+cloud = 60                        # start states sampled at each frequency
+starts = 3                        # how many of them begin a search"""
+
+SAMPLES_TABLE = """\
+[samples]
+count = 20                        # start states; the first is virgin
+method = "latin"                  # hypercube; or "random", "corners"
+# beta = [0.5, 0.5]               # every variable follows a beta law on [-1, 1]; uniform unless given"""
+
 
 def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:
     """The study of the single-blade rig, as text."""
@@ -116,7 +152,26 @@ def write_lumped(path: Path) -> list[Path]:
     return [write_text(path, text), matrices]
 
 
-KINDS: dict[str, Callable[[Path], list[Path]]] = {"forced_response": write_forced_response, "lumped": write_lumped}
+def write_bounds(path: Path) -> list[Path]:
+    """Bounds of the wedge over all start states."""
+    about = "The highest and lowest response over all states from which friction contacts may start, beside the response itself."
+    text = VARIABILITY.format(about=about, title="bounds", analysis="response_bounds", table=BOUNDS_TABLE)
+    return [write_text(path, text)]
+
+
+def write_samples(path: Path) -> list[Path]:
+    """A cloud of responses of the wedge."""
+    about = "Responses of one problem from many states of its friction contacts."
+    text = VARIABILITY.format(about=about, title="samples", analysis="response_samples", table=SAMPLES_TABLE)
+    return [write_text(path, text)]
+
+
+KINDS: dict[str, Callable[[Path], list[Path]]] = {
+    "forced_response": write_forced_response,
+    "lumped": write_lumped,
+    "bounds": write_bounds,
+    "samples": write_samples,
+}
 
 
 def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:

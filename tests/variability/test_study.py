@@ -1,0 +1,77 @@
+"""Bounds and samples from study files by the command line: results, report, figures, faults."""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.bounds_dataset import attached, detached, has_bounds
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.response_bounds import response_bounds
+from stickslip.checks import Faults
+from stickslip.cli import main
+from stickslip.results import open_results, save
+from stickslip.rigs import three_mass_wedge
+from stickslip.study import read
+
+
+def run(arguments):
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return ended.value.code
+
+
+def test_bounds_come_with_results_report_and_figures(tmp_path):
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    assert run(["new", "bounds", study]) == 0
+    text = (
+        study.read_text().replace("points = 25", "points = 3").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 8")
+    )
+    study.write_text(text.replace("frequency = [200.0, 235.0]", "frequency = [215.0, 222.0]"))
+    assert run(["run", study, "--out", out, "--workers", 1]) == 0
+    dataset = open_results(out / "results.nc")
+    low, high = detached(dataset)["amplitude"].values[0]
+    expected = response_bounds(three_mass_wedge(), [222.0], cloud=8).dataset.amplitude.values[0, :, 0]
+    np.testing.assert_allclose([low[-1], high[-1]], expected, rtol=1e-4)
+    page = (out / "report.html").read_text()
+    assert '<section id="bounds"' in page
+    assert 'href="#bounds"' in page
+    assert (out / "figures" / "bounds.svg").exists()
+    assert run(["report", out]) == 0
+
+
+def test_samples_come_as_cases(tmp_path):
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    assert run(["new", "samples", study]) == 0
+    study.write_text(study.read_text().replace("count = 20", "count = 3\nbeta = [0.5, 0.5]").replace("[0.5, 1.0]", "[1.0]"))
+    assert run(["run", study, "--out", out, "--workers", 1]) == 0
+    dataset = open_results(out / "results.nc")
+    assert dataset.sizes["case"] == 3
+    assert dataset.start_variable.shape == (3, 2)
+    assert not has_bounds(dataset)
+    assert '<section id="bounds"' not in (out / "report.html").read_text()
+
+
+def test_attached_bounds_survive_the_file(tmp_path):
+    response, bounds = forced_response(three_mass_wedge(), [222.0]).dataset, response_bounds(three_mass_wedge(), [222.0]).dataset
+    together = attached(response, bounds)
+    again = detached(open_results(save(together, tmp_path / "results.nc")))
+    for name in ("amplitude", "contact_force", "start_value", "sampled_amplitude"):
+        np.testing.assert_array_equal(again[name].values, bounds[name].values)
+        assert again[name].dims == bounds[name].dims
+    assert again.attrs["objective"] == "amplitude"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("[bounds]", "[samples]"), "must go with analysis"),
+        (('objective = "amplitude"', 'objective = "energy"'), "objective must be"),
+        (("points = 25", "points = 1"), "points must be"),
+        (('rule = "slider_offset"', 'rulle = "slider_offset"'), "rulle"),
+    ],
+)
+def test_faults_are_said(tmp_path, change, message):
+    study = tmp_path / "study.toml"
+    run(["new", "bounds", study])
+    study.write_text(study.read_text().replace(*change))
+    with pytest.raises(Faults, match=message):
+        read(study)
