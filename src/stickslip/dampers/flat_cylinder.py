@@ -8,6 +8,7 @@ gives no dimensions: the default ones are this project's, calibrated with its ri
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from math import cos, radians, sin
 
 import numpy as np
@@ -17,6 +18,15 @@ from stickslip.checks import Array, fault, not_negative, positive, vector
 from stickslip.dampers.damper import ContactSurface, Damper
 from stickslip.structure.rigid_body import RigidBody, box_inertia
 
+_CORNERS = ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5))
+FLAT_POINTS: dict[int, tuple[tuple[float, float], ...]] = {
+    4: _CORNERS,
+    5: (*_CORNERS, (0.0, 0.0)),
+    9: tuple(product((-0.5, 0.0, 0.5), (-0.5, 0.0, 0.5))),
+    15: tuple(product((-0.5, 0.0, 0.5), (-0.5, -0.25, 0.0, 0.25, 0.5))),
+}
+"""Points of the flat by their number: shares of its width along the slope and of its depth along z."""
+
 
 @dataclass(frozen=True)
 class FlatCylinder:
@@ -24,7 +34,8 @@ class FlatCylinder:
 
     platform_angle: slope of both contact planes against x [degrees]; flat_width: length of the flat along the slope [m];
     depth: length along z [m]; centre_offset, cylinder_offset: from the middle of the flat to the mass centre and to the
-    cylinder line, along x away from the blade [m]; mass [kg]; sides: of the box (x, y, z) whose inertia it has [m].
+    cylinder line, along x away from the blade [m]; mass [kg]; sides: of the box (x, y, z) whose inertia it has [m];
+    flat_points: 4 (corners), 5 (corners and middle), 9 or 15 (three lines along the slope with three or five points along z).
     """
 
     platform_angle: float = 45.0
@@ -34,6 +45,7 @@ class FlatCylinder:
     cylinder_offset: float = 16e-3
     mass: float = 50e-3
     sides: tuple[float, float, float] = (16e-3, 10e-3, 40e-3)
+    flat_points: int = 5
 
     def __post_init__(self) -> None:
         for key in ("flat_width", "depth", "cylinder_offset", "mass"):
@@ -41,6 +53,8 @@ class FlatCylinder:
         not_negative("centre_offset", self.centre_offset)
         if not 0.0 <= self.platform_angle < 90.0:
             raise fault("platform_angle", "must lie in [0, 90) degrees", self.platform_angle)
+        if self.flat_points not in FLAT_POINTS:
+            raise fault("flat_points", f"must be one of {', '.join(map(str, FLAT_POINTS))}", self.flat_points)
 
     def normal_load(self, pull: float) -> float:
         """Static normal load of each side in the symmetric case, F_C/(2 cos α), N."""
@@ -59,10 +73,10 @@ class FlatCylinder:
         return Damper(name, body, (self._flat(middle, side), self._cylinder(middle, side)), (0.0, pull, 0.0), label)
 
     def _flat(self, middle: Array, side: int) -> ContactSurface:
-        """Four corners, inner ones first, and the middle; n from the platform into the damper."""
-        frame = self._frame(side, 1.0)
-        half = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5], [0.0, 0.0]]) * [self.flat_width, self.depth]
-        return ContactSurface("flat", middle + half @ frame[:2], frame, np.full(5, 1.0 / 5.0))
+        """Points of equal weight, inner ones first; n from the platform into the damper."""
+        frame, count = self._frame(side, 1.0), self.flat_points
+        half = np.array(FLAT_POINTS[count]) * [self.flat_width, self.depth]
+        return ContactSurface("flat", middle + half @ frame[:2], frame, np.full(count, 1.0 / count))
 
     def _cylinder(self, middle: Array, side: int) -> ContactSurface:
         """Three points at −1/3, 0, 1/3 of the depth; n from the separator into the damper."""

@@ -7,7 +7,7 @@ here were calibrated with two of its numbers: the free frequency and the resonan
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import hypot
 
@@ -16,19 +16,26 @@ import numpy as np
 from stickslip.checks import fault, not_negative, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
-from stickslip.contact.point import Contact, ground, node
+from stickslip.contact.point import Contact, Motion, ground, node
 from stickslip.contact.start import Start
 from stickslip.dampers.damper import Damper
 from stickslip.dampers.flat_cylinder import FlatCylinder
 from stickslip.loads import Force
 from stickslip.problem import Problem
 from stickslip.rigs.platform_blade import Place, PlatformBlade, reduced_blade
-from stickslip.structure.assembly import assemble
+from stickslip.rigs.separator import ForceSeparator, Separator
+from stickslip.structure.assembly import Spring, assemble
 from stickslip.structure.damping import ModalDamping
+from stickslip.structure.matrices import Structure
 from stickslip.units import STANDARD_GRAVITY, N_per_um
 
 ELEMENTS_PER_POINT = 5
 """Macroslip elements in parallel at each point of the cylinder line."""
+ARMATURE = "shaker/armature.x"
+"""The moving mass of a shaker that pushes through a stinger."""
+
+Support = Callable[[Place], Motion]
+"""What a cylinder line presses against: the motion of each of its points."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +82,13 @@ def single_blade(
     centre_offset: float = 8e-3,
     cylinder_offset: float = 16e-3,
     modes: int = 150,
+    flat_points: int = 5,
+    cylinder_elements: int = ELEMENTS_PER_POINT,
+    separators: bool = False,
+    separator_mass: float = 0.3,
+    cell_stiffness: float = 500 * N_per_um,
+    stinger_stiffness: float | None = None,
+    stinger_mass: float = 0.2,
     start: Start | None = None,
 ) -> Problem:
     """The blade, clamped at its root, with a damper under each side of its platform; output is the lateral motion of the tip.
@@ -84,7 +98,11 @@ def single_blade(
     gap_factor g: the gaps of the five elements at a cylinder point reach 2 g N̄/kn; damping: ratio of every stuck mode;
     force: amplitude at (t/2, 39 mm, 0) along x [N]; platform_angle [degrees]; length of the blade [m]; damper_mass [kg];
     centre_offset, cylinder_offset: x from pad middle to mass centre and cylinder line [m]; modes: fixed-interface modes
-    kept; start: one start rule for all contacts (virgin unless given).
+    kept; flat_points: 4, 5, 9 or 15 on each flat; cylinder_elements: in parallel at a point, 1 for macroslip;
+    separators: the cylinder sides press against separators on load cells (`stickslip.rigs.separator`) of separator_mass [kg] and
+    cell_stiffness [N/m], five bodies in all, instead of a rigid support; stinger_stiffness [N/m]: the force acts on a mass of
+    stinger_mass [kg] that pushes the blade through this spring, instead of on the blade; start: one start rule for all contacts
+    (virgin unless given).
     """
     names = ("flat_kt", "flat_kn", "flat_mu", "cylinder_kt", "cylinder_kn", "cylinder_mu")
     values = (flat_kt, flat_kn, flat_mu, cylinder_kt, cylinder_kn, cylinder_mu)
@@ -97,17 +115,32 @@ def single_blade(
         centre_offset=centre_offset,
         cylinder_offset=cylinder_offset,
         mass=damper_mass,
+        flat_points=flat_points,
     )
     pull = preload_mass * STANDARD_GRAVITY
     dampers = placed_dampers(blade, shape, pull)
     largest_gap = 2.0 * gap_factor * shape.normal_load(pull) / parameters.cylinder_kn
-    contacts = [contact for damper in dampers for contact in damper_contacts(damper, parameters, largest_gap, start)]
+    separator = ForceSeparator(mass=separator_mass, cell_stiffness=cell_stiffness)
+    behind = [behind_cylinder(damper, separator, platform_angle) for damper in dampers] if separators else []
+    supports: list[Support] = [part.at for part in behind] or [rigid] * len(dampers)
+    contacts = [
+        contact
+        for damper, support in zip(dampers, supports, strict=True)
+        for contact in damper_contacts(damper, parameters, largest_gap, start, cylinder_elements, support)
+    ]
     reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
-    structure = assemble({"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers})
+    bodies = {"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers}
+    bodies |= {part.name: part.structure for part in behind}
+    structure = assemble(bodies, [cell for part in behind for cell in part.cells()])
+    if stinger_stiffness is not None:
+        structure = with_stinger(structure, stinger_stiffness, stinger_mass)
     return Problem(
         structure.with_damping(ModalDamping(damping, on="stuck")),
         tuple(contacts),
-        (Force("blade/force.x", force, name="shaker"), *(load for damper in dampers for load in damper.forces())),
+        (
+            Force("blade/force.x" if stinger_stiffness is None else ARMATURE, force, name="shaker"),
+            *(load for damper in dampers for load in damper.forces()),
+        ),
         ("blade/tip.x",),
         f"Single blade with two dampers, {preload_mass:g} kg",
     )
@@ -143,18 +176,46 @@ def pads(damper: Damper) -> tuple[tuple[str, Place], ...]:
     return tuple((f"{damper.label}_pad_{i}", (float(x), float(y), float(z))) for i, (x, y, z) in enumerate(points, start=1))
 
 
+def behind_cylinder(damper: Damper, separator: ForceSeparator, platform_angle: float) -> Separator:
+    """The separator that the cylinder side of a damper presses against."""
+    middle = np.asarray(damper.surface("cylinder").points).mean(axis=0)
+    return separator.placed(f"separator_{damper.label}", middle, -1 if damper.label == "left" else 1, platform_angle)
+
+
+def rigid(point: Place) -> Motion:
+    """The motion of a rigid support: none."""
+    return ground
+
+
+def with_stinger(structure: Structure, stiffness: float, mass: float) -> Structure:
+    """The structure with the moving mass [kg] of a shaker, which pushes the blade through a spring [N/m]."""
+    armature = Structure(np.array([[positive("stinger_mass", mass)]]), np.zeros((1, 1)), (ARMATURE.partition("/")[2],))
+    stinger = Spring({ARMATURE: 1.0, "blade/force.x": -1.0}, positive("stinger_stiffness", stiffness))
+    return assemble({"": structure, "shaker": armature}, [stinger])
+
+
 def damper_contacts(
-    damper: Damper, parameters: ContactParameters, largest_gap: float, start: Start | None = None
+    damper: Damper,
+    parameters: ContactParameters,
+    largest_gap: float,
+    start: Start | None = None,
+    cylinder_elements: int = ELEMENTS_PER_POINT,
+    support: Support | None = None,
 ) -> tuple[Contact, ...]:
-    """Macroslip at the five points of the flat against the blade, microslip arrays at the cylinder line against the ground."""
+    """Macroslip at the points of the flat against the blade; at the cylinder line, against its support, microslip arrays of so
+    many elements, or macroslip for one.
+    """
     p = parameters
 
     def flat(share: float) -> Macroslip:
         return Macroslip(share * p.flat_kt, p.flat_mu, share * p.flat_kn)
 
-    def cylinder(share: float) -> MicroslipArray:
+    def cylinder(share: float) -> Macroslip | MicroslipArray:
         kt, kn = share * p.cylinder_kt, share * p.cylinder_kn
-        return MicroslipArray.from_totals(kt, kn, p.cylinder_mu, largest_gap, ELEMENTS_PER_POINT)
+        if cylinder_elements == 1:
+            return Macroslip(kt, p.cylinder_mu, kn)
+        return MicroslipArray.from_totals(kt, kn, p.cylinder_mu, largest_gap, cylinder_elements)
 
     opposite = [node(f"blade/{name}") for name, _ in pads(damper)]
-    return (*damper.contacts("flat", flat, opposite, start), *damper.contacts("cylinder", cylinder, ground, start))
+    behind = [(support or rigid)((float(x), float(y), float(z))) for x, y, z in np.asarray(damper.surface("cylinder").points)]
+    return (*damper.contacts("flat", flat, opposite, start), *damper.contacts("cylinder", cylinder, behind, start))
