@@ -27,6 +27,11 @@ _HOME = {
     "SliderOffset": "stickslip.contact.start",
     "TractionRatio": "stickslip.contact.start",
     "MeanTraction": "stickslip.contact.start",
+    "LineContact": "stickslip.contact.stiffness",
+    "SphereContact": "stickslip.contact.stiffness",
+    "static_normal_load": "stickslip.contact.stiffness",
+    "ContactStiffness": "stickslip.analyses.contact_stiffness",
+    "contact_stiffness": "stickslip.analyses.contact_stiffness",
     "Force": "stickslip.loads",
     "Output": "stickslip.loads",
     "Problem": "stickslip.problem",
@@ -60,6 +65,7 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 
 if TYPE_CHECKING:
     from stickslip import rigs, units
+    from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.response_bounds import ResponseBounds, response_bounds
@@ -73,6 +79,7 @@ if TYPE_CHECKING:
     from stickslip.contact.microslip import MicroslipArray
     from stickslip.contact.point import Contact, between
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
+    from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
     from stickslip.finished import FinishedFolder
     from stickslip.loads import Force, Output
     from stickslip.outcome import Outcome

@@ -199,3 +199,15 @@ def test_the_process_ends_with_a_message_on_the_error_stream(tmp_path):
     assert process.stdout == ""
     assert process.stderr.startswith("Error: The study file must exist, but is ")
     assert process.stderr.count("\n") == 1
+
+
+def test_contact_stiffness_is_printed_and_drawn(tmp_path):
+    damper = ["contact-stiffness", "--length", 27.6, "--radius", 5]
+    result = stickslip_command(*damper, "--pull", 147, "--platform-angle", 45, "--out", tmp_path / "stiffness.png")
+    assert result.exit_code == 0
+    assert "6.544e+08" in result.output
+    assert (tmp_path / "stiffness.png").stat().st_size > 10_000
+    assert (
+        "Did you give metres?" in stickslip_command("contact-stiffness", "--length", 0.0276, "--radius", 5, "--load", 80).output
+    )
+    assert stickslip_command(*damper).exit_code == 2

@@ -19,6 +19,7 @@ FIGURES = {
     "ResponseBounds": "stickslip.plots.response_bounds:response_bounds",
     "ResponseHistory": "stickslip.plots.response_history:before_and_after",
     "FrictionFreedom": "stickslip.plots.friction_freedom:freedom",
+    "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""

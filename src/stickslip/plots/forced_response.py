@@ -59,12 +59,12 @@ def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str,
         figure = draw(dataset)
         for suffix in formats:
             path = Path(directory) / f"{name}.{suffix}"
-            _write(figure, path, suffix)
+            write_figure(figure, path, suffix)
             paths.append(path)
     return paths
 
 
-def _write(figure: Figure, path: Path, suffix: str) -> None:
+def write_figure(figure: Figure, path: Path, suffix: str) -> None:
     """Save without the date, so that equal figures are equal files."""
     dated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with house_style(), replacing(path) as temporary:

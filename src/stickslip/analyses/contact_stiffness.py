@@ -1,0 +1,53 @@
+"""Stiffness of a line contact against its load, by every formula; the source of `kn` where nothing was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import positive
+from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class ContactStiffness:
+    """`dataset`: normal_stiffness (formula, load), tangential_across, tangential_along (load) [N/m], half_width (load) [m]."""
+
+    dataset: xr.Dataset
+    contact: LineContact
+
+    def plot(self, **options: Any) -> Any:
+        """The figure of stiffness against load."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None = None) -> ContactStiffness:
+    """Normal stiffness after Harris, Brändlein and Allara, initial tangential stiffness and half width, at normal loads [N].
+
+    at: the load of interest, marked in the figure: N̄ = F_C/(2 cos α) of a damper (`static_normal_load`).
+    """
+    import xarray as xr
+
+    N = np.array([positive("load", load) for load in np.atleast_1d(np.asarray(loads, dtype=float))])
+    across, along = contact.tangential_stiffness(N)
+    normal = np.array([formula(contact, N) for formula in NORMAL_STIFFNESS.values()])
+    variables: dict[str, Any] = {
+        "normal_stiffness": (("formula", "load"), normal, {"units": "N/m", "long_name": "normal contact stiffness"}),
+        "tangential_across": ("load", across, {"units": "N/m", "long_name": "initial tangential stiffness across the line"}),
+        "tangential_along": ("load", along, {"units": "N/m", "long_name": "initial tangential stiffness along the line"}),
+        "half_width": ("load", contact.half_width(N), {"units": "m", "long_name": "half width of the contact"}),
+    }
+    coords: dict[str, Any] = {
+        "formula": list(NORMAL_STIFFNESS),
+        "load": ("load", N, {"units": "N", "long_name": "normal load"}),
+    }
+    attrs = {"length": contact.length, "radius": contact.radius, "load_of_interest": np.nan if at is None else positive("at", at)}
+    return ContactStiffness(xr.Dataset(variables, coords, attrs), contact)
