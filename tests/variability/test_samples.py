@@ -5,8 +5,9 @@ import pytest
 from scipy import stats
 
 from stickslip.analyses.response_samples import response_samples
-from stickslip.analyses.start_draws import draw
+from stickslip.analyses.start_draws import draw, named_law
 from stickslip.checks import InputError
+from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.rigs import three_mass_wedge
 from stickslip.units import hertz
 
@@ -27,8 +28,10 @@ def test_a_law_is_mapped_from_its_support():
     assert np.mean(np.abs(arcsine) > np.sqrt(0.5)) == pytest.approx(0.5, abs=0.02)
     uniform = draw(2, 4000, "latin", 0, stats.uniform(10.0, 4.0))
     assert np.var(uniform) == pytest.approx(1.0 / 3.0, rel=1e-2)
-    with pytest.raises(InputError, match="finite support"):
-        draw(2, 10, "latin", 0, stats.norm())
+    bell = draw(2, 4000, "latin", 0, stats.norm(0.0, 2.0))
+    assert np.mean(bell < 0.5) == pytest.approx(stats.truncnorm(-0.5, 0.5, 0.0, 2.0).cdf(0.5), abs=1e-3)
+    with pytest.raises(InputError, match="weight between"):
+        draw(2, 10, "latin", 0, stats.norm(50.0, 0.1))
     with pytest.raises(InputError, match="shape"):
         draw(2, np.full((3, 2), 1.5))
 
@@ -46,6 +49,30 @@ def test_percentiles_follow_the_law():
     assert float(middle.sel(percent=100.0)) == pytest.approx(6.228618e-5, rel=0.02)
     cloud = found.dataset.amplitude.values[:, 1, 0]
     np.testing.assert_allclose(middle.values, np.percentile(cloud, [0.0, 50.0, 100.0]), rtol=1e-12)
+
+
+def test_a_law_by_its_name():
+    arcsine, bell = named_law("beta", {"a": 0.5, "b": 0.5}), named_law("norm", {"scale": 0.4})
+    assert arcsine.ppf(0.25) == pytest.approx(np.sin(np.pi / 8.0) ** 2)
+    assert bell.cdf(0.0) == 0.5
+    for name, parameters, message in (
+        ("bets", {}, "law must be a continuous distribution of scipy.stats"),
+        ("beta", {"a": 1.0}, "parameters must be a, b, loc, scale"),
+        ("beta", {"a": -1.0, "b": 1.0}, "valid parameters"),
+    ):
+        with pytest.raises(InputError, match=message):
+            named_law(name, parameters)
+
+
+def test_percentiles_say_of_how_many_and_are_drawn():
+    found = response_samples(three_mass_wedge(), [221.0, 222.0], [0.5, 1.0], 7)
+    table = found.percentiles()
+    np.testing.assert_array_equal(table["solved"].values, np.full((2, 2), 7))
+    axes = response_percentiles(found.dataset).axes
+    assert len(axes) == 2
+    np.testing.assert_allclose(axes[1].lines[0].get_ydata(), 1e6 * table.sel(force_level=1.0, percent=50.0))
+    with pytest.raises(InputError, match="percent must lie"):
+        found.percentiles([101.0])
 
 
 def test_percentiles_are_not_interpolated():

@@ -5,6 +5,7 @@ import pytest
 
 from stickslip.analyses.bounds_dataset import attached, detached, has_bounds
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.percentiles import percentiles
 from stickslip.analyses.response_bounds import response_bounds
 from stickslip.checks import Faults
 from stickslip.cli import main
@@ -38,16 +39,42 @@ def test_bounds_come_with_results_report_and_figures(tmp_path):
     assert run(["report", out]) == 0
 
 
-def test_samples_come_as_cases(tmp_path):
+def test_samples_come_as_cases_with_percentiles(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     assert run(["new", "samples", study]) == 0
-    study.write_text(study.read_text().replace("count = 20", "count = 3\nbeta = [0.5, 0.5]").replace("[0.5, 1.0]", "[1.0]"))
+    text = (
+        study.read_text().replace("count = 20", "count = 3").replace("[0.5, 1.0]", "[1.0]").replace("points = 29", "points = 2")
+    )
+    study.write_text(text.replace("# law", "law").replace("# parameters", "parameters"))
     assert run(["run", study, "--out", out, "--workers", 1]) == 0
     dataset = open_results(out / "results.nc")
     assert dataset.sizes["case"] == 3
     assert dataset.start_variable.shape == (3, 2)
     assert not has_bounds(dataset)
-    assert '<section id="bounds"' not in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert '<section id="bounds"' not in page
+    assert '<section id="percentiles"' in page
+    assert (out / "figures" / "percentiles.svg").exists()
+    assert (out / "figures" / "samples.svg").exists()
+    amplitude = dataset.amplitude.values[:, :2, 0]
+    np.testing.assert_allclose(percentiles(dataset).sel(percent=50.0).values[0], np.median(amplitude, axis=0))
+    assert dataset.frequency.values[0, :2].tolist() == [200.0, 235.0]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (('# law = "beta"', 'law = "bet"'), "law must be a continuous distribution"),
+        (("# parameters", "parameters"), "parameters must go with a law"),
+        (("frequency = [200.0, 235.0]", "at = [222.0]"), "points must go with a band"),
+    ],
+)
+def test_faults_of_samples_are_said(tmp_path, change, message):
+    study = tmp_path / "study.toml"
+    run(["new", "samples", study])
+    study.write_text(study.read_text().replace(*change))
+    with pytest.raises(Faults, match=message):
+        read(study)
 
 
 def test_attached_bounds_survive_the_file(tmp_path):

@@ -13,9 +13,10 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.percentiles import PERCENT, percentiles
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.start_draws import Law, Method, draw
-from stickslip.checks import Array, InputError, fault, positive
+from stickslip.checks import Array, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
@@ -40,29 +41,9 @@ class ResponseSamples:
     dataset: xr.Dataset
     problem: Problem
 
-    def percentiles(self, percent: Sequence[float] = (5.0, 50.0, 95.0), output: int = 0) -> xr.DataArray:
-        """Percentiles of the amplitude at each frequency, (force_level, percent, frequency), m.
-
-        Only of samples that were solved exactly at given frequencies: nothing is interpolated. NaN where a curve has no point.
-        """
-        import xarray as xr
-
-        if "wanted" not in self.dataset:
-            raise InputError(
-                "Percentiles must be of curves at common frequencies, but these were continued over a band. "
-                "Give response_samples a list of frequencies instead of a band."
-            )
-        wanted = self.dataset["wanted"].values
-        levels = np.unique(self.dataset["force_level"].values)
-        table = np.full((levels.size, len(percent), wanted.size), np.nan)
-        for k, frequency in enumerate(wanted):
-            here = np.abs(self.dataset["frequency"].values - frequency) <= 1e-9 * frequency
-            amplitude = np.nanmax(np.where(here, self.dataset["amplitude"].values[:, :, output], -1.0), axis=1)
-            for i, level in enumerate(levels):
-                of_level = amplitude[(self.dataset["force_level"].values == level) & (amplitude >= 0.0)]
-                table[i, :, k] = np.percentile(of_level, percent) if of_level.size else np.nan
-        coords = {"force_level": levels, "percent": list(percent), "frequency": wanted}
-        return xr.DataArray(table, coords, ("force_level", "percent", "frequency"), "amplitude", {"units": "m"})
+    def percentiles(self, percent: Sequence[float] = PERCENT, output: int = 0) -> xr.DataArray:
+        """Percentiles of the amplitude, see `stickslip.analyses.percentiles`."""
+        return percentiles(self.dataset, percent, output)
 
     def peaks(self, output: int = 0) -> pd.DataFrame:
         """The highest peak of every curve: force level, start, frequency [Hz], amplitude [m], loss factor."""
@@ -101,8 +82,9 @@ def response_samples(
 
     starts: how many to draw, or variables in [−1, 1] as an array (samples, variables); the first drawn one is virgin (zeros)
     unless a distribution is given.
-    method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset). distribution: a law of every variable
-    with a finite support, mapped onto [−1, 1]: a frozen distribution of scipy.stats such as beta(0.5, 0.5); uniform unless given.
+    method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset).
+    distribution: a law of every variable, as scipy.stats freezes them. A finite support, as of beta(0.5, 0.5), is mapped onto
+    [−1, 1]; of other laws, such as norm(0, 0.4), the part between −1 and 1 counts; uniform unless given.
     rule: what a variable sets (see `stickslip.contact.start`); an offset of ±1 is the largest that any solution allows.
     share: one variable per friction "element", per "direction", per "contact", or for "all".
     """

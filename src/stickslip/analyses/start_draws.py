@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal, Protocol
 
 import numpy as np
+from scipy import stats
 from scipy.stats import qmc
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, fault, nearest
 
 Method = Literal["random", "latin", "corners"]
 MOST_CORNERS = 12
@@ -16,7 +17,10 @@ MOST_CORNERS = 12
 
 
 class Law(Protocol):
-    """A distribution, as scipy.stats freezes them."""
+    """A distribution, as scipy.stats freezes them: a finite support is mapped onto [−1, 1], of others the part there counts."""
+
+    def cdf(self, x: float) -> float:
+        """The distribution function."""
 
     def ppf(self, q: Array) -> Array:
         """The inverse of the distribution function."""
@@ -66,11 +70,31 @@ def _shares(rng: np.random.Generator, size: int, count: int, method: Method) -> 
 
 
 def _by_law(law: Law, shares: Array) -> Array:
-    """Values of a law at shares of its distribution, its support mapped onto [−1, 1]."""
+    """Values in [−1, 1] at shares of a distribution."""
     low, high = law.support()
-    if not (np.isfinite(low) and np.isfinite(high) and low < high):
-        raise fault("distribution", "must have a finite support", (low, high), "Take a uniform, a beta or a truncated one.")
-    return np.clip(2.0 * (law.ppf(shares) - low) / (high - low) - 1.0, -1.0, 1.0)
+    if not low < high:
+        raise fault("distribution", "must have valid parameters and a support", (low, high))
+    if np.isfinite(low) and np.isfinite(high):
+        return np.asarray(np.clip(2.0 * (law.ppf(shares) - low) / (high - low) - 1.0, -1.0, 1.0))
+    below, above = law.cdf(-1.0), law.cdf(1.0)
+    if not above > below:
+        raise fault("distribution", "must have weight between -1 and 1", (low, high))
+    return np.asarray(np.clip(law.ppf(below + (above - below) * shares), -1.0, 1.0))
+
+
+def named_law(name: str, parameters: Mapping[str, float]) -> Law:
+    """A continuous distribution of scipy.stats by its name and its parameters there: "beta", {"a": 0.5, "b": 0.5}."""
+    known = [key for key, value in vars(stats).items() if isinstance(value, stats.rv_continuous)]
+    if name not in known:
+        raise fault("law", "must be a continuous distribution of scipy.stats", name, nearest(name, known))
+    maker = getattr(stats, name)
+    shapes = [shape.strip() for shape in (maker.shapes or "").split(",") if shape.strip()]
+    missing, unknown = set(shapes) - set(parameters), set(parameters) - {*shapes, "loc", "scale"}
+    if missing or unknown:
+        raise fault("parameters", f"must be {', '.join([*shapes, 'loc, scale (with defaults)'])}", dict(parameters))
+    law: Law = maker(**parameters)
+    _by_law(law, np.array([0.5]))
+    return law
 
 
 def _corners(rng: np.random.Generator, size: int, count: int) -> Array:

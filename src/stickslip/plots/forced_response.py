@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from stickslip.analyses.bounds_dataset import detached, has_bounds
+from stickslip.analyses.percentiles import has_percentiles
 from stickslip.files import replacing
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.look import house_style
 from stickslip.plots.response_bounds import contact_forces, loss_factors, response_bounds
 from stickslip.plots.response_curves import peaks_over_force, response_curves
+from stickslip.plots.response_percentiles import response_percentiles
+from stickslip.plots.response_samples import response_cloud
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,11 +54,22 @@ BOUNDS_FIGURES: dict[str, Callable[[Any], Figure]] = {
 }
 """The same for results that hold bounds."""
 
+SAMPLES_FIGURES: dict[str, Callable[[Any], Figure]] = {"samples": response_cloud}
+PERCENTILES_FIGURES: dict[str, Callable[[Any], Figure]] = {"percentiles": response_percentiles}
+"""The same for samples, and for samples at common frequencies."""
+
+
+def figures_of(dataset: xr.Dataset) -> dict[str, Callable[[Any], Figure]]:
+    """The figures that a result has."""
+    figures = FIGURES | (BOUNDS_FIGURES if has_bounds(dataset) else {})
+    figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
+    return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
+
 
 def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:
     """Write every figure in every format, each file whole or not at all; returns the paths. The same data give the same files."""
     paths = []
-    for name, draw in (FIGURES | (BOUNDS_FIGURES if has_bounds(dataset) else {})).items():
+    for name, draw in figures_of(dataset).items():
         figure = draw(dataset)
         for suffix in formats:
             path = Path(directory) / f"{name}.{suffix}"

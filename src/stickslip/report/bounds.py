@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.analyses.bounds_dataset import detached, has_bounds
-from stickslip.plots.look import house_style
 from stickslip.plots.response_bounds import response_bounds
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
+from stickslip.report.pictures import picture
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -36,7 +34,7 @@ def _part(place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
     heads = ["force", "frequency in Hz", "lower bound in µm", "upper bound in µm", "loss factor, lower", "loss factor, upper"]
     name = f"{label}: " if several else ""
     caption = f"{name}bounds of the amplitude, by {str(dataset.attrs['objective']).replace('_', ' ')}"
-    return _image(dataset) + table(f"bounds-{place}", caption, heads, _rows(dataset))
+    return picture(response_bounds(dataset), "Bounds of the response") + table(f"bounds-{place}", caption, heads, _rows(dataset))
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:
@@ -48,12 +46,3 @@ def _rows(dataset: xr.Dataset) -> Iterator[str]:
             shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
             cells = [cell(f"{level:g}", float(level)), cell(shown), cell(number(low / um), low), cell(number(high / um), high)]
             yield f"<tr>{''.join([*cells, *(cell(number(value), value) for value in eta)])}</tr>"
-
-
-def _image(dataset: xr.Dataset) -> str:
-    """The figure as a picture inside the page."""
-    buffer = io.BytesIO()
-    with house_style():
-        response_bounds(dataset).savefig(buffer, format="svg", metadata={"Date": None})
-    data = base64.b64encode(buffer.getvalue()).decode()
-    return f'<img alt="Bounds of the response" style="max-width:100%" src="data:image/svg+xml;base64,{data}">'

@@ -14,12 +14,14 @@ from pathlib import Path
 import xarray as xr
 
 from stickslip.analyses.bounds_dataset import has_bounds
+from stickslip.analyses.percentiles import has_percentiles
 from stickslip.checks import fault
 from stickslip.files import write_text
 from stickslip.report import sections
 from stickslip.report.bounds import bounds
 from stickslip.report.chart_data import chart_data
 from stickslip.report.markup import script_data, select, text
+from stickslip.report.percentiles import percentiles
 
 Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset]], str]]
 
@@ -31,10 +33,18 @@ SECTIONS: tuple[Section, ...] = (
     ("states", "States", sections.states),
     ("energy", "Energy", sections.energies),
     ("bounds", "Bounds", bounds),
+    ("percentiles", "Percentiles", percentiles),
     ("failures", "Failures", sections.failures),
     ("study", "Study", sections.study),
     ("versions", "Versions", sections.versions),
 )
+NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {"bounds": has_bounds, "percentiles": has_percentiles}
+"""Sections that only some results fill."""
+
+
+def always(dataset: xr.Dataset) -> bool:
+    """Every result fills the other sections."""
+    return True
 
 
 def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> Path:
@@ -48,8 +58,7 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
 
 def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
     """The sections that these results fill."""
-    bounded = any(has_bounds(dataset) for dataset in datasets.values())
-    return tuple(entry for entry in SECTIONS if bounded or entry[0] != "bounds")
+    return tuple(entry for entry in SECTIONS if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
 
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:

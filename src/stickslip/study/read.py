@@ -21,7 +21,7 @@ from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.tables import DampingTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
-from stickslip.study.variability import BoundsTable, SamplesTable
+from stickslip.study.variability import BoundsTable, SamplesTable, law_of
 from stickslip.units import Band
 
 REQUIRED = ("study", "structure", "sweep")
@@ -78,6 +78,8 @@ def job(text: str, folder: Path, name: str) -> Job:
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
+    if tables.samples:
+        found.attempt("[samples]", law_of, tables.samples)
     if tables.sweep and problem and tables.sweep.wanted_harmonics != "auto":
         found.attempt("[sweep]", problem.load, tables.sweep.wanted_harmonics)
     misplaced(tables, document, found)
@@ -107,6 +109,8 @@ def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None
     for key, owner in (("bounds", "response_bounds"), ("samples", "response_samples")):
         if key in document and analysis is not None and analysis != owner:
             found.messages.append(f'[{key}] must go with analysis = "{owner}", but the analysis is {analysis!r}.')
+    if tables.samples and tables.samples.points and tables.sweep and tables.sweep.at:
+        found.messages.append("[samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out.")
 
 
 def content(table: StructureTable | None, problem: Problem) -> str:

@@ -129,7 +129,9 @@ SAMPLES_TABLE = """\
 [samples]
 count = 20                        # start states; the first is virgin
 method = "latin"                  # hypercube; or "random", "corners"
-# beta = [0.5, 0.5]               # every variable follows a beta law on [-1, 1]; uniform unless given"""
+points = 29                       # solve exactly at so many frequencies of the band: percentiles need common ones
+# law = "beta"                    # what every variable follows: a distribution of scipy.stats; uniform unless given
+# parameters = { a = 0.5, b = 0.5 }"""
 
 
 def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:

@@ -7,21 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy import stats
 
 from stickslip.analyses.bounds_dataset import attached
 from stickslip.analyses.bounds_work import BoundsWork
 from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_samples import SamplesWork
-from stickslip.analyses.start_draws import draw
-from stickslip.study.fields import Positive, Table, Words
-from stickslip.units import Band
+from stickslip.analyses.start_draws import Law, draw, named_law
+from stickslip.checks import fault
+from stickslip.study.fields import Number, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Shape = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair of numbers")]
 
 
 class StartsTable(Table):
@@ -50,25 +47,42 @@ class BoundsTable(StartsTable):
 class SamplesTable(StartsTable):
     """Responses from many start states instead of one."""
 
-    count: Annotated[int, Field(ge=1, description="start states; the first is virgin unless `beta` is given")] = 20
+    count: Annotated[int, Field(ge=1, description="start states; the first is virgin unless `law` is given")] = 20
     method: Annotated[Literal["latin", "random", "corners"], Field(description="how they are drawn")] = "latin"
-    beta: Annotated[
-        Shape | None, Field(description="[a, b]: every variable follows a beta law on [-1, 1]; uniform unless given")
+    law: Annotated[
+        str | None, Field(description="continuous distribution of scipy.stats that every variable follows; uniform unless given")
     ] = None
+    parameters: Annotated[dict[str, Number], Field(description="of the law, by their names there: {a = 0.5, b = 0.5}")] = Field(
+        default_factory=dict
+    )
+    points: Annotated[
+        int | None, Field(ge=2, description="solve exactly at so many frequencies of the band, which percentiles need")
+    ] = None
+
+
+def law_of(table: SamplesTable) -> Law | None:
+    """The law of the start variables, None for the uniform one."""
+    if table.law is None and table.parameters:
+        raise fault("parameters", "must go with a law", table.parameters)
+    return None if table.law is None else named_law(table.law, table.parameters)
 
 
 def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
     """The curves from drawn start states, where and as finely as the forced response would be."""
-    settings = (base.problem, base.frequencies, base.exactly, base.levels, table.rule, table.share, base.harmonics, base.samples)
+    where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
+    settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
     size = SamplesWork(*settings, np.empty((0, 0))).space_at(base.levels[0]).size
-    law = None if table.beta is None else stats.beta(*table.beta)
-    return SamplesWork(*settings, draw(size, table.count, table.method, table.seed, law))
+    return SamplesWork(*settings, draw(size, table.count, table.method, table.seed, law_of(table)))
+
+
+def spread(ends: Sequence[float], points: int) -> tuple[float, ...]:
+    """Frequencies in equal steps over a band, upwards."""
+    return tuple(np.linspace(min(ends), max(ends), points).tolist())
 
 
 def bounds_work(base: ForcedResponseWork, table: BoundsTable) -> BoundsWork:
     """The bounds over the band, or at the frequencies, of a forced response."""
-    band = Band(*base.frequencies) if not base.exactly else None
-    frequencies = base.frequencies if band is None else tuple(np.linspace(band.low, band.high, table.points).tolist())
+    frequencies = base.frequencies if base.exactly else spread(base.frequencies, table.points)
     search = (table.cloud, table.starts, table.rule, table.share, table.seed)
     return BoundsWork(base.problem, frequencies, base.levels, table.objective, 0, *search, base.harmonics, base.samples)
 

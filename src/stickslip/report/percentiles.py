@@ -1,0 +1,45 @@
+"""The section of percentiles: what a law of the start states says about the response, as a figure and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from stickslip.analyses.percentiles import has_percentiles
+from stickslip.analyses.percentiles import percentiles as percentiles_of
+from stickslip.plots.response_percentiles import response_percentiles
+from stickslip.report.markup import cell, section, table
+from stickslip.report.numbers import hertz, number
+from stickslip.report.pictures import picture
+from stickslip.units import um
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PERCENT = (5.0, 50.0, 95.0)
+NOTE = (
+    '<p class="note">The start states of the contacts are drawn from a law; these are the percentiles of the amplitude that '
+    "follow, at each frequency, of the start states that were solved.</p>"
+)
+
+
+def percentiles(datasets: Mapping[str, xr.Dataset]) -> str:
+    """Figure and table of every result whose samples share their frequencies."""
+    found = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
+    return section("percentiles", "Percentiles", NOTE, *(_part(k, *item) for k, item in enumerate(found.items())))
+
+
+def _part(place: int, label: str, dataset: xr.Dataset) -> str:
+    heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in µm" for p in PERCENT)]
+    figure = picture(response_percentiles(dataset), "Percentiles of the response")
+    return figure + table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, _rows(dataset))
+
+
+def _rows(dataset: xr.Dataset) -> Iterator[str]:
+    found = percentiles_of(dataset, PERCENT)
+    for i, level in enumerate(found["force_level"].values):
+        for k, frequency in enumerate(found["frequency"].values):
+            solved = int(found["solved"].values[i, k])
+            cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency)), cell(str(solved), solved)]
+            cells += [cell(number(value / um), value) for value in found.values[i, :, k]]
+            yield f"<tr>{''.join(cells)}</tr>"
