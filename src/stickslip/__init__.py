@@ -35,6 +35,12 @@ _HOME = {
     "Force": "stickslip.loads",
     "Output": "stickslip.loads",
     "Problem": "stickslip.problem",
+    "TunedDisk": "stickslip.disk",
+    "FullDisk": "stickslip.disk",
+    "CyclicStructure": "stickslip.structure.cyclic",
+    "cyclic": "stickslip.structure.cyclic",
+    "sector_chain": "stickslip.structure.cyclic",
+    "Spring": "stickslip.structure.assembly",
     "Outcome": "stickslip.outcome",
     "Band": "stickslip.units",
     "hertz": "stickslip.units",
@@ -80,12 +86,15 @@ if TYPE_CHECKING:
     from stickslip.contact.point import Contact, between
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
+    from stickslip.disk import FullDisk, TunedDisk
     from stickslip.finished import FinishedFolder
     from stickslip.loads import Force, Output
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem
     from stickslip.quantities import as_quantity, peak_table, quantity_table
     from stickslip.results import open_results
+    from stickslip.structure.assembly import Spring
+    from stickslip.structure.cyclic import CyclicStructure, cyclic, sector_chain
     from stickslip.structure.damping import ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure
     from stickslip.time.methods import GeneralisedAlpha, Newmark

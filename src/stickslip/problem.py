@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.checks import Array, InputError, fault
@@ -15,9 +17,20 @@ from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import Force, Output
+from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import natural_modes
+
+
+class LinearSystem(NamedTuple):
+    """The linear structure of one harmonic with its contacts stuck: M, C, K + BᴴK_cB, (n, n); B (rows, n); outputs (.., n)."""
+
+    M: NDArray[Any]
+    C: NDArray[Any]
+    K: NDArray[Any]
+    B: NDArray[Any]
+    outputs: NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +38,8 @@ class Problem:
     """M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t).
 
     structure: M, C, K with names; contacts: laws with directions, whose rows make up B; forces: loads;
-    outputs: names of degrees of freedom, or `Output`s.
+    outputs: names of degrees of freedom, or `Output`s. mean_springs: springs that act on the mean (harmonic 0) alone, for
+    motions that only friction restrains: once the contacts slip, their mean could be anything.
     """
 
     structure: Structure
@@ -33,9 +47,10 @@ class Problem:
     forces: tuple[Force, ...]
     outputs: tuple[str | Output, ...]
     title: str = ""
+    mean_springs: tuple[Spring, ...] = ()
 
     def __post_init__(self) -> None:
-        for key in ("contacts", "forces", "outputs"):
+        for key in ("contacts", "forces", "outputs", "mean_springs"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         names = [contact.name for contact in self.contacts]
         if len(set(names)) < len(names):
@@ -49,7 +64,7 @@ class Problem:
 
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""
-        _ = (self.B, self.output_rows, [self.structure.row(force.direction) for force in self.forces])
+        _ = (self.B, self.output_rows, [self.structure.row(force.direction) for force in self.forces], self.mean_stiffness)
 
     def _check_held(self) -> None:
         eigenvalues, vectors = linalg.eigh(self.stuck_stiffness)
@@ -108,13 +123,43 @@ class Problem:
                 return modal_damping_matrix(structure.M, stiffness, rule)
 
     @cached_property
+    def mean_stiffness(self) -> Array:
+        """What the mean springs add to K at harmonic 0, (n, n)."""
+        rows = self.structure.rows([spring.direction for spring in self.mean_springs])
+        return np.asarray(rows.T @ (np.array([spring.stiffness for spring in self.mean_springs])[:, None] * rows))
+
+    @property
+    def differs_by_harmonic(self) -> bool:
+        """Whether the harmonics see different linear structures (`system`)."""
+        return bool(self.mean_springs)
+
+    def wave(self, harmonic: int) -> int:
+        """A number that is equal for harmonics with one and the same `system`."""
+        return min(harmonic, 1)
+
+    def system(self, harmonic: int) -> LinearSystem:
+        """The linear structure that a harmonic of the motion sees, with its contacts stuck."""
+        stiffness = self.stuck_stiffness + (self.mean_stiffness if harmonic == 0 else 0.0)
+        return LinearSystem(self.structure.M, self.C, stiffness, self.B, self.output_rows)
+
+    @property
+    def repeats(self) -> int:
+        """After how many delays of one sector against the next the motion repeats itself; 1 without cyclic symmetry."""
+        return 1
+
+    @property
+    def sample_multiple(self) -> int:
+        """What the number of samples must be a multiple of, so that delays between sectors are whole numbers of samples."""
+        return 1
+
+    @cached_property
     def fingerprint(self) -> str:
         """Tells problems apart, bit by bit: sixteen hexadecimal digits of their matrices, contacts, loads and outputs."""
         structure, digest = self.structure, sha256()
         damping = np.zeros(0) if structure.C is None else structure.C
         for array in (structure.M, structure.K, damping, self.B, self.output_rows, *contact_table(self.contacts)):
             digest.update(np.ascontiguousarray(array).tobytes())
-        rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts])
+        rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts], self.mean_springs)
         digest.update(repr(rest).encode())
         return digest.hexdigest()[:16]
 
@@ -172,4 +217,4 @@ def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:
     if np.ndim(rule.ratio) == 0:
         ratios[:] = given[0]
     weighted = M @ modes.shapes
-    return np.asarray((weighted * (2.0 * ratios * np.sqrt(np.maximum(modes.squares, 0.0)))) @ weighted.T)
+    return np.asarray((weighted * (2.0 * ratios * np.sqrt(np.maximum(modes.squares, 0.0)))) @ weighted.conj().T)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.checks import InputError
-from stickslip.harmonic.fourier import add_product_sums, add_run, complex_harmonics, fourier
-from stickslip.harmonic.linear_part import real_harmonics
+from stickslip.harmonic.fourier import add_product_sums, add_run, complex_harmonics, fourier, real_harmonics
 from stickslip.harmonic.trigonometric import largest_absolute
 
 

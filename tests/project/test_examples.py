@@ -22,6 +22,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "read_results.py": ("peak_frequency", 162.91, 1e-4),  # an independent script of this project
     "resume_a_long_run.py": ("equal", 1.0, 0.0),
     "contact_stiffness_of_a_damper.py": ("normal_stiffness", 6.345e8, 1e-4),  # an independent script of this project
+    "one_sector_of_a_disk.py": ("mobility_at_4_tenths", 0.2081216, 1e-5),
     "check_a_point_in_time.py": ("amplitude_in_time", 3.511226, 1e-5),
 }
 

@@ -19,6 +19,7 @@ LAYERS = (
     ("structure", "contact", "loads"),
     ("dampers", "models"),
     ("problem",),
+    ("disk",),
     ("harmonic", "time", "rigs"),
     ("solve", "measurement"),
     ("results_schema", "results_view", "quantities"),

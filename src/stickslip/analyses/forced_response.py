@@ -19,8 +19,7 @@ from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.checks import InputError, fault, finite, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
-from stickslip.harmonic.fourier import fourier
-from stickslip.harmonic.linear_part import real_harmonics
+from stickslip.harmonic.fourier import fourier, real_harmonics
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.results import save
@@ -106,7 +105,8 @@ def forced_response(
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there and reached by continuation.
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
-    the contacts that is left out at the peaks is below `tolerance` of the whole. samples: per period, at least 4H + 2.
+    the contacts that is left out at the peaks is below `tolerance` of the whole. samples: per period, at least 4H + 2; of a
+    disk raised to the next number with which the delay from sector to sector is whole.
     workers: processes that compute force levels side by side, with the same results; a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`. finished: keeps the curve of each force level as soon as it is there, and gives
     it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work goes on.
@@ -145,6 +145,7 @@ class ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         (frequencies, exactly), levels = _frequencies(band), _levels(force)
         Nt = _whole("samples", samples)
+        Nt += -Nt % problem.sample_multiple
         if harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
             return cls(problem, tuple(frequencies), exactly, tuple(levels), choice.harmonics, choice.samples, choice.sentence)

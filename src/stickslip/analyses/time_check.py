@@ -11,7 +11,7 @@ from stickslip.analyses.time_response import TimeResponse, time_response
 from stickslip.checks import Array, fault
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.linear_part import real_harmonics
+from stickslip.harmonic.fourier import real_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.time_start import TimeStart, from_harmonics

@@ -6,12 +6,14 @@ The work of a force F along a displacement X per period is π Σ h Im(F_h conj X
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle
+from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 
 
 def cycle_work(force: Array, motion: Array) -> Array:
@@ -44,8 +46,8 @@ class EnergyBalance:
     def __init__(self, balance: HarmonicBalance) -> None:
         problem = balance.problem
         self.balance = balance
-        self.stiffness = problem.stuck_stiffness
-        self.damping = problem.C
+        self.problem = problem
+        self.systems = {problem.wave(h): problem.system(h) for h in range(1, balance.harmonics + 1)}
         self.static = problem.load(balance.harmonics, 0.0)
         self.dynamic = problem.load(balance.harmonics, 1.0) - self.static
         self.loaded: Index = np.flatnonzero(np.any(self.dynamic != 0.0, axis=1))
@@ -59,7 +61,7 @@ class EnergyBalance:
         contact = float(dissipated.sum())
         given = float(cycle_work(point.level * self.dynamic[self.loaded], q[self.loaded]).sum())
         order = np.repeat(np.arange(1, balance.harmonics + 1), 2)
-        viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self.damping @ q[:, 1:])))
+        viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self._applied("C", q))))
         slipped = float(cycle.slip_work.sum())
         scale = max(abs(given), np.finfo(float).tiny)
         return Energy(
@@ -74,8 +76,8 @@ class EnergyBalance:
         balance, point = self.balance, evaluation.point
         rows, order = balance.rows, np.repeat(np.arange(1, balance.harmonics + 1), 2)
         q = balance.linear.whole_motion(point.forces, point.omega, point.level)
-        potential, stress, instant = self._potential(q)
-        viscous_weight = 2.0 * np.pi * point.omega * order**2 * (self.damping @ q[:, 1:])
+        potential, potential_weight = self._potential(q)
+        viscous_weight = 2.0 * np.pi * point.omega * order**2 * self._applied("C", q)
         work = float(cycle_work(point.forces, evaluation.w[:rows]).sum())
         work += 0.5 * float(np.sum(viscous_weight * q[:, 1:]))
         slopes = np.empty(len(forces))
@@ -83,14 +85,32 @@ class EnergyBalance:
             dq = balance.linear.whole_change(change, point.omega)[:, 1:]
             work_slope = float(cycle_work(change, evaluation.w[:rows]).sum() + cycle_work(point.forces, motion[k, :rows]).sum())
             work_slope += float(np.sum(viscous_weight * dq))
-            slopes[k] = (work_slope - work * float(stress @ (dq @ instant)) / potential) / (2.0 * np.pi * potential)
+            slopes[k] = (work_slope - work * float(np.sum(potential_weight * dq)) / potential) / (2.0 * np.pi * potential)
         return slopes
 
-    def _potential(self, q: Array) -> tuple[float, Array, Array]:
-        """U = max over the period of ½ q̃ᵀK'q̃ [J], K' = K + BᵀK_cB; then K'q̃ (n,) and the row of E (2H,) at that instant."""
-        moving = q[:, 1:]
-        stress = self.stiffness @ moving
-        E = self.balance.tables.E[:, 1:]
+    def _applied(self, matrix: Literal["C", "K"], q: Array) -> Array:
+        """C or K' = K + BᵀK_cB of each harmonic's structure times its motion q (n, 2H+1), without the mean: (n, 2H)."""
+        if not self.problem.differs_by_harmonic:
+            return np.asarray(getattr(self.systems[1], matrix) @ q[:, 1:])
+        motion = complex_harmonics(q)
+        motion[:, 0] = 0.0
+        for h in range(1, motion.shape[1]):
+            motion[:, h] = getattr(self.systems[self.problem.wave(h)], matrix) @ motion[:, h]
+        return real_harmonics(motion)[:, 1:]
+
+    def _potential(self, q: Array) -> tuple[float, Array]:
+        """U = max over the period of ½ q̃ᵀK'q̃ [J] and its derivative by the harmonics of q̃, (n, 2H).
+
+        On a tuned disk it is the energy of the whole disk over its sectors, whose motions are q̃ delayed step by step.
+        """
+        moving, stress = q[:, 1:], self._applied("K", q)
+        E, repeats = self.balance.tables.E[:, 1:], self.problem.repeats
         energies = 0.5 * np.einsum("ni,ij,nj->n", E, moving.T @ stress, E)
-        instant = int(np.argmax(energies))
-        return float(energies[instant]), stress @ E[instant], E[instant]
+        spectrum = np.fft.rfft(energies)
+        spectrum[np.arange(spectrum.size) % repeats != 0] = 0.0
+        averaged = np.fft.irfft(spectrum, energies.size) if repeats > 1 else energies
+        instant = int(np.argmax(averaged))
+        angles = 2.0 * np.pi * (instant / energies.size + np.arange(repeats) / repeats)
+        order = np.arange(1, self.balance.harmonics + 1)
+        rows = np.stack([np.cos(np.outer(angles, order)), np.sin(np.outer(angles, order))], axis=2).reshape(repeats, -1)
+        return float(averaged[instant]), np.asarray(stress @ (rows.T @ rows) / repeats)

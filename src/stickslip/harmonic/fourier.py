@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, fault
 from stickslip.kernels import njit
@@ -79,3 +80,12 @@ def complex_harmonics(real: Array) -> np.ndarray:
     a = np.concatenate([real[..., :1], real[..., 1::2]], axis=-1)
     b = np.concatenate([zero, real[..., 2::2]], axis=-1)
     return np.asarray(a - 1j * b)
+
+
+def real_harmonics(values: NDArray[np.complex128]) -> Array:
+    """Real storage (..., 2H+1) of X_h (..., H+1): a_h = Re X_h, b_h = −Im X_h."""
+    real = np.empty((*values.shape[:-1], 2 * values.shape[-1] - 1))
+    real[..., 0] = values[..., 0].real
+    real[..., 1::2] = values[..., 1:].real
+    real[..., 2::2] = -values[..., 1:].imag
+    return real

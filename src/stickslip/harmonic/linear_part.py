@@ -1,6 +1,7 @@
 """The linear part of the balance behind one door: motion under loads and λ, receptance columns, the whole structure's motion.
 
-`ModalPart` wherever the structure decouples, `DirectPart` where it does not (critical damping).
+`ModalPart` wherever the structure decouples, `DirectPart` where it does not (critical damping), `PhasedPart` where the harmonics
+see different structures (cyclic symmetry).
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.checks import Array
-from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
+from stickslip.harmonic.phased_part import PhasedPart
 from stickslip.harmonic.receptance import Modes, States, motion, pulled, receptance, states
 from stickslip.problem import Problem
 
@@ -44,6 +46,8 @@ class LinearPart(Protocol):
 
 def linear_part(problem: Problem, harmonics: int) -> LinearPart:
     """The cheapest linear part that is accurate for this problem."""
+    if problem.differs_by_harmonic:
+        return PhasedPart(problem, harmonics)
     try:
         decoupled = states(problem.structure.M, problem.C, problem.stuck_stiffness)
     except linalg.LinAlgError:
@@ -151,12 +155,3 @@ class DirectPart:
 
     def whole_change(self, forces: Array, omega: float) -> Array:
         return -real_harmonics(self._solve(self.B.T @ forces, omega))
-
-
-def real_harmonics(values: NDArray[np.complex128]) -> Array:
-    """Real storage (..., 2H+1) of X_h (..., H+1): a_h = Re X_h, b_h = −Im X_h."""
-    real = np.empty((*values.shape[:-1], 2 * values.shape[-1] - 1))
-    real[..., 0] = values[..., 0].real
-    real[..., 1::2] = values[..., 1:].real
-    real[..., 2::2] = -values[..., 1:].imag
-    return real

@@ -7,10 +7,21 @@ from collections.abc import Callable
 
 from stickslip.problem import Problem
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
+from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.single_blade import single_blade
 
 RIGS: dict[str, Callable[..., Problem]] = {
-    rig.__name__: rig for rig in (single_blade, single_mass, chain, chain_varying_load, chain_of_three, three_mass_wedge)
+    rig.__name__: rig
+    for rig in (single_blade, single_mass, chain, chain_varying_load, chain_of_three, three_mass_wedge, lumped_blisk)
 }
 
-__all__ = ["RIGS", "chain", "chain_of_three", "chain_varying_load", "single_blade", "single_mass", "three_mass_wedge"]
+__all__ = [
+    "RIGS",
+    "chain",
+    "chain_of_three",
+    "chain_varying_load",
+    "lumped_blisk",
+    "single_blade",
+    "single_mass",
+    "three_mass_wedge",
+]

@@ -30,22 +30,23 @@ class Modes:
 
 
 def natural_modes(M: Array, K: Array) -> Modes:
-    """All modes of symmetric M (no negative eigenvalue) and K, (n, n).
+    """All modes of symmetric or complex Hermitian M (no negative eigenvalue) and K, (n, n).
 
     With massless motions q = V1 a + V0 b, V0 spanning the null space of M: K_00 b = −K_01 a, then the modes of the rest.
     """
     with_mass, massless = _split(M)
     if not massless.shape[1]:
         return Modes(*linalg.eigh(K, M))
-    inverse = linalg.pinvh(massless.T @ K @ massless, rtol=MASSLESS)
-    follow = with_mass - massless @ (inverse @ (massless.T @ K @ with_mass))
-    squares, amplitudes = linalg.eigh(_symmetric(follow.T @ K @ follow), _symmetric(with_mass.T @ M @ with_mass))
+    held = massless.conj().T @ K
+    inverse = linalg.pinvh(held @ massless, rtol=MASSLESS)
+    follow = with_mass - massless @ (inverse @ (held @ with_mass))
+    squares, amplitudes = linalg.eigh(_hermitian(follow.conj().T @ K @ follow), _hermitian(with_mass.conj().T @ M @ with_mass))
     return Modes(squares, follow @ amplitudes)
 
 
 def _split(M: Array) -> tuple[Array, Array]:
     """Bases of the motions with mass and of those without, (n, ...), independent of the units of the degrees of freedom."""
-    scale = np.sqrt(np.maximum(np.diag(M), 0.0))
+    scale = np.sqrt(np.maximum(np.diag(M).real, 0.0))
     scale[scale == 0.0] = scale.max(initial=0.0) or 1.0
     shares, vectors = linalg.eigh(M / np.outer(scale, scale))
     basis = vectors / scale[:, None]
@@ -53,5 +54,5 @@ def _split(M: Array) -> tuple[Array, Array]:
     return basis[:, heavy], basis[:, ~heavy]
 
 
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray(0.5 * (matrix + matrix.T))
+def _hermitian(matrix: Array) -> Array:
+    return np.asarray(0.5 * (matrix + matrix.conj().T))

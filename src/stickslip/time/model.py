@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
-from stickslip.checks import Array
+from stickslip.checks import Array, InputError
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.problem import Problem
 from stickslip.time.methods import Coefficients
@@ -87,6 +87,11 @@ class TimeModel:
 
 def time_model(problem: Problem) -> TimeModel:
     """Decompose a problem once; `step_matrices` then serves every step size."""
+    if problem.differs_by_harmonic:
+        raise InputError(
+            "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, and "
+            "mean springs act on harmonic 0 alone. Integrate the full disk, `disk.full()`, without mean springs."
+        )
     stiffness = problem.stuck_stiffness
     mass, shapes = linalg.eigh(problem.structure.M, stiffness)
     mass = np.where(mass > 1e-15 * mass.max(), mass, 0.0)
