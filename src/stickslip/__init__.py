@@ -45,6 +45,7 @@ _HOME = {
     "Band": "stickslip.units",
     "hertz": "stickslip.units",
     "radians_per_second": "stickslip.units",
+    "logspace": "stickslip.units",
     "InputError": "stickslip.checks",
     "ForcedResponse": "stickslip.analyses.forced_response",
     "forced_response": "stickslip.analyses.forced_response",
@@ -56,6 +57,10 @@ _HOME = {
     "response_history": "stickslip.analyses.response_history",
     "FrictionFreedom": "stickslip.analyses.friction_freedom",
     "friction_freedom": "stickslip.analyses.friction_freedom",
+    "PerformanceCurve": "stickslip.analyses.performance_curve",
+    "performance_curve": "stickslip.analyses.performance_curve",
+    "PeakPath": "stickslip.analyses.peak_path",
+    "follow_peaks": "stickslip.analyses.peak_path",
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
@@ -74,6 +79,8 @@ if TYPE_CHECKING:
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
+    from stickslip.analyses.peak_path import PeakPath, follow_peaks
+    from stickslip.analyses.performance_curve import PerformanceCurve, performance_curve
     from stickslip.analyses.response_bounds import ResponseBounds, response_bounds
     from stickslip.analyses.response_history import ResponseHistory, response_history
     from stickslip.analyses.response_samples import ResponseSamples, response_samples
@@ -98,7 +105,7 @@ if TYPE_CHECKING:
     from stickslip.structure.damping import ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure
     from stickslip.time.methods import GeneralisedAlpha, Newmark
-    from stickslip.units import Band, hertz, radians_per_second
+    from stickslip.units import Band, hertz, logspace, radians_per_second
 
 
 def __getattr__(name: str) -> Any:

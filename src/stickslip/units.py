@@ -9,6 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stickslip.checks import fault, positive
 
 N_per_um = 1e6
@@ -49,3 +52,10 @@ def hertz(start: float, stop: float) -> Band:
 def radians_per_second(start: float, stop: float) -> Band:
     """The band from `start` to `stop`, both in rad/s."""
     return Band(start / (2.0 * pi), stop / (2.0 * pi))
+
+
+def logspace(start: float, stop: float, points: int = 50) -> NDArray[np.float64]:
+    """So many values from `start` to `stop` in equal ratios, say of F_C/F_E."""
+    if points < 2:
+        raise fault("points", "must be at least 2", points)
+    return np.geomspace(positive("start", start), positive("stop", stop), points)

@@ -20,6 +20,7 @@ FIGURES = {
     "ResponseHistory": "stickslip.plots.response_history:before_and_after",
     "FrictionFreedom": "stickslip.plots.friction_freedom:freedom",
     "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
+    "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""

@@ -1,0 +1,87 @@
+"""Resonances followed along any parameter of a problem: force, preload, friction, stiffness, or several scaled at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.cases import Progress
+from stickslip.checks import fault, positive, vector
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.problem import Problem
+from stickslip.solve.peak_following import Event, Follower, Following
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class PeakPath:
+    """`dataset`: frequency, amplitude, frequency_width and on_kink of every peak, axes (value, branch), NaN where a peak is not
+    there; highest (value,); events: what happened to peaks, each with the values between which it did.
+    """
+
+    dataset: xr.Dataset
+    events: tuple[Event, ...]
+
+
+def follow_peaks(
+    problem_of: Callable[[float], Problem],
+    values: ArrayLike,
+    band: Band,
+    force: float | Callable[[float], float] = 1.0,
+    *,
+    output: int = 0,
+    check_every: int = 10,
+    harmonics: int = 5,
+    samples: int = 256,
+    progress: Progress = lambda fraction, text: None,
+) -> PeakPath:
+    """All peaks of |X_1| over a band as a parameter goes through `values`, in this order; begin where contacts stick.
+
+    problem_of(value) is the problem of a value: one function may change several things at once. force: its force level, or
+    force(value). Every `check_every` values a full sweep looks for peaks born on the way. Peaks are solved as R = 0 with a
+    stationary amplitude along the curve; one on a kink has one-sided slopes only and is marked.
+    """
+    chosen = vector("values", values)
+    if chosen.size == 0 or np.unique(chosen).size < chosen.size:
+        raise fault("values", "must be different and at least one", chosen.tolist())
+    if check_every < 1:
+        raise fault("check_every", "must be at least 1", check_every)
+    known: dict[float, tuple[HarmonicBalance, float]] = {}
+
+    def balance_and_level(value: float) -> tuple[HarmonicBalance, float]:
+        if value not in known:
+            level = force(value) if callable(force) else force
+            known[value] = HarmonicBalance(problem_of(value), harmonics, samples), positive("force", level)
+        return known[value]
+
+    with threadpool_limits(1, user_api="blas"):
+        follower = Follower(balance_and_level, (2.0 * np.pi * band.low, 2.0 * np.pi * band.high), output)
+        found = follower.follow(chosen.tolist(), check_every, lambda fraction: progress(fraction, "following peaks"))
+    return PeakPath(_dataset(found), tuple(found.events))
+
+
+def _dataset(found: Following) -> xr.Dataset:
+    import xarray as xr
+
+    shape = (len(found.values), len(found.branches))
+    arrays = {name: np.full(shape, np.nan) for name in ("frequency", "amplitude", "frequency_width", "on_kink")}
+    for b, branch in enumerate(found.branches):
+        for k, value in enumerate(found.values):
+            if value in branch.places:
+                summit = branch.places[value].summit
+                row = (summit.omega / (2.0 * np.pi), summit.amplitude, summit.width() / (2.0 * np.pi), float(summit.on_kink))
+                for name, number in zip(arrays, row, strict=True):
+                    arrays[name][k, b] = number
+    units = {"frequency": "Hz", "amplitude": "m", "frequency_width": "Hz", "on_kink": "1"}
+    data = {name: (("value", "branch"), array, {"units": units[name]}) for name, array in arrays.items()}
+    highest = [place[0] if (place := found.highest(value)) is not None else -1 for value in found.values]
+    attrs = {"solves": found.solves, "iterations": found.iterations, "check_points": sum(c.points for c in found.checks)}
+    return xr.Dataset(data | {"highest": ("value", highest)}, {"value": list(found.values)}, attrs)

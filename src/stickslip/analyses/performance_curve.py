@@ -1,0 +1,153 @@
+"""Damper performance curves: resonance amplitude and frequency against F_C/F_E, the chart that dampers are designed with.
+
+F_C is the static pull on a damper, F_E the amplitude of the excitation. The resonance itself is followed along the ratio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.analyses.cases import Arrays, Finished, Progress, all_cases
+from stickslip.analyses.performance_work import PerformanceWork, Vary, stacked
+from stickslip.checks import fault, not_negative, positive
+from stickslip.harmonic.fourier import fourier
+from stickslip.problem import Problem
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class PerformanceCurve:
+    """Curves of several friction coefficients: `dataset` with axes (case, point), a case per coefficient, points by F_C/F_E."""
+
+    dataset: xr.Dataset
+    problem: Problem
+
+    def optimum(self, case: int = 0) -> dict[str, float]:
+        """The lowest peak of a curve: ratio, amplitude per force [m/N], frequency [Hz], and the ends of the plateau."""
+        names = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
+        return {name: float(self.dataset[name][case]) for name in names}
+
+    def events(self, case: int = 0) -> list[str]:
+        """What happened to peaks along a curve: born, ended, merged, swapped."""
+        return [str(words) for words in self.dataset["event"].values[case] if words]
+
+    def plot(self, **options: Any) -> Any:
+        """The figure of the curves."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def performance_curve(
+    problem: Problem,
+    force_ratio: ArrayLike,
+    friction: float | Sequence[float] | None = None,
+    vary: Vary = "force",
+    *,
+    band: Band | None = None,
+    pull: float | None = None,
+    output: int = 0,
+    check_every: int = 10,
+    harmonics: int = 5,
+    samples: int = 256,
+    workers: int = 1,
+    finished: Finished | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> PerformanceCurve:
+    """Peak amplitude |X_1| and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
+
+    force_ratio: values of F_C/F_E, as many as the curve is to have points; friction: coefficients put at every contact (those
+    of the problem unless given). vary: "force" scales the excitation at the given preload, "preload" scales all static forces
+    and preloads at the given excitation; the two agree where contacts have no gaps.
+    band: in which resonances are sought, unless given around the free and the stuck one. pull: F_C of the problem as it
+    stands, N; unless given its largest static force, or the largest preload of a contact law.
+    check_every: how many points lie between two full sweeps that look for peaks born on the way.
+
+    Amplitudes per force are in m/N, `inertance` = ω²|X_1|/F_E in m/(s² N); `normalised_...` are relative to the highest peak
+    without contacts. `region` indexes stick, microslip, slip, lift-off. Source: S. M. Cameron et al. (1990); the one-mass model
+    is Griffin's (1980).
+    """
+    ratios = tuple(sorted({positive("force_ratio", value) for value in np.atleast_1d(np.asarray(force_ratio, dtype=float))}))
+    if vary not in ("force", "preload"):
+        raise fault("vary", "must be force or preload", vary)
+    if not 0 <= output < len(problem.outputs):
+        raise fault("output", f"must be 0 to {len(problem.outputs) - 1}", output)
+    if check_every < 1:
+        raise fault("check_every", "must be at least 1", check_every)
+    fourier(harmonics, samples)
+    given = [np.nan] if friction is None else [not_negative("friction", mu) for mu in np.atleast_1d(np.asarray(friction, float))]
+    ends = None if band is None else (band.low, band.high)
+    own = None if pull is None else positive("pull", pull)
+    settings = (tuple(given), vary, ends, own, output, check_every, harmonics, samples)
+    work = PerformanceWork(problem, ratios, *settings)
+    return gathered(work, all_cases(work, finished, workers, progress))
+
+
+_POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "frequency": (_POINT, "Hz", "resonance frequency"),
+    "amplitude": (_POINT, "m", "amplitude of the first harmonic at the resonance"),
+    "amplitude_per_force": (_POINT, "m/N", "amplitude at the resonance per excitation force"),
+    "inertance": (_POINT, "m/(s2 N)", "inertance at the resonance"),
+    "normalised_amplitude": (_POINT, "1", "peak relative to that without contacts"),
+    "normalised_inertance": (_POINT, "1", "inertance peak relative to that without contacts"),
+    "normalised_frequency": (_POINT, "1", "resonance frequency relative to that without contacts"),
+    "frequency_width": (_POINT, "Hz", "half the band in which the amplitude stays within 0.1 % of the peak"),
+    "on_kink": (_POINT, "1", "1 where the peak stands on a kink"),
+    "region": (_POINT, "1", "0 stick, 1 microslip, 2 slip, 3 lift-off"),
+    "loss_factor": (_POINT, "1", "loss factor"),
+    "residual": (_POINT, "1", "residual of the harmonic balance"),
+    "energy_residual": (_POINT, "1", "energy balance of the solution, relative to the input"),
+    "slip_work_error": (_POINT, "1", "slip work against contact work, relative to the input"),
+    "branch": (_POINT, "1", "which followed peak is the highest"),
+    "outcome": (_POINT, "1", "what came of the point"),
+    "dissipated": (_CONTACT, "J", "energy dissipated per cycle"),
+    "contact_region": (_CONTACT, "1", "region of each contact: 0 stick, 1 microslip, 2 slip, 3 lift-off"),
+    "branch_frequency": (_BRANCH, "Hz", "frequency of each followed peak"),
+    "branch_amplitude_per_force": (_BRANCH, "m/N", "amplitude per force of each followed peak"),
+    "optimum_ratio": (("case",), "1", "F_C/F_E of the lowest peak"),
+    "optimum_amplitude_per_force": (("case",), "m/N", "lowest peak per force"),
+    "optimum_frequency": (("case",), "Hz", "frequency of the lowest peak"),
+    "plateau_low": (("case",), "1", "F_C/F_E from which the peak is within 10 % of the lowest"),
+    "plateau_high": (("case",), "1", "F_C/F_E up to which the peak is within 10 % of the lowest"),
+    "free_frequency": (("case",), "Hz", "resonance without contacts"),
+    "free_amplitude_per_force": (("case",), "m/N", "peak without contacts"),
+    "stuck_frequency": (("case",), "Hz", "resonance with all contacts stuck"),
+    "stuck_amplitude_per_force": (("case",), "m/N", "peak with all contacts stuck"),
+    "pull": (("case",), "N", "F_C of the problem as it stands"),
+    "band": (("case", "end"), "Hz", "band in which resonances are sought"),
+    "event": (("case", "event_number"), "1", "what happened to peaks"),
+    "check_ratio": (("case", "check"), "1", "F_C/F_E of a full sweep"),
+    "check_swept": (("case", "check"), "m", "highest peak of the sweep"),
+    "check_followed": (("case", "check"), "m", "highest peak followed there"),
+    "check_points": (("case", "check"), "1", "points of the sweep"),
+    "solves": (("case",), "1", "solutions that following took"),
+    "iterations": (("case",), "1", "their Newton iterations"),
+}
+
+
+def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCurve:
+    """All curves as one labelled dataset."""
+    import xarray as xr
+
+    data = {
+        name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
+        for name, (dims, units, words) in VARIABLES.items()
+    }
+    coords: dict[str, Any] = {
+        "friction": ("case", list(work.frictions), {"units": "1", "long_name": "friction coefficient"}),
+        "force_ratio": ("point", list(work.ratios), {"units": "1", "long_name": "F_C/F_E"}),
+        "contact": [contact.name for contact in work.problem.contacts],
+    }
+    attrs: dict[str, Any] = {"title": work.problem.title, "output": work.problem.output_names[work.output], "vary": work.vary}
+    attrs |= {"harmonics": work.harmonics, "samples": work.samples}
+    attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
+    return PerformanceCurve(xr.Dataset(data, coords, attrs), work.problem)

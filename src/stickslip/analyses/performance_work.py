@@ -1,0 +1,252 @@
+"""Performance curves as independent cases, one friction coefficient each: follow the peak, find the optimum, tell the states."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property, lru_cache
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.cases import Arrays, Tell
+from stickslip.analyses.contact_regions import contact_regions, whole_region
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
+from stickslip.checks import Array
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.cycle import contact_cycle
+from stickslip.harmonic.energy import EnergyBalance
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.rigs import single_mass
+from stickslip.solve.linear_peak import linear_peak
+from stickslip.solve.peak_following import Follower, Following, Place
+
+Vary = Literal["force", "preload"]
+PLATEAU = 0.1
+"""The plateau is where the peak is higher than at the optimum by at most this share."""
+
+OUTSIDE = (0.9, 1.1)
+"""How far the band reaches beyond the free and the stuck resonance."""
+
+
+@dataclass(frozen=True, eq=False)
+class PerformanceWork:
+    """What to follow: ratios F_C/F_E ascending; friction coefficients, NaN for those of the problem; band in Hz, None for one
+    that holds the free and the stuck resonance; pull: F_C of the problem as it is, N, None to read it from the problem.
+    """
+
+    problem: Problem
+    ratios: tuple[float, ...]
+    frictions: tuple[float, ...]
+    vary: Vary
+    band: tuple[float, float] | None
+    pull: float | None
+    output: int
+    every: int
+    harmonics: int
+    samples: int
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels to a process: the data, not what was built from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a case depends on."""
+        how = f"{self.ratios!r}, {self.vary}, {self.band} Hz, {self.pull} N, output {self.output}, check every {self.every}"
+        how += f", {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        return tuple(f"performance curve, friction {mu!r}, {how}" for mu in self.frictions)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple("performance curve" if np.isnan(mu) else f"performance curve, μ = {mu:g}" for mu in self.frictions)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The performance curve of one friction coefficient."""
+        started = time.process_time()
+        mu = self.frictions[case]
+        problem = self.problem if np.isnan(mu) else with_friction(self.problem, mu)
+        with threadpool_limits(1, user_api="blas"):
+            arrays = _Curve(self, problem).arrays(tell)
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+
+class _Curve:
+    """One performance curve."""
+
+    def __init__(self, work: PerformanceWork, problem: Problem) -> None:
+        self.work, self.problem = work, problem
+        self.nominal = HarmonicBalance(problem, work.harmonics, work.samples)
+        self.free = linear_peak(self.nominal, work.output, stuck=False)
+        self.stuck = linear_peak(self.nominal, work.output, stuck=True)
+        self.pull = centrifugal_pull(problem) if work.pull is None else work.pull
+        self.unit = excitation(problem)
+        self.balance_at = lru_cache(maxsize=None)(self._preloaded)
+
+    def _preloaded(self, ratio: float) -> HarmonicBalance:
+        factor = ratio * self.unit / self.pull
+        return HarmonicBalance(with_preload_factor(self.problem, factor), self.work.harmonics, self.work.samples)
+
+    def balance_and_level(self, ratio: float) -> tuple[HarmonicBalance, float]:
+        """The balance and the force level at a ratio F_C/F_E."""
+        if self.work.vary == "force":
+            return self.nominal, self.pull / (ratio * self.unit)
+        return self.balance_at(ratio), 1.0
+
+    def arrays(self, tell: Tell) -> dict[str, NDArray[Any]]:
+        """Everything about the curve, by name."""
+        work = self.work
+        resonances = (self.free.frequency, self.stuck.frequency)
+        low, high = work.band or (OUTSIDE[0] * min(resonances), OUTSIDE[1] * max(resonances))
+        follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output)
+        found = follower.follow(work.ratios[::-1], work.every, lambda fraction: tell(0.8 * fraction))
+        arrays = self._empty(len(work.ratios), len(found.branches))
+        for k, ratio in enumerate(work.ratios):
+            self._fill(arrays, k, ratio, found)
+        arrays |= self._optimum(follower, found, arrays)
+        arrays |= _told(found)
+        linear = {"free": self.free, "stuck": self.stuck}
+        for name, peak in linear.items():
+            arrays[f"{name}_frequency"] = np.array(peak.frequency)
+            arrays[f"{name}_amplitude_per_force"] = np.array(peak.amplitude / self.unit)
+        return arrays | {"pull": np.array(self.pull), "band": np.array([low, high])}
+
+    def _empty(self, points: int, branches: int) -> dict[str, NDArray[Any]]:
+        contacts = len(self.problem.contacts)
+        arrays: dict[str, NDArray[Any]] = {name: np.full(points, np.nan) for name in PER_POINT}
+        arrays["outcome"] = np.full(points, int(Outcome.NOT_CONVERGED), dtype=np.int8)
+        arrays["dissipated"], arrays["contact_region"] = np.full((points, contacts), np.nan), np.full((points, contacts), np.nan)
+        for name in ("branch_frequency", "branch_amplitude_per_force"):
+            arrays[name] = np.full((points, branches), np.nan)
+        return arrays
+
+    def _fill(self, arrays: dict[str, NDArray[Any]], k: int, ratio: float, found: Following) -> None:
+        force = self.unit * self.balance_and_level(ratio)[1]
+        for b, branch in enumerate(found.branches):
+            if ratio in branch.places:
+                summit = branch.places[ratio].summit
+                arrays["branch_frequency"][k, b] = summit.omega / (2.0 * np.pi)
+                arrays["branch_amplitude_per_force"][k, b] = summit.amplitude / force
+        highest = found.highest(ratio)
+        if highest is not None:
+            arrays["branch"][k] = highest[0]
+            self._fill_place(arrays, k, highest[1], force)
+
+    def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, force: float) -> None:
+        balance, summit = self.balance_and_level(place.value)[0], place.summit
+        evaluation = summit.evaluation
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        energy = EnergyBalance(balance).at(evaluation, cycle)
+        per_force = summit.amplitude / force
+        frequency = summit.omega / (2.0 * np.pi)
+        regions = contact_regions(balance, evaluation, cycle)
+        rubbing = np.array([bool(contact.tangential) for contact in self.problem.contacts])
+        rows = [c for c, contact in enumerate(self.problem.contacts) for _ in contact.directions]
+        values = {
+            "frequency": frequency,
+            "amplitude": summit.amplitude,
+            "amplitude_per_force": per_force,
+            "inertance": summit.omega**2 * per_force,
+            "normalised_amplitude": per_force * self.unit / self.free.amplitude,
+            "normalised_inertance": per_force * self.unit / self.free.amplitude * (frequency / self.free.frequency) ** 2,
+            "normalised_frequency": frequency / self.free.frequency,
+            "frequency_width": summit.width() / (2.0 * np.pi),
+            "on_kink": float(summit.on_kink),
+            "region": whole_region(regions, rubbing),
+            "loss_factor": energy.loss_factor,
+            "residual": evaluation.error,
+            "energy_residual": energy.energy_residual,
+            "slip_work_error": energy.slip_work_error,
+        }
+        for name, value in values.items():
+            arrays[name][k] = value
+        arrays["outcome"][k] = int(Outcome.CONVERGED)
+        arrays["contact_region"][k] = regions
+        arrays["dissipated"][k] = np.bincount(rows, energy.dissipated, minlength=len(self.problem.contacts))
+
+    def _optimum(self, follower: Follower, found: Following, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """The lowest peak per force: refined between the neighbours of the lowest point; and the plateau around it."""
+        x, y = np.log(self.work.ratios), arrays["amplitude_per_force"]
+        names = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
+        if not np.isfinite(y).any():
+            return {name: np.array(np.nan) for name in names}
+        k = int(np.nanargmin(y))
+        best, value, frequency = float(x[k]), float(y[k]), float(arrays["frequency"][k])
+        if 0 < k < y.size - 1:
+
+            def peak(log_ratio: float) -> float:
+                nonlocal best, value, frequency
+                place = follower.at(found, float(np.exp(log_ratio)))
+                if place is None:
+                    return 10.0 * value
+                force = self.unit * self.balance_and_level(place.value)[1]
+                if place.summit.amplitude / force < value:
+                    best, value, frequency = log_ratio, place.summit.amplitude / force, place.summit.omega / (2.0 * np.pi)
+                return float(place.summit.amplitude / force)
+
+            minimize_scalar(peak, bounds=(x[k - 1], x[k + 1]), method="bounded", options={"xatol": 2e-4, "maxiter": 20})
+        plateau = _plateau(np.append(x, best), np.append(y, value), (1.0 + PLATEAU) * value, best)
+        return dict(zip(names, map(np.array, (np.exp(best), value, frequency, *plateau)), strict=True))
+
+
+PER_POINT = (
+    *("frequency", "amplitude", "amplitude_per_force", "inertance", "normalised_amplitude", "normalised_inertance"),
+    *("normalised_frequency", "frequency_width", "on_kink", "region", "loss_factor", "residual", "energy_residual"),
+    *("slip_work_error", "branch"),
+)
+
+
+def _plateau(x: Array, y: Array, height: float, best: float) -> tuple[float, float]:
+    """The ratios on both sides of the best one at which the curve reaches a height; NaN on a side where it does not."""
+    order = np.argsort(x)
+    x, y = x[order], y[order]
+    ends = []
+    for side in (-1, 1):
+        inside = (x - best) * side >= 0.0
+        along, heights = x[inside][::side], y[inside][::side]
+        beyond = np.flatnonzero(heights > height)
+        if not beyond.size or beyond[0] == 0:
+            ends.append(np.nan)
+            continue
+        k = int(beyond[0])
+        share = (height - heights[k - 1]) / (heights[k] - heights[k - 1])
+        ends.append(float(np.exp(along[k - 1] + share * (along[k] - along[k - 1]))))
+    return ends[0], ends[1]
+
+
+def _told(found: Following) -> dict[str, NDArray[Any]]:
+    """Events in words, checks by full sweeps, and what following cost."""
+    events = [
+        f"F_C/F_E {min(e.low, e.high):.4g} to {max(e.low, e.high):.4g}, {e.frequency:.5g} Hz: {e.words}" for e in found.events
+    ]
+    checks = np.array([(c.value, c.swept, c.followed, c.points) for c in found.checks], dtype=float).reshape(-1, 4).T
+    return {
+        "event": np.array(events, dtype=np.str_),
+        "check_ratio": checks[0],
+        "check_swept": checks[1],
+        "check_followed": checks[2],
+        "check_points": checks[3],
+        "solves": np.array(found.solves),
+        "iterations": np.array(found.iterations),
+    }
+
+
+def stacked(pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays of different length as one, padded with NaN or empty words."""
+    shape = np.max([piece.shape for piece in pieces], axis=0).astype(int)
+    words = pieces[0].dtype.kind == "U"
+    whole = np.full((len(pieces), *shape), "" if words else np.nan, dtype=object if words else float)
+    for case, piece in enumerate(pieces):
+        place: tuple[Any, ...] = (case, *(slice(size) for size in piece.shape))
+        whole[place] = piece
+    return whole.astype(np.str_) if words else whole

@@ -1,0 +1,75 @@
+"""Copies of a problem with its friction or its preload changed as a whole, and the forces that F_C/F_E is made of."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.checks import fault, not_negative, positive
+from stickslip.contact.law import Law
+from stickslip.contact.point import Contact
+from stickslip.problem import Problem
+
+PRELOADS = ("normal_load", "preload")
+"""Fields of contact laws that hold a load in newtons."""
+
+
+def with_friction(problem: Problem, mu: float) -> Problem:
+    """A copy with one friction coefficient at every contact that rubs."""
+    not_negative("friction", mu)
+    if not any(_has(contact.law, "mu") for contact in problem.contacts):
+        raise fault("friction", "must meet a contact law with a coefficient mu", "none has one")
+    return problem.with_contacts(lambda contact: _changed(contact, mu=mu))
+
+
+def with_preload_factor(problem: Problem, factor: float) -> Problem:
+    """A copy with every static force and every preload of a contact law times a factor; gaps and stiffness stay."""
+    positive("preload factor", factor)
+    forces = [replace(force, static=factor * force.static) for force in problem.forces]
+
+    def loaded(contact: Contact) -> Contact:
+        values = {key: getattr(contact.law, key) for key in PRELOADS if _has(contact.law, key)}
+        return _changed(contact, **{key: _times(factor, value) for key, value in values.items()})
+
+    return problem.with_forces(forces).with_contacts(loaded)
+
+
+def centrifugal_pull(problem: Problem) -> float:
+    """F_C, N: the largest static force, or without any the largest preload of a contact law."""
+    static = [abs(force.static) * _length(force.direction) for force in problem.forces]
+    if max(static, default=0.0) > 0.0:
+        return max(static)
+    loads = [
+        np.sum(getattr(contact.law, key) or 0.0) for contact in problem.contacts for key in PRELOADS if _has(contact.law, key)
+    ]
+    largest = float(max(loads, default=0.0))
+    if largest <= 0.0:
+        raise fault("The problem", "must have a static force or a preload, F_C", "neither", "Give `pull`.")
+    return largest
+
+
+def excitation(problem: Problem) -> float:
+    """F_E at force level one, N: the largest amplitude of a harmonic force."""
+    sizes = [abs(a) * _length(force.direction) for force in problem.forces for a in force.amplitudes.values()]
+    return float(max(sizes))
+
+
+def _has(law: Law, key: str) -> bool:
+    return any(field.name == key for field in fields(law))  # type: ignore[arg-type]
+
+
+def _changed(contact: Contact, **values: Any) -> Contact:
+    known = {key: value for key, value in values.items() if _has(contact.law, key)}
+    return contact.with_law(replace(contact.law, **known)) if known else contact  # type: ignore[type-var]
+
+
+def _times(factor: float, value: Any) -> Any:
+    if value is None:
+        return None
+    return factor * value if np.ndim(value) == 0 else tuple(factor * np.asarray(value, dtype=float))
+
+
+def _length(direction: Any) -> float:
+    return float(np.linalg.norm(list(direction.values())))

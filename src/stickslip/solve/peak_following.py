@@ -1,0 +1,258 @@
+"""Resonance peaks continued in a parameter: force level, preload, friction, stiffness, or several of them scaled at once.
+
+Each peak is a branch. From value to value it is predicted by extrapolation and climbed to again: two to four solutions where a
+sweep takes a hundred. A peak that cannot be followed has merged with a trough or left the band; one that appears is not on any
+branch. Full sweeps at every so many values see both, and new branches are followed back to where they were born.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.solve.continuation import LostCurveError
+from stickslip.solve.peak_sweep import swept_summits
+from stickslip.solve.summit import SAME, Ascent, NoSummitError, Summit, same
+
+PeakProblem = Callable[[float], tuple[HarmonicBalance, float]]
+"""The balance and the force level that belong to a value of the parameter."""
+
+FARTHEST = 0.02
+"""Relative change of frequency beyond its prediction that a followed peak may make in one step; else the step is halved."""
+
+HALVINGS, ORDERS = 3, (3, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A summit at a value of the parameter; `stiffness` (rows,) is the K_c that its λ counts from."""
+
+    value: float
+    summit: Summit
+    stiffness: Array
+
+    @property
+    def carried(self) -> Array:
+        """Contact forces F = λ + K_c w, (rows, 2H+1)."""
+        rows = self.stiffness.size
+        return np.asarray(self.summit.point.forces + self.stiffness[:, None] * self.summit.evaluation.w[:rows])
+
+
+@dataclass(eq=False)
+class Branch:
+    """One peak along the parameter: places by value; `ended`: why it could not be followed on, "" while it lives."""
+
+    places: dict[float, Place] = field(default_factory=dict)
+    ended: str = ""
+
+    def near(self, value: float) -> list[Place]:
+        """The places nearest to a value, the nearest one first."""
+        return sorted(self.places.values(), key=lambda place: abs(_abscissa(place.value) - _abscissa(value)))
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened to peaks between two values: kind is born, ended, merged, swapped or apart."""
+
+    kind: str
+    low: float
+    high: float
+    frequency: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """A full sweep at a value: its highest amplitude and that of the branches, m, and the points the sweep took."""
+
+    value: float
+    swept: float
+    followed: float
+    points: int
+
+
+@dataclass(eq=False)
+class Following:
+    """Branches over the values, what happened to them, the sweeps that checked them, and the solutions that following took."""
+
+    values: tuple[float, ...]
+    branches: list[Branch]
+    events: list[Event]
+    checks: list[Check]
+    solves: int = 0
+    iterations: int = 0
+
+    def highest(self, value: float) -> tuple[int, Place] | None:
+        """The branch and place of the highest peak at a value, or None."""
+        there = [(k, branch.places[value]) for k, branch in enumerate(self.branches) if value in branch.places]
+        return max(there, key=lambda item: item[1].summit.amplitude, default=None)
+
+
+class Follower:
+    """Follows all peaks of an output over a band in rad/s."""
+
+    def __init__(self, problem_of: PeakProblem, band: tuple[float, float], output: int = 0) -> None:
+        self.problem_of, self.band, self.output = problem_of, band, output
+        self.solves = self.iterations = 0
+
+    def follow(
+        self, values: Sequence[float], every: int = 10, tell: Callable[[float], None] = lambda fraction: None
+    ) -> Following:
+        """All peaks at all values, in this order; `every`: how many values lie between two full sweeps."""
+        found = Following(tuple(values), [], [], [])
+        for k, value in enumerate(values):
+            tell(k / len(values))
+            if k:
+                self._advance(found, values[k - 1], value)
+            if k % every == 0 or k == len(values) - 1:
+                self._check(found, k)
+        found.events += _swaps(found)
+        found.solves, found.iterations = self.solves, self.iterations
+        return found
+
+    def at(self, found: Following, value: float) -> Place | None:
+        """The highest peak at a value between those followed; None where no branch reaches it."""
+        inside = [branch for branch in found.branches if _spans(branch, value)]
+        places = [place for place in (self._reach(branch, value, HALVINGS) for branch in inside) if place is not None]
+        return max(places, key=lambda place: place.summit.amplitude, default=None)
+
+    def _advance(self, found: Following, before: float, value: float) -> None:
+        """Every living branch from one value to the next."""
+        for branch in found.branches:
+            if branch.ended or before not in branch.places:
+                continue
+            place = self._reach(branch, value, HALVINGS)
+            if place is None:
+                branch.ended = "The peak ended: it merged with a trough, or left the band."
+                last = branch.places[before].summit
+                found.events.append(Event("ended", before, value, last.omega / (2.0 * np.pi), branch.ended))
+                continue
+            self._settle(found, branch, before, place)
+
+    def _settle(self, found: Following, branch: Branch, before: float, place: Place) -> None:
+        """The new place of a branch, unless another branch is there already."""
+        for other in found.branches:
+            if other is not branch and place.value in other.places and same(other.places[place.value].summit, place.summit):
+                branch.ended = "The peak merged with another one."
+                found.events.append(Event("merged", before, place.value, place.summit.omega / (2.0 * np.pi), branch.ended))
+                return
+        branch.places[place.value] = place
+
+    def _reach(self, branch: Branch, value: float, halvings: int) -> Place | None:
+        """The branch at a value, by steps as long as they succeed; None where it cannot be followed."""
+        known = branch.near(value)
+        for order in sorted({min(order, len(known)) for order in ORDERS}, reverse=True):
+            place = self._step(known[:order], value)
+            if place is not None:
+                return place
+        if halvings == 0:
+            return None
+        middle = _middle(known[0].value, value)
+        half = self._reach(branch, middle, halvings - 1)
+        if half is None:
+            return None
+        branch.places[middle] = half
+        return self._reach(branch, value, halvings - 1)
+
+    def _step(self, known: Sequence[Place], value: float) -> Place | None:
+        """One step with a prediction from known places, the nearest one first."""
+        balance, level = self.problem_of(value)
+        start = _predicted(known, value, balance, level)
+        last = known[0].summit
+        if not 0.8 * self.band[0] < start.omega < 1.25 * self.band[1]:
+            return None
+        ascent = Ascent(balance, self.output)
+        try:
+            summit = ascent.from_near(start, last.plane, last.curvature / last.amplitude)
+        except NoSummitError:
+            return None
+        finally:
+            self.solves += ascent.solves
+            self.iterations += ascent.iterations
+        outside = not self.band[0] < summit.omega < self.band[1]
+        leapt = abs(summit.omega - start.omega) > max(FARTHEST * start.omega, SAME * last.width())
+        return None if outside or leapt else Place(value, summit, balance.stiffness)
+
+    def _check(self, found: Following, k: int) -> None:
+        """A full sweep at value k: compare, and begin a branch at every peak that none of them has."""
+        value = found.values[k]
+        balance, level = self.problem_of(value)
+        try:
+            summits, points, solves = swept_summits(balance, level, self.band, self.output)
+        except LostCurveError:
+            found.checks.append(Check(value, np.nan, np.nan, 0))
+            return
+        self.solves += solves
+        mine = found.highest(value)
+        for summit in summits:
+            there = [b for b in found.branches if value in b.places and same(b.places[value].summit, summit)]
+            for branch in there:
+                if summit.amplitude > branch.places[value].summit.amplitude:
+                    branch.places[value] = Place(value, summit, balance.stiffness)
+            if not there:
+                self._begin(found, k, Place(value, summit, balance.stiffness))
+        highest = max((summit.amplitude for summit in summits), default=np.nan)
+        followed = mine[1].summit.amplitude if mine is not None else np.nan
+        found.checks.append(Check(value, highest, followed, points))
+        if followed > (1.0 + 1e-3) * highest:
+            frequency = found.highest(value)[1].summit.omega / (2.0 * np.pi)  # type: ignore[index]
+            words = "The followed peak lies on a curve apart from the swept one."
+            found.events.append(Event("apart", value, value, frequency, words))
+
+    def _begin(self, found: Following, k: int, place: Place) -> None:
+        """A branch from a swept peak, followed back to the earlier values as far as it goes."""
+        branch = Branch({place.value: place})
+        found.branches.append(branch)
+        for j in range(k - 1, -1, -1):
+            value, after = found.values[j], found.values[j + 1]
+            earlier = self._reach(branch, value, 1)
+            taken = earlier is not None and any(
+                other is not branch and value in other.places and same(other.places[value].summit, earlier.summit)
+                for other in found.branches
+            )
+            if earlier is None or taken:
+                frequency = branch.near(value)[0].summit.omega / (2.0 * np.pi)
+                words = "The peak split off from another one." if taken else "A new peak appeared."
+                found.events.append(Event("born", value, after, frequency, words))
+                return
+            branch.places[value] = earlier
+
+
+def _predicted(known: Sequence[Place], value: float, balance: HarmonicBalance, level: float) -> Point:
+    """The point that a polynomial through the known places foretells, in the logarithm of a positive parameter."""
+    x = np.array([_abscissa(place.value) for place in known])
+    weights = [
+        float(np.prod([(_abscissa(value) - x[j]) / (x[i] - x[j]) for j in range(x.size) if j != i])) for i in range(x.size)
+    ]
+    carried = sum(weight * place.carried for weight, place in zip(weights, known, strict=True))
+    motion = sum(weight * place.summit.evaluation.w[: balance.rows] for weight, place in zip(weights, known, strict=True))
+    omega = sum(weight * place.summit.omega for weight, place in zip(weights, known, strict=True))
+    return Point(np.asarray(carried - balance.stiffness[:, None] * motion), float(omega), level)
+
+
+def _abscissa(value: float) -> float:
+    return float(np.log(value)) if value > 0.0 else value
+
+
+def _middle(a: float, b: float) -> float:
+    return float(np.sqrt(a * b)) if a > 0.0 and b > 0.0 else 0.5 * (a + b)
+
+
+def _spans(branch: Branch, value: float) -> bool:
+    return bool(branch.places) and min(branch.places) <= value <= max(branch.places)
+
+
+def _swaps(found: Following) -> list[Event]:
+    """Where another branch becomes the highest."""
+    events = []
+    for before, value in zip(found.values[:-1], found.values[1:], strict=True):
+        a, b = found.highest(before), found.highest(value)
+        if a is not None and b is not None and a[0] != b[0]:
+            pair = (a[1].summit.omega / (2.0 * np.pi), b[1].summit.omega / (2.0 * np.pi))
+            words = f"The highest peak changed from {pair[0]:.5g} to {pair[1]:.5g} Hz."
+            events.append(Event("swapped", before, value, pair[1], words))
+    return events

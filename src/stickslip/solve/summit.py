@@ -1,0 +1,262 @@
+"""One resonance peak at a time: from a point near it, the stationary amplitude of an output along the response curve.
+
+A summit solves R = 0 together with d|X_1|/ds = 0, s the arc length of the curve in ω at fixed level. The slope is exact, from the
+tangent of the curve; its root is found by secants and by the meeting of tangents, which is exact for a summit that sits on a
+kink. Arc length turns with the phase of the response, so folds are no obstacle and the curvature of a lone linear mode is −|X_1|.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
+from stickslip.solve.newton import correct
+
+SAMPLING, COARSEST = 4.0, 6e-5
+"""The relative amplitude by which a summit may be below the top that its slopes foretell: this over the squared samples of a
+period, what the small cusps come to that samples make in a curve; but no more than the second.
+"""
+
+FREQUENCY_SCALE = 0.05
+"""Relative change of frequency that counts as much as a change of the motion by its own size."""
+
+STRIDE, TRIALS, NARROWEST = 0.7, 40, 1e-7
+FLATTEST = 0.05
+"""Relative curvature that a top is taken to have before two slopes have told it."""
+SHARPEST = 10.0
+"""Relative curvature beyond which two slopes tell of a kink."""
+KINK = 0.05
+"""Jump of the slope, relative to the amplitude, from which a summit counts as on a kink: samples alone make smaller ones."""
+
+
+class NoSummitError(Exception):
+    """No summit near the start; the argument says why."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """Arc length along a tangent: weight · w + slope ω = origin + s. `forces`, `omega`: rates of λ and ω with s."""
+
+    weight: Array
+    slope: float
+    origin: float
+    forces: Array
+    omega: float
+
+    def at(self, s: float) -> PathCondition:
+        """The condition that picks the point at arc length s."""
+        return PathCondition("omega", self.weight, self.slope, self.origin + s)
+
+    def through(self, w: Array, omega: float) -> PathCondition:
+        """The condition that picks the point of a curve in the plane through a motion and a frequency."""
+        return PathCondition("omega", self.weight, self.slope, float(np.vdot(self.weight, w)) + self.slope * omega)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """A solved place: arc length, amplitude and its slope there, and the rates of λ and ω."""
+
+    s: float
+    amplitude: float
+    slope: float
+    forces: Array
+    omega: float
+    evaluation: Evaluation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Summit:
+    """A solved peak. amplitude |X_1| [m]; curvature d²|X_1|/ds² [m]; jump: of d|X_1|/ds where it stands on a kink, else 0 [m].
+
+    plane: the arc length in which s is counted; solves, iterations: what it took.
+    """
+
+    evaluation: Evaluation
+    amplitude: float
+    curvature: float
+    jump: float
+    plane: Plane
+    solves: int
+    iterations: int
+
+    @property
+    def point(self) -> Point:
+        return self.evaluation.point
+
+    @property
+    def omega(self) -> float:
+        """Frequency of the peak, rad/s."""
+        return self.evaluation.point.omega
+
+    @property
+    def on_kink(self) -> bool:
+        """Whether the amplitude rises to the peak and falls from it at an angle."""
+        return self.jump > KINK * self.amplitude
+
+    def width(self, share: float = 1e-3) -> float:
+        """Half the band, in rad/s, over which the amplitude stays within `share` of the peak: how well its frequency is known."""
+        reach = np.sqrt(2.0 * share * self.amplitude / max(abs(self.curvature), np.finfo(float).tiny))
+        if self.jump > 0.0:
+            reach = min(reach, 2.0 * share * self.amplitude / self.jump)
+        return float(abs(self.plane.omega) * reach)
+
+
+SAME = 3.0
+"""Two summits within so many widths of each other are one."""
+
+
+def same(a: Summit, b: Summit) -> bool:
+    """Whether two summits of one curve are one: closer than the width of their tops, and as high."""
+    near = abs(a.omega - b.omega) <= SAME * max(a.width(), b.width(), 1e-6 * a.omega)
+    return near and abs(a.amplitude - b.amplitude) <= 1e-2 * max(a.amplitude, b.amplitude)
+
+
+def plane_at(balance: HarmonicBalance, evaluation: Evaluation) -> Plane:
+    """The arc length along the tangent of the curve at a solved point; motions count relative to their size."""
+    rows, w = balance.rows, evaluation.w
+    weight = np.zeros_like(w)
+    for part in (slice(0, rows), slice(rows, None)):
+        size = float(np.linalg.norm(w[part, 1:]))
+        if size > 0.0:
+            weight[part, 1:] = 1.0 / size**2
+    omega = evaluation.point.omega
+    slope = 1.0 / (FREQUENCY_SCALE * omega) ** 2
+    factors = balance.factorise(evaluation, PathCondition("omega", None, 1.0 / omega, 0.0))
+    forces, motion, rate = balance.tangent(evaluation, "omega", factors)
+    length = float(np.sqrt(np.vdot(weight * motion, motion) + slope * rate**2)) * (1.0 if rate >= 0.0 else -1.0)
+    normal, slope = weight * motion / length, slope * rate / length
+    origin = float(np.vdot(normal, w)) + slope * omega
+    return Plane(normal, slope, origin, forces / length, rate / length)
+
+
+class Ascent:
+    """Climbs from a start to the summit of an output along the curve of a balance at one level."""
+
+    def __init__(self, balance: HarmonicBalance, output: int) -> None:
+        self.balance, self.row = balance, balance.rows + output
+        self.tolerance = min(SAMPLING / balance.tables.E.shape[0] ** 2, COARSEST)
+        self.solves = self.iterations = 0
+
+    def amplitude(self, evaluation: Evaluation) -> float:
+        """|X_1| of the output, m."""
+        return float(np.hypot(*evaluation.w[self.row, 1:3]))
+
+    def from_near(self, start: Point, plane: Plane, curvature: float | None = None) -> Summit:
+        """The summit near a start that need not be solved: the curve is met in the plane through it; raises `NoSummitError`."""
+        first = self.balance.evaluate(start)
+        evaluation = self._corrected(start, plane.through(first.w, start.omega))
+        if evaluation is None:
+            raise NoSummitError("Newton's method failed beside the peak.")
+        return self.from_solved(evaluation, curvature)
+
+    def from_solved(self, evaluation: Evaluation, curvature: float | None = None) -> Summit:
+        """The summit that a solved point climbs to; curvature: relative to the amplitude, as far as it is known."""
+        plane = plane_at(self.balance, evaluation)
+        sample = self._sample(evaluation, plane, 0.0)
+        bend = float(np.clip(curvature, -3.0, -FLATTEST) if curvature is not None else -1.0) * sample.amplitude
+        return self._climb([sample], plane, bend)
+
+    def _climb(self, samples: list[_Sample], plane: Plane, bend: float) -> Summit:
+        """Samples around the summit until no more than the tolerance is to be gained."""
+        for trial in range(TRIALS):
+            below, above = _bracket(samples)
+            best = max(samples, key=lambda sample: sample.amplitude)
+            bend = _bend(samples, bend)
+            if self._done(below, above, best, bend, len(samples) > 1):
+                return self._summit(below, above, best, bend, plane)
+            s = _next(below, above, bend, trial, np.sqrt(2.0 * self.tolerance))
+            nearest = min(samples, key=lambda sample: abs(sample.s - s))
+            evaluation = self._corrected(_moved(nearest, s), plane.at(s))
+            if evaluation is None:
+                raise NoSummitError("Newton's method failed beside the peak.")
+            samples = sorted([*samples, self._sample(evaluation, plane, s)], key=lambda sample: sample.s)
+            if abs(s) > 6.0:
+                raise NoSummitError("The curve rises without a peak.")
+        raise NoSummitError("The search for the peak did not end.")
+
+    def _done(self, below: _Sample | None, above: _Sample | None, best: _Sample, bend: float, several: bool) -> bool:
+        """Whether slopes foretell no gain: of the best sample by the curvature, or of the bracket by its tangents."""
+        goal = self.tolerance * best.amplitude
+        if below is not None and above is not None and below.slope > 0.0 > above.slope:
+            meeting, bound = _meeting(below, above)
+            return above.s - below.s <= NARROWEST or (below.s <= meeting <= above.s and bound - best.amplitude <= goal)
+        if below is not None and above is not None and above.s - below.s <= NARROWEST:
+            raise NoSummitError("The curve jumps beside the peak.")
+        alone = below is None or above is None
+        return several and alone and best.slope**2 <= 2.0 * abs(bend) * goal
+
+    def _summit(self, below: _Sample | None, above: _Sample | None, best: _Sample, bend: float, plane: Plane) -> Summit:
+        jump = 0.0
+        if below is not None and above is not None:
+            change, width = below.slope - above.slope, above.s - below.s
+            jump = change if change > best.amplitude * max(KINK, SHARPEST * width) else 0.0
+        own = replace(plane, forces=best.forces, omega=best.omega, origin=plane.origin + best.s)
+        curvature = max(min(bend, 0.0), -SHARPEST * best.amplitude)
+        return Summit(best.evaluation, best.amplitude, curvature, jump, own, self.solves, self.iterations)
+
+    def _corrected(self, start: Point, condition: PathCondition) -> Evaluation | None:
+        self.solves += 1
+        correction = correct(self.balance, start, condition, iterations=15, halvings=6)
+        self.iterations += correction.iterations
+        if correction.converged:
+            return correction.evaluation
+        self.solves += 1
+        correction = correct(self.balance, start, condition, iterations=25, patience=12)
+        self.iterations += correction.iterations
+        return correction.evaluation if correction.converged else None
+
+    def _sample(self, evaluation: Evaluation, plane: Plane, s: float) -> _Sample:
+        factors = self.balance.factorise(evaluation, plane.at(s))
+        forces, motion, omega = self.balance.tangent(evaluation, "omega", factors)
+        a, b = evaluation.w[self.row, 1:3]
+        size = float(np.hypot(a, b))
+        slope = float(a * motion[self.row, 1] + b * motion[self.row, 2]) / max(size, np.finfo(float).tiny)
+        return _Sample(s, size, slope, forces, omega, evaluation)
+
+
+def _moved(sample: _Sample, s: float) -> Point:
+    """The start of Newton's method at arc length s, on the tangent of a sample."""
+    point, step = sample.evaluation.point, s - sample.s
+    return Point(point.forces + step * sample.forces, point.omega + step * sample.omega, point.level)
+
+
+def _bracket(samples: list[_Sample]) -> tuple[_Sample | None, _Sample | None]:
+    """The highest sample with the neighbour on the side to which it rises: (rising one, falling one)."""
+    k = max(range(len(samples)), key=lambda i: samples[i].amplitude)
+    if samples[k].slope > 0.0:
+        return samples[k], samples[k + 1] if k + 1 < len(samples) else None
+    return samples[k - 1] if k > 0 else None, samples[k]
+
+
+def _bend(samples: list[_Sample], known: float) -> float:
+    """Curvature from the slopes of the two samples nearest the top; what was known before without two."""
+    if len(samples) < 2:
+        return known
+    a, b = sorted(sorted(samples, key=lambda sample: -sample.amplitude)[:2], key=lambda sample: sample.s)
+    found = (b.slope - a.slope) / max(b.s - a.s, np.finfo(float).tiny)
+    return found if found < 0.0 else known
+
+
+def _meeting(below: _Sample, above: _Sample) -> tuple[float, float]:
+    """Where the tangents of a rising and a falling sample meet: (s, amplitude), a bound of what lies between."""
+    rise = above.amplitude - below.amplitude - above.slope * (above.s - below.s)
+    along = rise / (below.slope - above.slope)
+    return below.s + along, below.amplitude + below.slope * along
+
+
+def _next(below: _Sample | None, above: _Sample | None, bend: float, trial: int, least: float) -> float:
+    """The arc length to solve next; `least`: the shortest step to a side not yet seen, which also tells a top from a trough."""
+    if below is None or above is None:
+        end = below or above
+        assert end is not None
+        step = float(np.clip(abs(end.slope / bend), least, STRIDE)) * (1.0 if trial < 4 else 1.5)
+        return end.s + (step if end.slope > 0.0 else -step)
+    width = above.s - below.s
+    if below.slope <= above.slope or below.slope * above.slope > 0.0:
+        return 0.5 * (below.s + above.s)
+    root, meeting = below.s + width * below.slope / (below.slope - above.slope), _meeting(below, above)[0]
+    wanted = meeting if trial % 3 == 0 and below.s < meeting < above.s else root
+    return float(np.clip(wanted, below.s + 0.02 * width, above.s - 0.02 * width))

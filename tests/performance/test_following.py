@@ -1,0 +1,116 @@
+"""Following peaks in a parameter: against full sweeps, on kinks, and through births, deaths and swaps of peaks.
+
+A flat top of a sampled curve carries cusps of some 40/Nt² of its height; a followed peak may stand on another one than the swept.
+"""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.peak_path import follow_peaks
+from stickslip.analyses.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.solve.newton import correct
+from stickslip.solve.peak_sweep import swept_summits
+from stickslip.solve.summit import COARSEST, plane_at
+from stickslip.structure.matrices import Structure
+
+CUSPS = 60.0
+BAND = ss.radians_per_second(0.8, 1.4)
+
+
+def swept(problem, band, force=1.0, samples=1024, harmonics=1):
+    """Highest peak of a plain forced response: amplitude and frequency."""
+    table = ss.forced_response(problem, band, force, harmonics=harmonics, samples=samples).peaks()
+    best = table.loc[table.amplitude.idxmax()]
+    return float(best.amplitude), float(best.frequency)
+
+
+PARAMETERS = {
+    "stiffness": (lambda kt: ss.rigs.single_mass(damping=0.02, kt=kt), [0.2, 0.35, 0.5, 0.7]),
+    "friction": (lambda mu: with_friction(ss.rigs.single_mass(damping=0.02, kt=0.5), mu), [4.0, 2.0, 1.2, 0.9]),
+    "preload": (lambda p: with_preload_factor(ss.rigs.single_mass(damping=0.02, kt=0.5), p), [4.0, 2.0, 1.2, 0.9]),
+    "two at once": (lambda s: ss.rigs.single_mass(damping=0.02, kt=0.5 * s, limit=2.0 / s), [1.0, 1.2, 1.4]),
+}
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_any_parameter_against_sweeps(name):
+    problem_of, values = PARAMETERS[name]
+    path = follow_peaks(problem_of, values, BAND, harmonics=1, samples=1024, check_every=100)
+    for k, value in enumerate(values):
+        amplitude, _ = swept(problem_of(value), BAND)
+        assert float(path.dataset.amplitude[k].max()) == pytest.approx(amplitude, rel=CUSPS / 1024**2)
+
+
+def two_modes(gap_between: float = 0.02) -> ss.Problem:
+    """Two masses of nearly equal frequency, both forced, a slider on the first: at high force its peak meets the other's."""
+    K = np.diag([1.0, (1.0 + gap_between) ** 2])
+    structure = Structure(np.eye(2), K, ("1.x", "2.x"), C=0.02 * np.eye(2))
+    slider = ss.Contact("slider", ss.Macroslip(0.3, 1.0, normal_load=1.0), (ss.between("1.x", "ground"),))
+    forces = (ss.Force("1.x", 1.0), ss.Force("2.x", 0.35))
+    return ss.Problem(structure, (slider,), forces, (ss.Output("sum", {"1.x": 1.0, "2.x": 1.0}),), "Two modes")
+
+
+def test_peaks_that_end_and_swap_are_told():
+    """Stuck, the first mass resonates at 1.14 rad/s, far from the second at 1.02; free at 1.0: the two peaks have merged."""
+    levels = ss.units.logspace(0.02, 40.0, 40)
+    path = follow_peaks(lambda level: two_modes(), levels, BAND, force=lambda level: level, harmonics=1, samples=512)
+    kinds = [event.kind for event in path.events]
+    assert "swapped" in kinds
+    assert "ended" in kinds or "merged" in kinds
+    for k in (0, 9, 17, 25, 33, 39):
+        amplitude, _ = swept(two_modes(), BAND, float(levels[k]), samples=512)
+        assert float(path.dataset.amplitude[k].max()) == pytest.approx(amplitude, rel=CUSPS / 512**2)
+
+
+def test_peaks_that_are_born_are_followed_back():
+    """The same downwards: the peak that the sweeps find on the way exists at every value where a sweep has two."""
+    levels = ss.units.logspace(0.02, 40.0, 40)[::-1]
+    path = follow_peaks(lambda level: two_modes(), levels, BAND, force=lambda level: level, harmonics=1, samples=512)
+    born = [event for event in path.events if event.kind == "born"]
+    assert born
+    for k, level in enumerate(levels):
+        if k % 4 == 0:
+            amplitude, _ = swept(two_modes(), BAND, float(level), samples=512)
+            assert float(path.dataset.amplitude[k].max()) == pytest.approx(amplitude, rel=CUSPS / 512**2)
+
+
+@pytest.mark.parametrize("samples", [8, 12])
+def test_a_peak_on_a_kink_is_a_one_sided_maximum(samples):
+    """So few samples put corners into the curve: the amplitude falls on both sides at an angle, and the peak says so."""
+    kinks = 0
+    for limit in (1.457, 1.643, 1.829):
+        balance = HarmonicBalance(ss.rigs.single_mass(damping=0.01, kt=0.5, limit=limit), 1, samples)
+        for summit in swept_summits(balance, 1.0, (0.8, 1.4), 0)[0]:
+            plane = plane_at(balance, summit.evaluation)
+            for side in (-1.0, 1.0):
+                beside = correct(balance, summit.point, plane.at(side * 4e-3), iterations=30, halvings=10)
+                fallen = 1.0 - float(np.hypot(*beside.evaluation.w[1, 1:3])) / summit.amplitude
+                assert beside.converged
+                assert fallen > (0.0 if summit.on_kink else -COARSEST)
+            kinks += summit.on_kink
+            assert summit.width() > 0.0
+    assert kinks >= 2
+
+
+def test_what_F_C_is():
+    assert centrifugal_pull(ss.rigs.single_mass(limit=3.0)) == 3.0
+    assert centrifugal_pull(ss.rigs.three_mass_wedge(pull=50.0)) == 50.0
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda rig: ss.performance_curve(rig, [1.0, -2.0]), "force_ratio must be positive"),
+        (lambda rig: ss.performance_curve(rig, [1.0], friction=-0.1), "friction must not be negative"),
+        (lambda rig: ss.performance_curve(rig, [1.0], vary="mass"), "vary must be force or preload"),
+        (lambda rig: ss.performance_curve(rig, [1.0], output=3), "output must be 0 to 0"),
+        (lambda rig: ss.performance_curve(rig, [1.0], check_every=0), "check_every must be at least 1"),
+        (lambda rig: ss.follow_peaks(lambda v: rig, [1.0, 1.0], BAND), "values must be different"),
+        (lambda rig: ss.logspace(1.0, 2.0, 1), "points must be at least 2"),
+    ],
+)
+def test_wrong_input_is_said(call, words):
+    with pytest.raises(ss.InputError, match=words):
+        call(ss.rigs.single_mass())

@@ -1,0 +1,86 @@
+"""One mass with one Jenkins element, one harmonic: performance curves against Griffin's closed forms.
+
+Without viscous damping A = Fc²/(kd (Fc − πF/4)), optimum Fc/F = π/2 with A = πF/kd, ω² = (k + kd/2)/m. Values with damping
+(k = m = 1, ζ = 0.005, kd = 0.5): independent script of this project.
+"""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.performance_curve import performance_curve
+from stickslip.units import logspace
+
+KD = 0.5
+DAMPED = {0.2: 74.6605, 0.8: 11.7613, 1.2: 6.16452, 1.5: 5.87236, 3.0: 7.86732, 10.0: 21.2358, 50.0: 81.6503}
+
+
+def mass(damping: float = 0.01, limit: float = 1.0):
+    return ss.rigs.single_mass(damping=damping, kt=KD, limit=limit)
+
+
+@pytest.fixture(scope="module")
+def damped():
+    return performance_curve(mass(), sorted({*DAMPED, *logspace(0.2, 50.0, 20)}), harmonics=1, samples=4096)
+
+
+def test_peaks_with_damping(damped):
+    at = damped.dataset.isel(case=0).set_index(point="force_ratio")
+    found = [float(at.amplitude_per_force.sel(point=ratio)) for ratio in DAMPED]
+    assert found == pytest.approx(list(DAMPED.values()), rel=6e-6)
+
+
+def test_optimum_and_limits_with_damping(damped):
+    best = damped.optimum()
+    assert best["optimum_amplitude_per_force"] == pytest.approx(5.870724, rel=1e-6)
+    assert best["optimum_ratio"] == pytest.approx(1.47424, rel=2e-3)
+    assert best["plateau_low"] < best["optimum_ratio"] < best["plateau_high"]
+    dataset = damped.dataset
+    assert float(dataset.free_amplitude_per_force[0]) == pytest.approx(100.00125, rel=1e-8)
+    assert float(dataset.stuck_amplitude_per_force[0]) == pytest.approx(81.65034, rel=1e-7)
+    assert 2 * pi * float(dataset.stuck_frequency[0]) == pytest.approx(1.224724, rel=1e-6)
+
+
+def test_plateau_is_where_the_curve_is_ten_per_cent_higher():
+    """A kd/F = r²/(r − π/4) = 1.1 π has two roots, r = (1.1π ± √((1.1π)² − 1.1π²))/2."""
+    curve = performance_curve(mass(damping=0.0), logspace(1.0, 6.0, 30), harmonics=1, samples=1024)
+    low, high = (0.5 * (1.1 * pi + sign * sqrt((1.1 * pi) ** 2 - 1.1 * pi**2)) for sign in (-1.0, 1.0))
+    assert curve.optimum()["plateau_low"] == pytest.approx(low, rel=2e-3)
+    assert curve.optimum()["plateau_high"] == pytest.approx(high, rel=2e-3)
+
+
+def test_curve_without_viscous_damping():
+    ratios = np.array([0.9, 1.0, 1.3, pi / 2, 2.0, 3.0, 5.0, 8.0])
+    curve = performance_curve(mass(damping=0.0), ratios, harmonics=1, samples=8192, band=ss.radians_per_second(0.8, 1.35))
+    exact = ratios**2 / (KD * (ratios - pi / 4.0))
+    assert curve.dataset.amplitude_per_force.values[0] == pytest.approx(exact, rel=1e-6)
+    assert 2 * pi * float(curve.dataset.frequency[0, 3]) == pytest.approx(sqrt(1.25), rel=1e-3)
+    assert curve.optimum()["optimum_ratio"] == pytest.approx(pi / 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("vary", ["force", "preload"])
+def test_curves_collapse_on_friction_times_ratio(vary):
+    scaled = np.array([0.9, 1.5, 4.0, 30.0])
+    one = performance_curve(mass(), scaled / 0.3, friction=0.3, vary=vary, harmonics=1, samples=256).dataset
+    other = performance_curve(mass(), scaled / 0.6, friction=0.6, vary=vary, harmonics=1, samples=256).dataset
+    assert one.amplitude_per_force.values == pytest.approx(other.amplitude_per_force.values, rel=1e-4)
+    assert one.frequency.values == pytest.approx(other.frequency.values, rel=1e-2)
+
+
+def test_states_of_the_contact(damped):
+    """Stuck exactly where μN ≥ kd A of the stuck structure; what rubs dissipates."""
+    dataset = damped.dataset
+    stuck = dataset.force_ratio.values >= KD * 81.65034
+    assert (dataset.region.values[0] == 0).tolist() == stuck.tolist()
+    assert np.all(dataset.dissipated.values[0, stuck] == 0.0)
+    assert np.all(dataset.dissipated.values[0, ~stuck] > 0.0)
+
+
+def test_following_agrees_with_the_sweeps_that_check_it(damped):
+    dataset = damped.dataset
+    gap = dataset.check_followed.values / dataset.check_swept.values - 1.0
+    assert np.abs(gap[np.isfinite(gap)]).max() < 2e-6
+    assert damped.events() == []
+    assert float(dataset.energy_residual.max()) < 1e-8
