@@ -47,6 +47,8 @@ _HOME = {
     "radians_per_second": "stickslip.units",
     "logspace": "stickslip.units",
     "InputError": "stickslip.checks",
+    "read_structure": "stickslip.models.read",
+    "read_model": "stickslip.models.read",
     "ForcedResponse": "stickslip.analyses.forced_response",
     "forced_response": "stickslip.analyses.forced_response",
     "ResponseSamples": "stickslip.analyses.response_samples",
@@ -96,6 +98,7 @@ if TYPE_CHECKING:
     from stickslip.disk import FullDisk, TunedDisk
     from stickslip.finished import FinishedFolder
     from stickslip.loads import Force, Output
+    from stickslip.models.read import read_model, read_structure
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem
     from stickslip.quantities import as_quantity, peak_table, quantity_table

@@ -1,4 +1,4 @@
-"""The command line: demo, new, check, run, report, export. Everything heavy loads inside the commands, so that help is quick."""
+"""The command line: demo, new, check, info, run, report, export. Everything heavy loads inside the commands: help is quick."""
 
 from __future__ import annotations
 
@@ -125,10 +125,32 @@ def new(
 @guarded
 def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
     """Check a study without running it; names all its faults at once."""
-    from stickslip.study import read
-
-    job = read(study)
+    job = read_job(study)
     say(f"{study} is sound: {summary(job)}.")
+
+
+@app.command()
+@guarded
+def info(
+    ctx: typer.Context,
+    model: Annotated[Path, typer.Argument(help="A finite-element model; of a pair of files that of the stiffness.")],
+    units: Annotated[str, typer.Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
+    names: Annotated[Path | None, typer.Option(help="Mapping file (CSV) of nodes and directions.")] = None,
+    modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
+) -> None:
+    """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
+    import warnings
+
+    from stickslip.models.describe import describe
+    from stickslip.models.read import read_model
+
+    with progress("Model") as tell, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the description says the same
+        tell(0.0, "reading")
+        found = read_model(model, units=units, names=names)
+        tell(0.3, f"modes of {found.size} rows")
+        description = describe(found, modes)
+    say(str(description))
 
 
 @app.command()
@@ -141,10 +163,9 @@ def run(
     workers: Workers = None,
 ) -> None:
     """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
-    from stickslip.study import read
     from stickslip.study.run import Run
 
-    job = read(study)
+    job = read_job(study)
     folder = writable_folder(out)
     say(f"{job.title}: {summary(job)}.")
     carry_out(Run({"": job}, folder, resume, workers or cores()))
@@ -286,6 +307,17 @@ def results_in(place: Path) -> dict[str, Path]:
             "RESULTS", "must be results.nc, or a folder that holds it", str(place), "`stickslip run STUDY --out DIR` writes one."
         )
     return found
+
+
+def read_job(path: Path) -> Job:
+    """The study, with what is to be said of its model."""
+    from stickslip.study import read
+
+    with progress("Model") as tell:
+        job = read(path, tell)
+    for note in job.notes:
+        say(note)
+    return job
 
 
 def carry_out(run: Run) -> None:

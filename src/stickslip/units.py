@@ -12,7 +12,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import fault, positive
+from stickslip.checks import fault, nearest, positive
 
 N_per_um = 1e6
 um = 1e-6
@@ -20,6 +20,56 @@ mm = 1e-3
 g = 1e-3
 STANDARD_GRAVITY = 9.81
 """Acceleration that turns the dead weights of the rigs into newtons, m/s² (the value the published cases use)."""
+
+
+LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
+MASSES = {"kg": 1.0, "g": 1e-3, "t": 1e3}
+TIMES = {"s": 1.0, "ms": 1e-3}
+
+
+@dataclass(frozen=True)
+class UnitSystem:
+    """Units in which numbers are written, by name; `metres` and the like are the SI size of one unit."""
+
+    length: str = "m"
+    force: str = "N"
+    mass: str = "kg"
+    time: str = "s"
+
+    @property
+    def metres(self) -> float:
+        return LENGTHS[self.length]
+
+    @property
+    def newtons(self) -> float:
+        return FORCES[self.force]
+
+    @property
+    def kilograms(self) -> float:
+        return MASSES[self.mass]
+
+    @property
+    def seconds(self) -> float:
+        return TIMES[self.time]
+
+
+UNIT_SYSTEMS = {
+    "SI": UnitSystem(),
+    "mm-t-s": UnitSystem("mm", "N", "t", "s"),
+    "mm-kg-s": UnitSystem("mm", "mN", "kg", "s"),
+    "mm-kg-ms": UnitSystem("mm", "kN", "kg", "ms"),
+}
+"""Named consistent systems."""
+
+
+def unit_system(name: str | UnitSystem) -> UnitSystem:
+    """The system of a name; a system stays as it is."""
+    if isinstance(name, UnitSystem):
+        return name
+    if name not in UNIT_SYSTEMS:
+        raise fault("The system of units", "must be a known one", name, nearest(name, UNIT_SYSTEMS))
+    return UNIT_SYSTEMS[name]
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ LAYERS = (
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
 LATE_BINDING = ("analyses", "plots")  # the only one: the plot() of a result
-LOADED_LATE = {"importlib", "skfem", "xarray", "pandas", "h5netcdf", "matplotlib", "plotly"}
+LOADED_LATE = {"importlib", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
 
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
 

@@ -106,7 +106,7 @@ def test_unheld_interior_and_bad_rows_are_refused():
     ("matrix", "message"),
     [
         (np.array([[2.0, 1.0], [0.0, 2.0]]), "K must be symmetric"),
-        (np.array([[2.0, np.nan], [np.nan, 2.0]]), "K must be finite"),
+        (np.array([[2.0, np.nan], [np.nan, 2.0]]), "K\\[0, 1\\] must be finite"),
         (np.ones((2, 3)), "K must be a square matrix"),
         (np.eye(3), r"M must have the shape of K, \(3, 3\)"),
         (np.diag([1.0, -1.0]), "must be positive definite"),

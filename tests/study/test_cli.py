@@ -155,7 +155,7 @@ def test_a_folder_that_cannot_be_written(one_mass, tmp_path):
 
 
 def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypatch):
-    def broken(path):
+    def broken(path, progress):
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr("stickslip.study.read", broken)

@@ -6,7 +6,7 @@ response to loads on the kept degrees of freedom is exact with any number of mod
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,11 @@ from scipy import linalg, sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from stickslip.checks import Array, InputError, fault
+from stickslip.structure.factor import Factor, Singular
 from stickslip.structure.matrices import Structure
+from stickslip.structure.sparse import symmetric_sparse
+
+Progress = Callable[[float, str], None]
 
 DENSE_SIZE = 400
 """Interior problems up to this size, or with more than half of their modes wanted, are solved densely."""
@@ -34,14 +38,19 @@ class Reduction:
 
 
 def craig_bampton(
-    M: sparse.csc_array | Array, K: sparse.csc_array | Array, kept: Mapping[str, int], modes: int | None = None
+    M: sparse.csc_array | Array,
+    K: sparse.csc_array | Array,
+    kept: Mapping[str, int],
+    modes: int | None = None,
+    progress: Progress = lambda share, text: None,
 ) -> Reduction:
     """The reduction of M, K (n, n; sparse or dense) with mass-normalised fixed-interface modes.
 
     kept: {"NODE.DIRECTION": row in M and K}; they must hold the body (interior stiffness positive definite).
     modes: number of fixed-interface modes, lowest first; None: all (dense; massless interior motions have none).
+    progress(share, text) is told what is being done, and the memory that the factor takes.
     """
-    stiffness, mass = _matrix("K", K), _matrix("M", M)
+    stiffness, mass = symmetric_sparse("K", K), symmetric_sparse("M", M)
     size = stiffness.shape[0]
     if mass.shape != stiffness.shape:
         raise fault("M", f"must have the shape of K, {stiffness.shape}", mass.shape)
@@ -50,29 +59,19 @@ def craig_bampton(
     interior = np.setdiff1d(np.arange(size), boundary)
     if modes is not None and not 0 <= modes <= interior.size:
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
+    progress(0.05, f"factorising the stiffness of {interior.size} rows")
     solve = _Interior(stiffness[interior][:, interior], mass[interior][:, interior])
+    progress(0.3, f"static modes; the factor takes {solve.megabytes:.0f} MiB")
     static = -solve(stiffness[interior][:, boundary].toarray())
+    progress(0.5, f"fixed-interface modes; the factor takes {solve.megabytes:.0f} MiB")
     squares, shapes = solve.modes(modes)
+    progress(0.9, "projecting the matrices")
     T = np.zeros((size, boundary.size + squares.size))
     T[boundary, np.arange(boundary.size)] = 1.0
     T[interior] = np.hstack([static, shapes])
     dofs = (*names, *(f"mode/{index}.q" for index in range(1, squares.size + 1)))
     structure = Structure(_reduced(mass, T), _reduced_stiffness(stiffness, T, squares), dofs)
     return Reduction(structure, T, np.sqrt(squares) / (2.0 * np.pi))
-
-
-def _matrix(what: str, matrix: sparse.csc_array | Array) -> sparse.csc_array:
-    """The matrix in sparse form; refused unless square, finite and symmetric."""
-    stored = sparse.csc_array(matrix)
-    if stored.shape[0] != stored.shape[1]:
-        raise fault(what, "must be a square matrix", stored.shape)
-    if not np.all(np.isfinite(stored.data)):
-        raise fault(what, "must be finite", f"NaN or infinite in {int(np.sum(~np.isfinite(stored.data)))} entries")
-    asymmetry, scale = abs(stored - stored.T).max(), abs(stored).max()
-    if asymmetry > 1e-8 * scale:
-        remedy = "Only one triangle stored? Fill the other; else check the export."
-        raise fault(what, "must be symmetric", f"unsymmetric by {asymmetry:.3g} of up to {scale:.3g}", remedy)
-    return stored
 
 
 def _check_kept(boundary: Array, size: int) -> None:
@@ -102,28 +101,25 @@ class _Interior:
 
     def __init__(self, K: sparse.csc_array, M: sparse.csc_array) -> None:
         self.K, self.M = K, M
-        diagonal = K.diagonal()
-        if np.any(diagonal <= 0.0):
+        if np.any(K.diagonal() <= 0.0):
             raise _not_held()
-        self.scale = 1.0 / np.sqrt(diagonal)
         if K.shape[0] == 0:
             return
-        unit = sparse.csc_array(sparse.diags_array(self.scale) @ K @ sparse.diags_array(self.scale))
         try:
-            self.factor = sparse_linalg.splu(
-                unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
-        except RuntimeError:
+            self.factor = Factor(K)
+        except Singular:
             raise _not_held() from None
-        if np.any(self.factor.U.diagonal() <= 1e-13):
+        if np.any(self.factor.pivots <= 1e-13):
             raise _not_held()
+
+    @property
+    def megabytes(self) -> float:
+        """The memory of the factor, MiB."""
+        return self.factor.megabytes if self.K.shape[0] else 0.0
 
     def __call__(self, loads: Array) -> Array:
         """K_ii⁻¹ loads, for loads (interior,) or (interior, loads)."""
-        if self.K.shape[0] == 0:
-            return loads
-        scale = self.scale if loads.ndim == 1 else self.scale[:, None]
-        return np.asarray(scale * self.factor.solve(scale * loads))
+        return self.factor.solve(loads) if self.K.shape[0] else loads
 
     def modes(self, number: int | None) -> tuple[Array, Array]:
         """ω² [1/s²], ascending, and mass-normalised shapes (interior, modes)."""

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from typing import Any
 
-import numpy as np
-
 from stickslip import rigs
-from stickslip.checks import Array, Faults, InputError, fault, nearest, square, symmetric
+from stickslip.checks import Faults, InputError, fault, nearest
 from stickslip.contact.point import Contact
 from stickslip.loads import Force, Output
 from stickslip.problem import Problem
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
-from stickslip.structure.matrices import Structure
 from stickslip.study.contacts import ContactTable, FrictionTable
-from stickslip.study.faults import Found, parsed
-from stickslip.study.matrices import matrices_in_si, read_matrices
+from stickslip.study.faults import parsed
 from stickslip.study.names import Names
 from stickslip.study.starts import StartTable, start_rules
-from stickslip.study.tables import DampingTable, ForceTable, MatricesTable, StructureTable, SweepTable
+from stickslip.study.tables import DampingTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import Units, in_si
 from stickslip.units import Band
 
@@ -59,52 +54,13 @@ def made(maker: Callable[..., Problem], parameters: Mapping[str, Any]) -> Proble
         raise InputError(f"parameters must suit the rig, but {dict(parameters)!r} does not ({error}).") from None
 
 
-def structure(table: StructureTable, damping: Damping | None, folder: Path, units: Units) -> Structure:
-    """The structure of matrices and names, in SI."""
-    dofs = table.dofs or ()
-    found = Found()
-    matrices = raw_matrices(table, folder)
-    checked = {name: found.attempt("", check, name, matrices[name], dofs) for name, check in CHECKS.items() if name in matrices}
-    found.stop()
-    converted = matrices_in_si({name: matrix for name, matrix in checked.items() if matrix is not None}, dofs, units)
-    return Structure(converted["M"], converted["K"], tuple(dofs), converted.get("C"), damping)
-
-
-def raw_matrices(table: StructureTable, folder: Path) -> dict[str, Any]:
-    """The matrices as they stand in the file or in the study."""
-    if isinstance(table.matrices, MatricesTable):
-        given = {"M": table.matrices.M, "K": table.matrices.K, "C": table.matrices.C}
-        return {name: rectangular(name, rows) for name, rows in given.items() if rows is not None}
-    return dict(read_matrices(folder / str(table.matrices)))
-
-
-def rectangular(name: str, rows: Sequence[Sequence[float]]) -> Array:
-    """Rows of one length as an array."""
-    lengths = {len(row) for row in rows}
-    if len(lengths) != 1:
-        raise fault(name, "must have rows of one length", [len(row) for row in rows])
-    return np.array(rows, dtype=float)
-
-
-def _fits(name: str, matrix: Array, dofs: Sequence[str]) -> Array:
-    if matrix.shape == matrix.T.shape and matrix.shape[0] != len(dofs):
-        raise fault(f"dofs, the names of the rows of {name},", f"must have {matrix.shape[0]} entries", len(dofs))
-    return square(name, matrix)
-
-
-def _symmetric(name: str, matrix: Array, dofs: Sequence[str]) -> Array:
-    return symmetric(name, _fits(name, matrix, dofs))
-
-
-CHECKS: dict[str, Callable[[str, Array, Sequence[str]], Array]] = {"M": _symmetric, "K": _symmetric, "C": _fits}
-
-
 def damping_rule(table: DampingTable | None, units: Units) -> Damping | None:
     """The damping rule, in SI."""
     if table is None:
         return None
     if table.rayleigh is not None:
-        return RayleighDamping(table.rayleigh[0] / units.seconds, table.rayleigh[1] * units.seconds)
+        seconds = units.system.seconds
+        return RayleighDamping(table.rayleigh[0] / seconds, table.rayleigh[1] * seconds)
     return ModalDamping(table.modal if isinstance(table.modal, float) else tuple(table.modal or ()), table.on)
 
 

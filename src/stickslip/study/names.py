@@ -5,25 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from stickslip.checks import Array, nearest
+from stickslip.checks import nearest
 from stickslip.contact.point import GROUND, between
+from stickslip.models.conversion import levers
 from stickslip.study.units import Units
-
-ROTATIONS = ("rx", "ry", "rz")
-
-
-def levers(dofs: Sequence[str], units: Units) -> Array:
-    """The factor of each degree of freedom: 1 for displacements, one length unit for rotations NODE.rx, ry, rz (in rad), (n,)."""
-    return np.array([units.metres if dof.rpartition(".")[2] in ROTATIONS else 1.0 for dof in dofs])
 
 
 class Names:
     """The degrees of freedom that exist, with the factor of each."""
 
     def __init__(self, dofs: Sequence[str], units: Units) -> None:
-        self.lever = dict(zip(dofs, levers(dofs, units).tolist(), strict=True))
+        self.lever = dict(zip(dofs, levers(dofs, units.system).tolist(), strict=True))
 
     def coefficients(self, given: Sequence[str] | Mapping[str, float]) -> dict[str, float]:
         """A direction given as a pair of names or as a table, as coefficients in SI."""

@@ -14,17 +14,21 @@ from threadpoolctl import threadpool_limits
 from stickslip.checks import InputError, fault, nearest
 from stickslip.contact.point import Contact
 from stickslip.loads import Force
+from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
 from stickslip.study import build
 from stickslip.study.contacts import ContactTable, table_of
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.names import Names, dofs_in
+from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import DampingTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 from stickslip.study.variability import BoundsTable, SamplesTable, law_of
 from stickslip.units import Band
 
 REQUIRED = ("study", "structure", "sweep")
+Tell = tuple[Progress, list[str]]
+"""Whom to tell of long work, and the notes that gather what is to be said of the model."""
 KEYS = ("units", "study", "structure", "damping", "contact", "force", "sweep", "bounds", "samples")
 
 
@@ -32,7 +36,8 @@ KEYS = ("units", "study", "structure", "damping", "contact", "force", "sweep", "
 class Job:
     """What a study asks for: a problem, and where and how finely to compute it.
 
-    `text` is the file as it stands; `matrices` tells apart what the file that it names holds, "" for a rig.
+    `text` is the file as it stands; `matrices` tells apart what the file that it names holds, "" for a rig; `notes`: what
+    is to be said of the model, as where its places were found.
     """
 
     title: str
@@ -46,6 +51,7 @@ class Job:
     text: str
     matrices: str = ""
     variability: BoundsTable | SamplesTable | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -63,18 +69,22 @@ class Tables:
     samples: SamplesTable | None = None
 
 
-def read(path: Path) -> Job:
+def read(path: Path, progress: Progress = quiet) -> Job:
     """The study at `path`, checked as a whole. Raises `Faults` with every fault of the file."""
-    return job(text_of(path), path.parent, path.stem)
+    return job(text_of(path), path.parent, path.stem, progress)
 
 
-def job(text: str, folder: Path, name: str) -> Job:
-    """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title."""
+def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
+    """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title.
+
+    progress(share, text) is told of the reading and reduction of a large model.
+    """
     document = toml(text)
     found = Found()
     tables = tables_of(document, found)
+    notes: list[str] = []
     with threadpool_limits(1, user_api="blas"):
-        problem = problem_of(tables, document, folder, found)
+        problem = problem_of(tables, document, folder, found, (progress, notes))
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
@@ -90,7 +100,7 @@ def job(text: str, folder: Path, name: str) -> Job:
     levels, sweep = tuple(tables.sweep.force_levels), tables.sweep
     settings = (frequencies, levels, sweep.wanted_harmonics, sweep.samples, sweep.tolerance)
     matrices = content(tables.structure, problem)
-    return Job(title, tables.study.analysis, problem, *settings, text, matrices, variability_of(tables))
+    return Job(title, tables.study.analysis, problem, *settings, text, matrices, variability_of(tables), tuple(notes))
 
 
 def variability_of(tables: Tables) -> BoundsTable | SamplesTable | None:
@@ -123,15 +133,15 @@ def content(table: StructureTable | None, problem: Problem) -> str:
     return digest.hexdigest()
 
 
-def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found) -> Problem | None:
-    """The problem of the [structure] table: a rig, or matrices."""
+def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell) -> Problem | None:
+    """The problem of the [structure] table: a rig, or a model."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
     if tables.structure is None:
         return None
     if tables.structure.rig is not None:
         return from_rig(tables.structure, tables, document, found)
-    return from_matrices(tables.structure, tables, document, folder, found)
+    return from_model(tables.structure, tables, document, folder, found, tell)
 
 
 def text_of(path: Path) -> str:
@@ -216,14 +226,17 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
     return None if found.messages else replace(problem, outputs=build.outputs(tables.sweep, names))
 
 
-def from_matrices(
-    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found
+def from_model(
+    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell
 ) -> Problem | None:
-    """A problem from matrices, contacts and forces."""
-    units = tables.units
+    """A problem from a model, contacts and forces."""
+    units, (progress, notes) = tables.units, tell
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
-    structure = found.attempt("[structure]", build.structure, table, damping, folder, units)
-    names = Names(table.dofs or (), units)
+    made = found.attempt("[structure]", structure_of_table, table, damping, folder, units, progress)
+    structure, said = made if made else (None, ())
+    notes += said
+    names = Names(table.dofs or (structure.dofs if structure else ()), units)
+    found.messages += names.faults(document) if structure and not table.dofs else []
     contacts, forces = contacts_of(tables, names, found), forces_of(tables, names, found)
     if tables.sweep and tables.sweep.outputs is None:
         found.messages.append("[sweep]: outputs must be given, but is missing. Name degrees of freedom to report.")

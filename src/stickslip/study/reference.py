@@ -18,13 +18,22 @@ from stickslip.study.contacts import LAWS
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import Table, Words
 from stickslip.study.starts import StartTable
-from stickslip.study.tables import DampingTable, ForceTable, MatricesTable, OutputTable, StructureTable, StudyTable, SweepTable
+from stickslip.study.tables import (
+    DampingTable,
+    FilesTable,
+    ForceTable,
+    MatricesTable,
+    OutputTable,
+    StructureTable,
+    StudyTable,
+    SweepTable,
+)
 from stickslip.study.units import SYSTEMS, Dimension, Units
 from stickslip.study.variability import BoundsTable, SamplesTable
 
 SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[study]": (StudyTable,),
-    "[structure]": (StructureTable, MatricesTable),
+    "[structure]": (StructureTable, MatricesTable, FilesTable),
     "[damping]": (DampingTable,),
     "[[contact]]": (*LAWS.values(), StartTable),
     "[[force]]": (ForceTable,),
@@ -35,6 +44,7 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
 }
 TITLES: dict[type[Table], str] = {
     MatricesTable: "`matrices` as a table",
+    FilesTable: "`model` as a table",
     StartTable: "`start`",
     OutputTable: "An entry of `outputs` as a table",
     **{model: f'`law = "{law}"`' for law, model in LAWS.items()},

@@ -14,6 +14,10 @@ Ends = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair 
 Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 
+def _where_form(value: Any) -> str:
+    return "<number>" if isinstance(value, int) else "<list>" if isinstance(value, list) else "<single>"
+
+
 class StudyTable(Table):
     """What the study is."""
 
@@ -29,14 +33,36 @@ class MatricesTable(Table):
     C: Annotated[Matrix | None, Dimension("N s/m"), Field(description="damping")] = None
 
 
+class FilesTable(Table):
+    """The files of the matrices of a model, where a format has one matrix a file."""
+
+    M: Annotated[str, Field(description="file of the mass")]
+    K: Annotated[str, Field(description="file of the stiffness")]
+    C: Annotated[str | None, Field(description="file of the damping")] = None
+
+
+ModelFile = Annotated[
+    Annotated[str, Tag("<single>")] | Annotated[FilesTable, Tag("<table>")], by_form(), Words("file, or table of files")
+]
+NodeOrSet = Annotated[str, Tag("<single>")] | Annotated[int, Tag("<number>")]
+Where = Annotated[
+    NodeOrSet | Annotated[list[Number], Field(min_length=3, max_length=3), Tag("<list>")], by_form(_where_form), Words("place")
+]
+Keep = Annotated[
+    Annotated[dict[str, Where], Field(min_length=1), Tag("<table>")]
+    | Annotated[list[Annotated[NodeOrSet, by_form(_where_form)]], Field(min_length=1), Tag("<list>")],
+    by_form(),
+    Words("table of places, or list of nodes and sets"),
+]
+
 Matrices = Annotated[Annotated[str, Tag("<single>")] | Annotated[MatricesTable, Tag("<table>")], by_form()]
 
 
 class StructureTable(Table):
-    """A ready rig by name with its parameters, or matrices with names of their degrees of freedom."""
+    """A ready rig by name with its parameters, a model of another program, or matrices with names of their degrees of freedom."""
 
-    exactly_one: ClassVar[Groups] = (("rig", "matrices"),)
-    at_most_one: ClassVar[Groups] = (("parameters", "matrices"),)
+    exactly_one: ClassVar[Groups] = (("rig", "matrices", "model"),)
+    at_most_one: ClassVar[Groups] = (("parameters", "matrices"), ("parameters", "model"), ("dofs", "names"))
     together: ClassVar[tuple[tuple[str, str], ...]] = (("matrices", "dofs"),)
 
     rig: Annotated[str | None, Field(description="name of a ready problem")] = None
@@ -49,6 +75,25 @@ class StructureTable(Table):
         list[str] | None,
         Field(min_length=1, description="NODE.DIRECTION of each row of the matrices; directions rx, ry, rz are rotations"),
     ] = None
+    model: Annotated[
+        ModelFile | None,
+        Field(description="a finite-element model (beside the study): a file of any format of the page on models"),
+    ] = None
+    names: Annotated[str | None, Field(description="for a model without names: a table (CSV) of nodes and directions")] = None
+    variables: Annotated[
+        dict[Literal["M", "K", "C"], str] | None, Field(description="names of the matrices in the file"), Words("table of names")
+    ] = None
+    units: Annotated[
+        Literal["SI", "mm-t-s", "mm-kg-s", "mm-kg-ms"] | None, Field(description="units of the model, unless those of the study")
+    ] = None
+    keep: Annotated[
+        Keep | None,
+        Field(
+            description="places that stay when the model is reduced: NAME = node, set or [x, y, z]; the rest becomes modes. "
+            "Without it the model is taken whole"
+        ),
+    ] = None
+    modes: Annotated[int | None, Field(ge=0, description="fixed-interface modes of the reduction, 30 unless given")] = None
 
 
 class DampingTable(Table):

@@ -5,12 +5,13 @@ Each field of a table carries its `Dimension`; one function scales them all. Fre
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from stickslip.study.fields import Table
+from stickslip.units import UNIT_SYSTEMS, UnitSystem
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,6 @@ RATE = Dimension("1/s", time=-1)
 FREQUENCY = Dimension("Hz")
 DIMENSIONLESS = Dimension("-")
 
-_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
-_FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
-_MASSES = {"kg": 1.0, "g": 1e-3, "t": 1e3}
-_TIMES = {"s": 1.0, "ms": 1e-3}
-
 
 class Units(Table):
     """Units in which the numbers of this file are written: stiffnesses in force/length, C in force·time/length, and so on."""
@@ -48,33 +44,18 @@ class Units(Table):
     ] = "s"
 
     @property
-    def metres(self) -> float:
-        return _LENGTHS[self.length]
-
-    @property
-    def newtons(self) -> float:
-        return _FORCES[self.force]
-
-    @property
-    def kilograms(self) -> float:
-        return _MASSES[self.mass]
-
-    @property
-    def seconds(self) -> float:
-        return _TIMES[self.time]
+    def system(self) -> UnitSystem:
+        """The same for the layers below."""
+        return UnitSystem(self.length, self.force, self.mass, self.time)
 
     def factor(self, dimension: Dimension) -> float:
         """The SI size of one unit of `dimension`."""
-        return float(self.newtons**dimension.force * self.metres**dimension.length * self.seconds**dimension.time)
+        units = self.system
+        return float(units.newtons**dimension.force * units.metres**dimension.length * units.seconds**dimension.time)
 
 
-SYSTEMS = {
-    "SI": Units(),
-    "mm-t-s": Units(length="mm", force="N", mass="t", time="s"),
-    "mm-kg-s": Units(length="mm", force="mN", mass="kg", time="s"),
-    "mm-kg-ms": Units(length="mm", force="kN", mass="kg", time="ms"),
-}
-"""Named consistent systems."""
+SYSTEMS = {name: Units.model_validate(asdict(system)) for name, system in UNIT_SYSTEMS.items()}
+"""Named consistent systems, as tables."""
 
 
 def in_si(table: Table, units: Units) -> dict[str, Any]:

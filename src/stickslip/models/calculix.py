@@ -1,0 +1,54 @@
+"""CalculiX: the matrices of *FREQUENCY, SOLVER=MATRIXSTORAGE (.sti, .mas, .dof) with nodes and sets of the deck (.inp) beside.
+
+`ccx blade` leaves blade.sti and blade.mas, one triangle each as lines "row column value", rows counted from 1, and blade.dof
+with a line NODE.DIRECTION for each row; fixed degrees of freedom have none. (CalculiX CrunchiX User's Manual, *FREQUENCY.)
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.checks import fault
+from stickslip.models.content import Content, dof
+from stickslip.models.deck import Deck, read_deck
+from stickslip.models.numbers import table, triplets, whole
+from stickslip.structure.sparse import Sparse, both_triangles
+
+ENDINGS = (".sti", ".mas", ".dof")
+WRITE_THEM = "*FREQUENCY, SOLVER=MATRIXSTORAGE in the deck writes it."
+
+
+def read(path: Path) -> Content:
+    """The model of a run of which `path` is any of .sti, .mas, .dof or .inp."""
+    stiffness, mass, names = (path.with_suffix(ending) for ending in ENDINGS)
+    for file in (stiffness, mass, names):
+        if not file.is_file():
+            raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", WRITE_THEM)
+    dofs = _names(names)
+    matrices = {"K": _matrix(stiffness, len(dofs)), "M": _matrix(mass, len(dofs))}
+    deck = path.with_suffix(".inp")
+    found = read_deck(deck) if deck.is_file() else Deck()
+    notes = () if deck.is_file() else (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
+    return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes)
+
+
+def _matrix(path: Path, size: int) -> Sparse:
+    """One triangle in the file, both in the matrix."""
+    entries = table(path, 3)
+    rows, columns = (whole(f"Rows of {path.name}", entries[:, k], 1, size) - 1 for k in (0, 1))
+    if np.any(rows > columns) and np.any(rows < columns):
+        raise fault(path.name, "must hold one triangle", "entries on both sides of the diagonal")
+    return both_triangles(triplets(path.name, rows, columns, entries[:, 2], size))
+
+
+def _names(path: Path) -> tuple[str, ...]:
+    """NODE.DIRECTION of each row; 0 stands for no mechanical direction and is refused."""
+    found = []
+    for line in path.read_text(encoding="ascii", errors="replace").split():
+        node, dot, direction = line.partition(".")
+        if not (dot and node.isdecimal() and direction.isdecimal()):
+            raise fault(f"A line of {path.name}", "must be NODE.DIRECTION", line[:40])
+        found.append(dof(node, int(direction[:3])))
+    return tuple(found)

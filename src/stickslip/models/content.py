@@ -1,0 +1,64 @@
+"""What a model file holds, as it stands in the file: matrices, names, coordinates, sets. Every reader returns this."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from stickslip.checks import Faults, fault, nearest
+
+Point = tuple[float, float, float]
+
+SYNONYMS = {
+    "M": ("M", "MAA", "MAAX", "MGG", "MXX", "MHH", "MASS"),
+    "K": ("K", "KAA", "KAAX", "KGG", "KXX", "KHH", "STIFFNESS"),
+    "C": ("C", "BAA", "BAAX", "BGG", "BXX", "BHH", "DAMPING", "VISCOUS"),
+}
+"""Names under which programs write mass, stiffness and damping; the first that a file has counts."""
+NEEDED = ("M", "K")
+
+DIRECTIONS = {1: "x", 2: "y", 3: "z", 4: "rx", 5: "ry", 6: "rz"}
+"""Names of the directions that programs number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """Matrices by their names in the file (dense or sparse), and what the file says about their rows.
+
+    dofs: the name NODE.DIRECTION of each row, or none; nodes: coordinates, in the file's unit of length; sets: nodes by the name
+    of a set; notes: what the reader left out or took for granted.
+    """
+
+    format: str
+    matrices: Mapping[str, Any]
+    dofs: tuple[str, ...] = ()
+    nodes: Mapping[str, Point] = field(default_factory=dict)
+    sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Sequence[str] = NEEDED) -> dict[str, Any]:
+    """The matrices M, K and, if there is one, C; `variables` names them, {"K": "KELAST"}, where usual names do not do."""
+    unknown = [key for key in variables if key not in SYNONYMS]
+    if unknown:
+        raise fault("variables", "must name M, K or C", unknown[0])
+    found: dict[str, Any] = {}
+    faults = []
+    for letter, usual in SYNONYMS.items():
+        names = (variables[letter],) if letter in variables else usual
+        present = next((name for name in names if name in content.matrices), None)
+        if present is not None:
+            found[letter] = content.matrices[present]
+        elif letter in needed or letter in variables:
+            faults.append(f"{file}: matrix {names[0]} must be in the file, but is missing. {nearest(names[0], content.matrices)}")
+    if faults:
+        raise Faults(faults)
+    return found
+
+
+def dof(node: object, direction: int) -> str:
+    """NODE.DIRECTION of a numbered direction: 1 to 3 along x, y, z, 4 to 6 about them."""
+    if direction not in DIRECTIONS:
+        raise fault(f"The direction of node {node}", "must lie between 1 and 6", direction)
+    return f"{node}.{DIRECTIONS[direction]}"

@@ -1,0 +1,103 @@
+"""Input decks of Abaqus and CalculiX: nodes with their coordinates, and sets of nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from stickslip.checks import fault
+from stickslip.models.content import Point
+from stickslip.models.limits import within_memory
+
+MOST_GENERATED = 10_000_000
+
+
+@dataclass
+class Deck:
+    """nodes: coordinates by node; sets: nodes by the name of a set, in capitals."""
+
+    nodes: dict[str, Point] = field(default_factory=dict)
+    sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def read_deck(path: Path) -> Deck:
+    """Nodes and sets of nodes of a deck; keywords that say nothing about these are passed over, includes are not followed."""
+    within_memory(path.name, 10 * path.stat().st_size)
+    deck = Deck()
+    members: dict[str, dict[str, None]] = {}
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for keyword, options, data in cards(file):
+            if keyword == "NODE":
+                numbered = [_node(line) for line in data]
+                deck.nodes.update(numbered)
+                if "NSET" in options:
+                    _add(members, options["NSET"], [node for node, _ in numbered])
+            elif keyword == "NSET" and "NSET" in options:
+                _add(members, options["NSET"], _members(data, "GENERATE" in options, members))
+    deck.sets = {name: tuple(nodes) for name, nodes in members.items()}
+    return deck
+
+
+def cards(lines: Iterator[str] | list[str]) -> Iterator[tuple[str, dict[str, str], list[str]]]:
+    """Each keyword with its options and its data lines; names in capitals, comments left out."""
+    keyword = ""
+    options: dict[str, str] = {}
+    data: list[str] = []
+    for raw in lines:
+        line = raw.strip()
+        if line.startswith("**") or not line:
+            continue
+        if line.startswith("*"):
+            if keyword:
+                yield keyword, options, data
+            words = [word.strip() for word in line[1:].upper().split(",")]
+            pairs = (word.partition("=") for word in words[1:])
+            keyword, data = words[0], []
+            options = {name.strip(): value.strip() for name, _, value in pairs}
+        elif keyword:
+            data.append(line)
+    if keyword:
+        yield keyword, options, data
+
+
+def fields(line: str) -> list[str]:
+    """The entries of a data line."""
+    return [word.strip() for word in line.rstrip(",").split(",")]
+
+
+def _node(line: str) -> tuple[str, Point]:
+    words = [*fields(line), "", "", ""]
+    try:
+        x, y, z = (float(word.upper().replace("D", "E") or 0.0) for word in words[1:4])
+        return str(int(words[0])), (x, y, z)
+    except ValueError:
+        raise fault("A line of *NODE", "must hold a number and coordinates", line[:60]) from None
+
+
+def _add(members: dict[str, dict[str, None]], name: str, nodes: list[str]) -> None:
+    members.setdefault(name, {}).update(dict.fromkeys(nodes))
+
+
+def _members(data: list[str], generate: bool, known: dict[str, dict[str, None]]) -> list[str]:
+    """Nodes of a set: numbers, other sets, or first, last, step."""
+    found: list[str] = []
+    for line in data:
+        words = [word for word in fields(line) if word]
+        if generate:
+            found += _generated(words, line)
+        else:
+            for word in words:
+                found += [str(int(word))] if word.isdecimal() else known.get(word.upper(), {})
+    return found
+
+
+def _generated(words: list[str], line: str) -> list[str]:
+    try:
+        first, last, step = (int(word) for word in (*words, "1")[:3])
+        span = range(first, last + 1, step)
+    except ValueError:
+        raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
+    if len(span) > MOST_GENERATED:
+        raise fault("A set of nodes", f"must have at most {MOST_GENERATED} members", len(span))
+    return [str(node) for node in span]

@@ -1,0 +1,146 @@
+"""What `stickslip info MODEL` says: size, mass, extent, first modes, rigid motions, and what is odd about a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.models.model import Model
+from stickslip.structure.factor import Factor, Singular
+from stickslip.structure.lowest_modes import DENSE_SIZE, LowestModes, lowest_modes
+from stickslip.structure.sparse import Sparse
+
+LIGHTEST, DENSEST = 20.0, 25e3
+"""kg/m³ of the box round a body: a slender part in a wide box, osmium."""
+SLOWEST, FASTEST = 0.05, 3e4
+"""m/s, first elastic frequency times the length of the body: a thin whip, faster than sound in diamond."""
+SMALLEST_FREQUENCY, LARGEST_FREQUENCY = 1e-3, 1e7
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """mass: along x, y, z of unit translations, kg (nan without such directions); box: lengths along x, y, z, m, or none;
+    modes: the lowest; odd: sentences on what to look at."""
+
+    model: Model
+    mass: Array
+    box: Array | None
+    modes: LowestModes | None
+    odd: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return "\n".join(lines(self))
+
+
+def describe(model: Model, number: int = 10) -> Description:
+    """Mass, extent and the lowest `number` modes of a model, and what is odd about it."""
+    mass, box = translation_mass(model), extent(model)
+    indefinite = indefinite_mass(model.M)
+    modes = None if indefinite else lowest_modes(model.M, model.K, number)
+    odd = [*model.notes, *(["M has negative eigenvalues: check the sign and the export of the mass."] if indefinite else [])]
+    return Description(model, mass, box, modes, (*odd, *_oddities(model, mass, box, modes)))
+
+
+def translation_mass(model: Model) -> Array:
+    """rᵀMr of unit translations along x, y, z, kg, (3,); nodes that the file leaves out, as fixed ones, do not count."""
+    found = []
+    for axis in "xyz":
+        r = np.array([float(name.rpartition(".")[2] == axis) for name in model.dofs])
+        found.append(float(r @ (model.M @ r)) if r.any() else np.nan)
+    return np.array(found)
+
+
+def extent(model: Model) -> Array | None:
+    """The lengths of the box round all nodes along x, y, z, m, (3,)."""
+    if len(model.nodes) < 2:
+        return None
+    return np.asarray(np.ptp(np.array(list(model.nodes.values())), axis=0))
+
+
+def indefinite_mass(M: Sparse) -> bool:
+    """Whether M has a negative eigenvalue."""
+    scale = float(np.abs(M.diagonal()).max(initial=0.0))
+    if np.any(M.diagonal() < -1e-12 * scale):
+        return True
+    if M.shape[0] <= DENSE_SIZE:
+        return float(np.linalg.eigvalsh(M.toarray())[0]) < -1e-9 * scale * M.shape[0]
+    heavy = np.flatnonzero(M.diagonal() > 1e-12 * scale)
+    try:
+        return bool(np.any(Factor(M[heavy][:, heavy]).pivots < -1e-9))
+    except Singular:
+        return False
+
+
+def implausible(model: Model) -> tuple[str, ...]:
+    """What reading a model warns of: a density or a stiffness that no body has."""
+    return tuple(_density(translation_mass(model), extent(model))) + tuple(_spectrum(model))
+
+
+def _oddities(model: Model, mass: Array, box: Array | None, modes: LowestModes | None) -> Iterator[str]:
+    yield from _density(mass, box)
+    yield from _spectrum(model)
+    if modes is None:
+        yield "K could not be factorised: rows without stiffness, or an export cut short."
+        return
+    if modes.negative:
+        yield f"K has {modes.negative} motions of negative stiffness: check its sign, or a prestress beyond buckling."
+    elastic = modes.frequencies[modes.rigid :]
+    if box is not None and elastic.size and not SLOWEST <= elastic[0] * box.max() <= FASTEST:
+        yield f"The first elastic mode at {elastic[0]:.4g} Hz of a body of {box.max():.4g} m is implausible: check the units."
+
+
+def _density(mass: Array, box: Array | None) -> Iterator[str]:
+    heaviest = float(np.nanmax(mass)) if not np.all(np.isnan(mass)) else 0.0
+    if box is None or box.min() <= 0.0 or heaviest <= 0.0:
+        return
+    density = heaviest / float(np.prod(box))
+    if not LIGHTEST <= density <= DENSEST:
+        yield (
+            f"{heaviest:.4g} kg in a box of {' x '.join(f'{length:.4g}' for length in box)} m is {density:.3g} kg/m³: "
+            "implausible, check the units of the file."
+        )
+
+
+def _spectrum(model: Model) -> Iterator[str]:
+    """√(K_ii/M_ii) bounds the frequencies of single nodes: far outside of what bodies have, the units are wrong."""
+    mass, stiffness = model.M.diagonal(), model.K.diagonal()
+    both = (mass > 0.0) & (stiffness > 0.0)
+    if not both.any():
+        return
+    highest = float(np.sqrt(np.max(stiffness[both] / mass[both]))) / (2.0 * np.pi)
+    if not SMALLEST_FREQUENCY <= highest <= 1e3 * LARGEST_FREQUENCY:
+        yield f"The stiffest node has {highest:.3g} Hz on its own: the stiffness is implausible, check the units of the file."
+
+
+def lines(found: Description) -> Iterator[str]:
+    """The description as text."""
+    model = found.model
+    yield f"format            {model.format}"
+    yield f"rows              {model.size} (M {model.M.nnz}, K {model.K.nnz}{_damping(model)} entries)"
+    yield f"nodes             {len(model.directions)}, {len(model.located[0])} with coordinates; rows {', '.join(model.dofs[:4])}"
+    for name, nodes in model.sets.items():
+        yield f"set               {name}: {len(nodes)} nodes"
+    if found.box is not None:
+        yield f"box               {' x '.join(f'{length:.6g}' for length in found.box)} m"
+    if not np.all(np.isnan(found.mass)):
+        yield f"mass along x y z  {', '.join(f'{value:.6g}' for value in found.mass)} kg (without fixed nodes)"
+    yield "symmetric         M and K"
+    if found.modes is not None:
+        yield f"rigid motions     {found.modes.rigid}"
+        yield f"K                 {_definite(found.modes)}"
+        yield f"first modes       {', '.join(f'{value:.7g}' for value in found.modes.frequencies)} Hz"
+    for sentence in found.odd:
+        yield f"odd               {sentence}"
+
+
+def _damping(model: Model) -> str:
+    return "" if model.C is None else f", C {model.C.nnz}"
+
+
+def _definite(modes: LowestModes) -> str:
+    if modes.negative:
+        return f"{modes.negative} motions of negative stiffness"
+    return "positive semidefinite (rigid motions)" if modes.rigid else "positive definite"

@@ -1,0 +1,54 @@
+"""One matrix a file: Matrix Market (.mtx, .mm) and Harwell-Boeing (.rb, .rsa, .rua, .hb). SciPy reads both."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from scipy import io
+
+from stickslip.checks import fault
+from stickslip.models.content import Content
+from stickslip.models.limits import rows_with_entries, within_file, within_memory
+from stickslip.structure.sparse import both_triangles
+
+MATRIX_MARKET = b"%%MatrixMarket"
+SMALLEST_ENTRY = {"coordinate": 4.0, "array": 2.0}
+"""Bytes of the shortest line of an entry: "1 1\\n", "1\\n"."""
+
+
+def read_matrix_market(path: Path) -> Content:
+    """A matrix in coordinate or array form; symmetric ones come out with both triangles."""
+    rows, columns, entries, form, kind, symmetry = io.mminfo(path)
+    if kind == "pattern":
+        raise fault(path.name, "must hold numbers", "a pattern")
+    stored = entries if form == "coordinate" or symmetry == "general" else entries // 2
+    within_file(f"{path.name}, entries", stored, path.stat().st_size, SMALLEST_ENTRY[form])
+    within_memory(path.name, 24 * entries)
+    rows_with_entries(path.name, max(rows, columns), entries)
+    return Content("Matrix Market", {"": io.mmread(path, spmatrix=False)})
+
+
+def read_harwell_boeing(path: Path) -> Content:
+    """An assembled matrix; of symmetric ones (second letter S of the type) the file holds one triangle."""
+    kind, counts = _header(path)
+    size = path.stat().st_size
+    for what, claimed in zip(("rows", "columns", "entries"), counts, strict=True):
+        within_file(f"{path.name}, {what}", claimed, size, 1.0)
+    rows_with_entries(path.name, max(counts[:2]), counts[2])
+    matrix = io.hb_read(path, spmatrix=False)
+    matrix.check_format(full_check=True)
+    return Content("Harwell-Boeing", {"": both_triangles(matrix) if kind[1] == "s" else matrix})
+
+
+def _header(path: Path) -> tuple[str, list[int]]:
+    """The type (three letters) and the numbers of rows, columns and entries, from the third line."""
+    with path.open("rb") as file:
+        third = [file.readline(400) for _ in range(3)][2].decode("ascii", "replace")
+    fields = third.split()
+    if len(fields) < 4 or not re.fullmatch("[a-z]{3}", fields[0].lower()) or not all(word.isdecimal() for word in fields[1:4]):
+        raise fault(f"{path.name}, line 3", "must hold a type of three letters and the counts", third.strip()[:60])
+    if fields[0][0].lower() != "r" or fields[0][2].lower() != "a":
+        raise fault(f"{path.name}, type", "must be real and assembled (R?A)", fields[0])
+    return fields[0].lower(), [min(int(word), np.iinfo(np.int64).max) for word in fields[1:4]]

@@ -1,0 +1,37 @@
+"""What a file may ask for: its header is believed only as far as its bytes and the memory of the machine bear it out."""
+
+from __future__ import annotations
+
+import os
+
+from stickslip.checks import fault
+
+MOST_DEFLATED = 1100
+"""No deflate stream unpacks to more than 1032 times its size."""
+EMPTY_ROWS = 1000
+
+
+def memory() -> int:
+    """Half of the machine's memory, bytes: more is not spent on one model."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+    except (AttributeError, ValueError, OSError):
+        return 4 << 30
+
+
+def within_file(what: str, claimed: int, file_size: int, smallest: float) -> None:
+    """Refuse a header that claims more entries than the file can hold at `smallest` bytes an entry."""
+    if claimed < 0 or claimed * smallest > file_size:
+        raise fault(what, f"must fit into a file of {file_size} bytes", claimed, "The file is truncated, or its header is wrong.")
+
+
+def within_memory(what: str, needed: int) -> None:
+    """Refuse what would need more than half of the machine's memory."""
+    if needed > memory():
+        raise fault(what, f"must fit into {memory() / 2**30:.1f} GiB, half of the memory", f"{needed / 2**30:.1f} GiB")
+
+
+def rows_with_entries(what: str, rows: int, entries: int) -> None:
+    """Refuse a matrix with far more rows than entries: its size is not to be believed."""
+    if rows > 2 * entries + EMPTY_ROWS:
+        raise fault(f"The size of {what}", f"must go with its {entries} entries", rows, "Is its header right?")

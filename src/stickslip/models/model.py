@@ -1,0 +1,121 @@
+"""A finite-element model in SI: sparse M, K, C, names of their rows, coordinates and sets of nodes; checked as it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from stickslip.checks import Array, Faults, InputError, fault
+from stickslip.models.content import NEEDED, Content, Point, chosen
+from stickslip.models.conversion import matrices_in_si
+from stickslip.models.limits import rows_with_entries
+from stickslip.structure.sparse import Sparse, square_sparse, symmetric_sparse
+from stickslip.units import UnitSystem
+
+CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
+LETTERS = ("M", "K", "C")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """M q̈ + C q̇ + K q = p, sparse, SI.
+
+    M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
+    sets: nodes by the name of a set; format: of the file; notes: what the reader left out or took for granted.
+    """
+
+    M: Sparse
+    K: Sparse
+    dofs: tuple[str, ...]
+    C: Sparse | None = None
+    nodes: Mapping[str, Point] = field(default_factory=dict)
+    sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    format: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def size(self) -> int:
+        return len(self.dofs)
+
+    @cached_property
+    def rows(self) -> dict[str, int]:
+        """The row of each degree of freedom."""
+        return {name: row for row, name in enumerate(self.dofs)}
+
+    @cached_property
+    def directions(self) -> dict[str, tuple[str, ...]]:
+        """The directions that each node has, in the order of the rows."""
+        found: dict[str, list[str]] = {}
+        for name in self.dofs:
+            node, _, direction = name.rpartition(".")
+            found.setdefault(node, []).append(direction)
+        return {node: tuple(directions) for node, directions in found.items()}
+
+    @cached_property
+    def located(self) -> tuple[tuple[str, ...], Array]:
+        """The nodes that have rows and coordinates, and these, (nodes, 3), m."""
+        names = tuple(node for node in self.directions if node in self.nodes)
+        return names, np.array([self.nodes[node] for node in names]).reshape(len(names), 3)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Tells models apart by their content: hexadecimal digits of matrices and names."""
+        digest = sha256("\n".join(self.dofs).encode())
+        for matrix in (self.M, self.K, self.C):
+            for part in () if matrix is None else (matrix.data, matrix.indices.astype(np.int64), matrix.indptr.astype(np.int64)):
+                digest.update(np.ascontiguousarray(part).tobytes())
+        return digest.hexdigest()
+
+
+def model_of(content: Content, units: UnitSystem, variables: Mapping[Any, str], dofs: Sequence[str], file: str) -> Model:
+    """The model of a content, converted to SI; all faults of the matrices at once."""
+    matrices = _checked(chosen(content, variables, file), file)
+    names = tuple(dofs) or content.dofs
+    size = _common_size(matrices, names)
+    names = names or tuple(f"{row}.q" for row in range(1, size + 1))
+    if len(set(names)) < size:
+        raise fault("dofs", "must be unique", sorted(name for name in set(names) if names.count(name) > 1)[:5])
+    converted = matrices_in_si(matrices, names, units)
+    nodes = {node: (x * units.metres, y * units.metres, z * units.metres) for node, (x, y, z) in content.nodes.items()}
+    return Model(converted["M"], converted["K"], names, converted.get("C"), nodes, content.sets, content.format, content.notes)
+
+
+def _checked(matrices: Mapping[str, Any], file: str) -> dict[str, Sparse]:
+    checked, faults = {}, []
+    for letter, matrix in matrices.items():
+        try:
+            checked[letter] = CHECKS[letter](letter, _real(letter, matrix))
+            rows_with_entries(letter, checked[letter].shape[0], max(checked[letter].nnz for letter in checked))
+        except InputError as error:
+            faults.append(f"{file}: {error}" if file else str(error))
+    if faults:
+        raise Faults(faults)
+    return checked
+
+
+def _real(letter: str, matrix: Any) -> Any:
+    """The matrix in floating point; a complex one only where nothing is imaginary."""
+    kind = getattr(matrix, "dtype", np.asarray(matrix).dtype if np.ndim(matrix) else None)
+    if kind is None or kind.kind not in "fiubc":
+        raise fault(letter, "must hold real numbers", str(kind))
+    if kind.kind == "c":
+        imaginary = matrix.imag
+        if abs(imaginary).max():
+            raise fault(letter, "must hold real numbers", str(kind), "Hysteretic damping in K? Give it as viscous C.")
+        matrix = matrix.real
+    return matrix.astype(float)
+
+
+def _common_size(matrices: Mapping[str, Sparse], names: Sequence[str]) -> int:
+    size = matrices[NEEDED[0]].shape[0]
+    for letter, matrix in matrices.items():
+        if names and matrix.shape[0] != len(names):
+            raise fault(f"dofs, the names of the rows of {letter},", f"must have {matrix.shape[0]} entries", len(names))
+        if matrix.shape[0] != size:
+            raise fault(letter, f"must have the shape of M, {(size, size)}", matrix.shape)
+    return int(size)

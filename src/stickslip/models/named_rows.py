@@ -1,0 +1,108 @@
+"""Names of rows: from arrays `dofs` and `nodes` beside the matrices, from a list, or from a mapping file.
+
+A mapping file is a table (CSV) with a line for each row of the matrices, in their order: columns `node` and `direction`
+(x, y, z, rx, ry, rz or 1 to 6), and if wanted `x`, `y`, `z` (in the unit of the model) and `set` (several, split by blanks).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.checks import fault, nearest
+from stickslip.models.content import DIRECTIONS, Content, Point
+
+COLUMNS = ("node", "direction", "x", "y", "z", "set")
+LONGEST_NAME = 200
+
+
+def from_tables(format: str, arrays: Mapping[str, Any]) -> Content:
+    """A content of named arrays: `dofs` and `nodes` describe the rows, everything else counts as a matrix."""
+    matrices = {name: value for name, value in arrays.items() if name not in ("dofs", "nodes")}
+    return Content(format, matrices, _names(arrays.get("dofs")), _nodes(arrays.get("nodes")))
+
+
+def _names(array: Any) -> tuple[str, ...]:
+    """Names from an array of text, from rows of characters or from a list."""
+    if array is None:
+        return ()
+    names = np.asarray(array)
+    if names.dtype.kind not in "USO":
+        raise fault("dofs", "must hold text", str(names.dtype), 'Names such as "17.x", one for each row.')
+    flat = [name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name) for name in names.ravel().tolist()]
+    return tuple(checked_name(name.strip()) for name in flat)
+
+
+def checked_name(name: str) -> str:
+    """A name that can be typed."""
+    if not name or len(name) > LONGEST_NAME or not name.isprintable():
+        raise fault("dofs", f"must be printable names of 1 to {LONGEST_NAME} characters", name[:40])
+    return name
+
+
+def _nodes(array: Any) -> dict[str, Point]:
+    """Coordinates from rows (id, x, y, z)."""
+    if array is None:
+        return {}
+    rows = np.asarray(array)
+    if rows.ndim != 2 or rows.shape[1] != 4 or rows.dtype.kind not in "fiu":
+        raise fault("nodes", "must have rows of id, x, y, z", f"{rows.shape} of {rows.dtype}")
+    if not np.all(np.isfinite(rows)):
+        raise fault("nodes", "must be finite", "NaN or infinite")
+    return {f"{node:.0f}": (float(x), float(y), float(z)) for node, x, y, z in rows.astype(float).tolist()}
+
+
+def with_mapping(content: Content, path: Path) -> Content:
+    """The content with the names, coordinates and sets of a mapping file."""
+    rows = _table(path)
+    dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
+    nodes = {row["node"]: _point(row) for row in rows if row.get("x")}
+    sets: dict[str, dict[str, None]] = {}
+    for row in rows:
+        for name in (row.get("set") or "").split():
+            sets.setdefault(name, {})[row["node"]] = None
+    return replace(content, dofs=dofs, nodes=nodes or content.nodes, sets={name: tuple(found) for name, found in sets.items()})
+
+
+def _table(path: Path) -> list[dict[str, str]]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, skipinitialspace=True, restval="", restkey="more")
+            rows = list(reader)
+            columns = list(reader.fieldnames or ())
+    except FileNotFoundError:
+        raise fault("The mapping file", "must exist", str(path)) from None
+    except (UnicodeDecodeError, csv.Error, OSError) as error:
+        raise fault("The mapping file", "must be a table in UTF-8", f"{path.name} ({error})") from None
+    for column in columns:
+        if column not in COLUMNS:
+            raise fault(f"{path.name}, column", "must be a known one", column, nearest(str(column), COLUMNS))
+    if not {"node", "direction"} <= set(columns) or not rows:
+        raise fault(path.name, "must have columns node and direction and a line for each row", columns)
+    if any("more" in row for row in rows):
+        raise fault(path.name, f"must have {len(columns)} entries in each line", "more")
+    return rows
+
+
+def _direction(text: str) -> str:
+    if text in DIRECTIONS.values():
+        return text
+    if text.isdecimal() and int(text) in DIRECTIONS:
+        return DIRECTIONS[int(text)]
+    raise fault("A direction of the mapping file", "must be x, y, z, rx, ry, rz or 1 to 6", text)
+
+
+def _point(row: Mapping[str, str]) -> Point:
+    try:
+        x, y, z = (float(row.get(axis) or 0.0) for axis in "xyz")
+    except ValueError:
+        x = math.nan
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+        raise fault(f"The coordinates of node {row['node']}", "must be finite numbers", [row.get(axis) for axis in "xyz"])
+    return x, y, z

@@ -1,0 +1,76 @@
+"""NumPy archives (.npz): M, K, C, and if there are any `dofs` (names) and `nodes` (rows id, x, y, z). No pickle.
+
+A file that `scipy.sparse.save_npz` wrote holds one matrix; it is read together with the file of the other one.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy
+from scipy import sparse
+
+from stickslip.checks import Array, fault
+from stickslip.models.content import Content
+from stickslip.models.limits import MOST_DEFLATED, within_file, within_memory
+from stickslip.models.named_rows import from_tables
+
+SPARSE = {"csc": sparse.csc_array, "csr": sparse.csr_array}
+
+
+def read(path: Path) -> Content:
+    """Every array of the archive; those that hold no matrix only by name."""
+    try:
+        archive = zipfile.ZipFile(path)
+    except zipfile.BadZipFile as error:
+        raise fault("A .npz file", "must be a .npz archive", f"{path.name}: {error}", "Write it with numpy.savez.") from None
+    with archive:
+        members = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
+        arrays = {name: _array(archive, member) for name, member in members.items()}
+    if {"format", "data", "shape"} <= set(arrays):
+        return Content("scipy.sparse archive", {"": _sparse(arrays)})
+    return from_tables("NumPy archive", arrays)
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
+    """One array, whose header must agree with the bytes that are there."""
+    within_file(f"{member.filename}, bytes", member.file_size, member.compress_size, 1.0 / MOST_DEFLATED)
+    within_memory(member.filename, member.file_size)
+    with archive.open(member) as file:
+        claimed, kind = _claimed(file)
+    if kind.hasobject:
+        raise fault(
+            member.filename, "must hold numbers or text", "Python objects", "They are never unpickled (allow_pickle=False)."
+        )
+    within_file(f"{member.filename}, entries", claimed, member.file_size, max(kind.itemsize, 1))
+    with archive.open(member) as file:
+        return npy.read_array(file, allow_pickle=False)
+
+
+def _claimed(file: IO[bytes]) -> tuple[int, np.dtype[Any]]:
+    """Entries and type that the header of an array claims."""
+    version = npy.read_magic(file)
+    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, kind = read_header(file)
+    size = 1
+    for length in shape:
+        size *= int(length)
+    return size, kind
+
+
+def _sparse(arrays: dict[str, Any]) -> Any:
+    """The matrix of a file written by scipy.sparse.save_npz."""
+    kind = arrays["format"].item()
+    name = kind.decode() if isinstance(kind, bytes) else str(kind)
+    shape = tuple(int(length) for length in arrays["shape"])
+    data: Array = arrays["data"]
+    if name == "coo":
+        return sparse.coo_array((data, (arrays["row"], arrays["col"])), shape)
+    if name not in SPARSE:
+        raise fault("The sparse format", f"must be coo or {' or '.join(SPARSE)}", name, "Convert it with .tocsc().")
+    matrix = SPARSE[name]((data, arrays["indices"], arrays["indptr"]), shape)
+    matrix.check_format(full_check=True)
+    return matrix

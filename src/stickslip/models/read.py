@@ -1,0 +1,164 @@
+"""The way in: `read_model` and `read_structure` take a file of any known format; the ending and the first bytes tell which.
+
+Whatever a reader meets in a file, the answer is a model or an `InputError`. Nothing in a file is ever run.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stickslip.checks import InputError, fault
+from stickslip.models import calculix, exchange, matlab, numpy_archive
+from stickslip.models.content import NEEDED, Content
+from stickslip.models.describe import implausible
+from stickslip.models.model import Model, model_of
+from stickslip.models.named_rows import with_mapping
+from stickslip.models.places import Keep, places_of
+from stickslip.models.reduction import Progress, quiet, structure_of
+from stickslip.structure.damping import Damping
+from stickslip.structure.matrices import Structure
+from stickslip.units import UnitSystem, unit_system
+
+Paths = str | Path | Mapping[str, str | Path]
+"""A file, or the files of the matrices by their letters, {"M": ..., "K": ...}."""
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format: its name, its endings, its reader, and for endings that formats share the first bytes."""
+
+    name: str
+    endings: tuple[str, ...]
+    read: Callable[[Path], Content]
+    start: bytes = b""
+
+
+FORMATS = (
+    Format("NumPy archive", (".npz",), numpy_archive.read),
+    Format("MATLAB file", (".mat",), matlab.read),
+    Format("Matrix Market", (".mtx", ".mm"), exchange.read_matrix_market, exchange.MATRIX_MARKET),
+    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb"), exchange.read_harwell_boeing),
+    Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
+)
+
+COUNTERPARTS = (("STIFFNESS", "MASS", "DAMPING"), ("STIF", "MASS", "DMPV"), ("K", "M", "C"))
+"""Ends of the names of files that hold stiffness, mass and damping of one model, in capitals or small letters."""
+
+
+def read_structure(
+    path: Paths,
+    *,
+    units: str | UnitSystem = "SI",
+    keep: Keep | None = None,
+    modes: int | None = None,
+    damping: Damping | None = None,
+    names: str | Path | None = None,
+    dofs: Sequence[str] = (),
+    variables: Mapping[str, str] | None = None,
+    progress: Progress = quiet,
+) -> Structure:
+    """A finite-element model of another program as a `Structure`, in SI.
+
+    path: a file, or {"M": file, "K": file}; units: those of the file, "SI", "mm-t-s", ...; keep: places that stay, {name: id of
+    a node, name of a set or coordinates (x, y, z) in the file's unit}, or a list of ids and sets; all else becomes `modes`
+    fixed-interface modes (30), and without `keep` the model is taken whole. names: a mapping file (CSV); dofs: the names
+    themselves; variables: {"K": "KELAST"} where the matrices have unusual names; damping: a rule where the file has no C;
+    progress(share, text) is told of long work, and where places were found.
+    """
+    system = unit_system(units)
+    model = read_model(path, units=system, names=names, dofs=dofs, variables=variables)
+    places = None if keep is None else places_of(model, keep, system.metres)
+    for place in places or ():
+        progress(0.0, str(place))
+    return structure_of(model, places, modes, damping, progress)
+
+
+def read_model(
+    path: Paths,
+    *,
+    units: str | UnitSystem = "SI",
+    names: str | Path | None = None,
+    dofs: Sequence[str] = (),
+    variables: Mapping[str, str] | None = None,
+) -> Model:
+    """A finite-element model with sparse matrices, names, coordinates and sets, in SI, not reduced. Arguments: `read_structure`.
+
+    Warns of a density or stiffness that no body has: the units are wrong then.
+    """
+    content, file = read_content(path)
+    if names is not None:
+        content = with_mapping(content, Path(names))
+    model = model_of(content, unit_system(units), dict(variables or {}), tuple(dofs), file)
+    for sentence in implausible(model):
+        warnings.warn(f"{file}: {sentence}", stacklevel=2)
+    return model
+
+
+def read_content(path: Paths) -> tuple[Content, str]:
+    """What the file holds, together with the file of the other matrix where a format has one matrix a file; and its name."""
+    if isinstance(path, Mapping):
+        return _together({letter: Path(place) for letter, place in path.items()}), " and ".join(map(str, path.values()))
+    place = Path(path)
+    content = _read_one(place)
+    if set(content.matrices) != {""}:
+        return content, place.name
+    return _together(_counterparts(place)), place.name
+
+
+def _read_one(path: Path) -> Content:
+    """One file by its reader; whatever that raises becomes an `InputError`."""
+    form = format_of(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return form.read(path)
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
+    except MemoryError:
+        raise fault(path.name, "must fit into the memory", "larger") from None
+    except Exception as error:  # the readers of other packages raise whatever damaged files lead them to
+        said = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise fault("A model file", "must be readable", path.name, f"As a {form.name} it is damaged ({said}).") from None
+
+
+def format_of(path: Path) -> Format:
+    """The format of a file, by its ending and first bytes."""
+    endings = sorted({ending for form in FORMATS for ending in form.endings})
+    fitting = [form for form in FORMATS if path.suffix.lower() in form.endings]
+    if not fitting:
+        raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
+    if not path.is_file():
+        raise fault("A model", "must be a file that exists", str(path))
+    with path.open("rb") as file:
+        start = file.read(64)
+    return next((form for form in fitting if form.start and start.startswith(form.start)), fitting[-1])
+
+
+def _counterparts(path: Path) -> dict[str, Path]:
+    """M, K and C beside a file that holds one of them: blade_K.mtx goes with blade_M.mtx."""
+    for words in COUNTERPARTS:
+        for case in (str.upper, str.lower):
+            for word in map(case, words):
+                match = re.fullmatch(rf"(.*(?:[^A-Za-z]|^)){word}(\d*)", path.stem)
+                if match:
+                    beside = [path.with_stem(f"{match[1]}{case(other)}{match[2]}") for other in words]
+                    return {letter: place for letter, place in zip("KMC", beside, strict=True) if place.is_file()}
+    remedy = 'Name both: {"M": file, "K": file}, or let the names end in _K and _M.'
+    raise fault(path.name, "must be one of a pair of files of stiffness and mass", path.stem, remedy)
+
+
+def _together(paths: Mapping[str, Path]) -> Content:
+    """One content of files that hold a matrix each."""
+    for letter in NEEDED:
+        if letter not in paths:
+            raise fault(f"The file of {letter}", "must be given", sorted(str(path) for path in paths.values()))
+    parts = {letter: _read_one(path) for letter, path in paths.items()}
+    for letter, part in parts.items():
+        if len(part.matrices) != 1:
+            raise fault(f"{paths[letter].name}", "must hold one matrix", sorted(part.matrices))
+    first = parts["K"]
+    return replace(first, matrices={letter: next(iter(part.matrices.values())) for letter, part in parts.items()})

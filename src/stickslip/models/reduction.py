@@ -1,0 +1,114 @@
+"""A model as a `Structure`: whole while it is small, by Craig-Bampton with the places that contacts, loads and outputs need.
+
+A reduction is kept on disk under a name that tells its content apart, so that the same model is reduced once.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+import stickslip
+from stickslip.checks import Array, InputError, fault
+from stickslip.files import replacing
+from stickslip.models.limits import within_memory
+from stickslip.models.model import Model
+from stickslip.models.places import Place
+from stickslip.structure.craig_bampton import craig_bampton
+from stickslip.structure.damping import Damping
+from stickslip.structure.matrices import Structure
+
+Progress = Callable[[float, str], None]
+"""Called with the share that is done and what is being done."""
+
+WHOLE_SIZE = 3000
+"""Rows up to which a model is taken whole."""
+MODES = 30
+"""Fixed-interface modes when nothing is said."""
+
+
+def quiet(share: float, text: str) -> None:
+    """Progress that nobody watches."""
+
+
+def whole(model: Model, damping: Damping | None = None) -> Structure:
+    """The model as it stands, dense."""
+    if model.size > WHOLE_SIZE:
+        remedy = "Name the places of contacts, loads and outputs in `keep`: the rest is then reduced to modes."
+        raise fault("A model taken whole", f"must have at most {WHOLE_SIZE} rows", model.size, remedy)
+    C = None if model.C is None else model.C.toarray()
+    return Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping)
+
+
+def reduced(
+    model: Model, places: tuple[Place, ...], modes: int | None, damping: Damping | None = None, progress: Progress = quiet
+) -> Structure:
+    """The model by its places and `modes` fixed-interface modes (all of them where there are fewer); C is projected too."""
+    kept = {name: row for place in places for name, row in place.dofs.items()}
+    number = min(MODES if modes is None else modes, model.size - len(kept))
+    file = cache_folder() / f"{_key(model, kept, number)}.npz"
+    matrices = _from_cache(file)
+    if matrices is None:
+        matrices = _reduce(model, kept, number, progress)
+        _to_cache(file, matrices)
+    else:
+        progress(1.0, f"reduction found in {file}")
+    C = matrices["C"] if matrices["C"].size else None
+    return Structure(matrices["M"], matrices["K"], (*kept, *_mode_names(matrices["M"].shape[0] - len(kept))), C, damping)
+
+
+def _mode_names(number: int) -> tuple[str, ...]:
+    return tuple(f"mode/{index}.q" for index in range(1, number + 1))
+
+
+def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress) -> dict[str, Array]:
+    basis = 8 * model.size * (len(kept) + modes)
+    within_memory("The basis of the reduction", 3 * basis)
+    sizes = f"{model.size} rows to {len(kept)} kept and {modes} modes; the basis takes {basis / 2**20:.0f} MiB"
+    progress(0.0, f"reducing {sizes}")
+    reduction = craig_bampton(model.M, model.K, kept, modes, progress)
+    T = reduction.transformation
+    C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
+    return {"M": reduction.structure.M, "K": reduction.structure.K, "C": C}
+
+
+def cache_folder() -> Path:
+    """Where reductions are kept: STICKSLIP_CACHE, or `stickslip` in the user's folder of caches."""
+    chosen = os.environ.get("STICKSLIP_CACHE")
+    return Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "stickslip" / "models"
+
+
+def _key(model: Model, kept: dict[str, int], modes: int) -> str:
+    said = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes))
+    return sha256(said.encode()).hexdigest()[:32]
+
+
+def _from_cache(file: Path) -> dict[str, Array] | None:
+    """What an earlier reduction left; a damaged file counts as none."""
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            return {name: archive[name] for name in "MKC"}
+    except Exception:  # whatever a damaged file raises: the reduction is simply done again
+        return None
+
+
+def _to_cache(file: Path, matrices: dict[str, Array]) -> None:
+    """Keep a reduction; without a folder to write to, nothing is kept."""
+    try:
+        with replacing(file) as temporary:
+            np.savez(temporary, **matrices)  # type: ignore[arg-type]
+    except OSError:
+        return
+
+
+def structure_of(
+    model: Model, places: tuple[Place, ...] | None, modes: int | None, damping: Damping | None, progress: Progress = quiet
+) -> Structure:
+    """The model whole, or by its places."""
+    if places is None and modes is not None:
+        raise InputError("modes must go with keep, the places that are not reduced, but stands alone.")
+    return whole(model, damping) if places is None else reduced(model, places, modes, damping, progress)

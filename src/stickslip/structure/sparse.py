@@ -1,0 +1,52 @@
+"""Large matrices, checked as small ones are: square, finite, symmetric. Entries are looked at where they are stored."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.checks import fault
+
+Sparse = sparse.csc_array
+
+
+def square_sparse(what: str, matrix: Any) -> Sparse:
+    """`matrix`, dense or sparse, as a finite square (n, n)."""
+    if np.ndim(matrix) != 2:
+        raise fault(what, "must be a square matrix", np.shape(matrix), "Give as many rows as columns.")
+    stored = sparse.coo_array(matrix)
+    if stored.shape[0] != stored.shape[1]:
+        raise fault(what, "must be a square matrix", stored.shape, "Give as many rows as columns.")
+    wrong = np.flatnonzero(~np.isfinite(stored.data))
+    if wrong.size:
+        raise fault(f"{what}[{_place(stored, wrong[0])}]", "must be finite", float(stored.data[wrong[0]]))
+    return stored.tocsc()
+
+
+def symmetric_sparse(what: str, matrix: Any, tolerance: float = 1e-8) -> Sparse:
+    """`matrix` as a finite square equal to its transpose within `tolerance` of its largest entry; returned exactly symmetric."""
+    stored = square_sparse(what, matrix)
+    gap = sparse.coo_array(stored - stored.T)
+    scale = float(np.max(np.abs(stored.data), initial=0.0))
+    if gap.nnz and float(np.abs(gap.data).max()) > tolerance * scale:
+        worst = int(np.abs(gap.data).argmax())
+        row, column = sorted((int(gap.coords[0][worst]), int(gap.coords[1][worst])))
+        raise fault(
+            what,
+            "must be symmetric",
+            f"{what}[{row}, {column}] = {stored[row, column]:g} against {what}[{column}, {row}] = {stored[column, row]:g}",
+            "Only one triangle stored? Fill the other; else check the export.",
+        )
+    return sparse.csc_array(0.5 * (stored + stored.T)) if gap.nnz else stored
+
+
+def both_triangles(matrix: Any) -> Sparse:
+    """The symmetric matrix of which `matrix` stores one triangle."""
+    stored = sparse.csc_array(matrix)
+    return sparse.csc_array(stored + stored.T - sparse.diags_array(stored.diagonal()))
+
+
+def _place(matrix: sparse.coo_array, entry: np.int64) -> str:
+    return f"{matrix.coords[0][entry]}, {matrix.coords[1][entry]}"

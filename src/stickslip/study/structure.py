@@ -1,0 +1,65 @@
+"""The [structure] table of a model: from a file of another program or from small matrices in the study to a `Structure` in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.checks import Array, fault
+from stickslip.models.content import Content
+from stickslip.models.describe import implausible
+from stickslip.models.model import Model, model_of
+from stickslip.models.named_rows import with_mapping
+from stickslip.models.places import places_of
+from stickslip.models.read import read_content
+from stickslip.models.reduction import Progress, structure_of
+from stickslip.structure.damping import Damping
+from stickslip.structure.matrices import Structure
+from stickslip.study.tables import FilesTable, MatricesTable, StructureTable
+from stickslip.study.units import SYSTEMS, Units
+
+ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes")
+
+
+def structure(
+    table: StructureTable, damping: Damping | None, folder: Path, units: Units, progress: Progress
+) -> tuple[Structure, tuple[str, ...]]:
+    """The structure of a model and what is to be said of it: where places were found, and what is implausible."""
+    own = SYSTEMS[table.units] if table.units is not None else units
+    model = _model(table, folder, own)
+    places = None if table.keep is None else places_of(model, table.keep, own.system.metres)
+    said = (*map(str, places or ()), *implausible(model))
+    return structure_of(model, places, table.modes, damping, progress), said
+
+
+def _model(table: StructureTable, folder: Path, units: Units) -> Model:
+    if table.model is None:
+        given = [key for key in ONLY_WITH_MODEL if getattr(table, key) is not None]
+        if given:
+            raise fault(" and ".join(given), "must go with model", "without one")
+    content, file = _content(table, folder)
+    if table.names is not None:
+        content = with_mapping(content, folder / table.names)
+    return model_of(content, units.system, table.variables or {}, table.dofs or (), file)
+
+
+def _content(table: StructureTable, folder: Path) -> tuple[Content, str]:
+    """What the file holds, or the matrices that stand in the study."""
+    place = table.matrices if table.model is None else table.model
+    if isinstance(place, MatricesTable):
+        given = {"M": place.M, "K": place.K, "C": place.C}
+        return Content("study", {name: _rectangular(name, rows) for name, rows in given.items() if rows is not None}), ""
+    if isinstance(place, FilesTable):
+        given_files = {"M": place.M, "K": place.K, "C": place.C}
+        return read_content({letter: folder / name for letter, name in given_files.items() if name is not None})
+    return read_content(folder / str(place))
+
+
+def _rectangular(name: str, rows: Sequence[Sequence[float]]) -> Array:
+    """Rows of one length as an array."""
+    lengths = {len(row) for row in rows}
+    if len(lengths) != 1:
+        raise fault(name, "must have rows of one length", [len(row) for row in rows])
+    return np.array(rows, dtype=float)

@@ -1,0 +1,107 @@
+"""The same model comes out of every format; units, names and pairs of files."""
+
+import numpy as np
+import pytest
+from models.conftest import KINDS
+
+import stickslip as ss
+from stickslip.checks import Faults, InputError
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_format_gives_the_model(chain, tmp_path, kind):
+    structure = ss.read_structure(chain.save(tmp_path, kind), dofs=chain.dofs)
+    for name in "MKC":
+        np.testing.assert_allclose(getattr(structure, name), getattr(chain, name), rtol=1e-14, atol=1e-11)
+    assert structure.dofs == chain.dofs
+
+
+@pytest.mark.parametrize("kind", ["npz", "mat", "mat_compressed", "mat73"])
+def test_names_in_the_file(chain, tmp_path, kind):
+    assert ss.read_structure(chain.save(tmp_path, kind)).dofs == chain.dofs
+
+
+def test_rows_without_names_are_numbered(chain, tmp_path):
+    assert ss.read_structure(chain.save(tmp_path, "matrix_market")).dofs == tuple(f"{row}.q" for row in range(1, 7))
+
+
+def test_units_are_those_of_the_same_model_in_si(chain, tmp_path):
+    """In mm, t, s: mass / 1e3, stiffness (N/mm) / 1e3, damping / 1e3; a row of a rotation is 1e3 (mm) times larger."""
+    lever = np.diag([1, 1, 1, 1, 1, 1e3])
+    names = (*chain.dofs[:5], "6.rz")
+    scaled = {name: lever @ getattr(chain, name) @ lever / 1e3 for name in "MKC"}
+    np.savez(
+        tmp_path / "mm.npz", **scaled, dofs=names, nodes=[[k, 100.0 * k, 40.0 * (k % 2), 40.0 * (k % 3)] for k in range(1, 7)]
+    )
+    model = ss.read_model(tmp_path / "mm.npz", units="mm-t-s")
+    for name in "MKC":
+        np.testing.assert_allclose(getattr(model, name).toarray(), getattr(chain, name), rtol=1e-13)
+    assert model.nodes["3"] == pytest.approx((0.3, 0.04, 0.0))
+
+
+def test_a_mapping_file_names_the_rows(chain, tmp_path):
+    lines = [
+        "node,direction,x,y,z,set",
+        *(f"{10 * k},{'x' if k % 2 else 2},{k},0,0,{'odd' if k % 2 else ''}" for k in range(1, 7)),
+    ]
+    (tmp_path / "names.csv").write_text("\n".join(lines))
+    model = ss.read_model(chain.save(tmp_path, "matrix_market"), names=tmp_path / "names.csv")
+    assert model.dofs[:3] == ("10.x", "20.y", "30.x")
+    assert model.sets == {"odd": ("10", "30", "50")}
+    assert model.nodes["20"] == (2.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("node,direction\n1,x\n", "must have 6 entries, but is 1"),
+        ("node,direction\n" + "1,w\n" * 6, "must be x, y, z, rx, ry, rz or 1 to 6, but is 'w'"),
+        ("node,direction,x\n" + "1,x,far\n" * 6, "must be finite numbers"),
+        ("node,direction\n" + "1,x\n" * 6, "must be unique"),
+        ("knot,direction\n1,x\n", "must be a known one, but is 'knot'. Did you mean 'node'?"),
+        ("node,direction\n1,x,3\n", "must have 2 entries in each line"),
+        ("", "must have columns node and direction"),
+    ],
+)
+def test_wrong_mapping_files(chain, tmp_path, text, said):
+    (tmp_path / "names.csv").write_text(text)
+    with pytest.raises(InputError) as raised:
+        ss.read_model(chain.save(tmp_path, "npz"), names=tmp_path / "names.csv")
+    assert said in str(raised.value)
+
+
+def test_matrices_under_other_names(chain, tmp_path):
+    np.savez(tmp_path / "a.npz", KELAST=chain.K, MASS=chain.M)
+    assert ss.read_structure(tmp_path / "a.npz", variables={"K": "KELAST"}).K[0, 0] == chain.K[0, 0]
+    with pytest.raises(Faults, match=r"matrix K must be in the file, but is missing\. Known: KELAST, MASS"):
+        ss.read_structure(tmp_path / "a.npz")
+    with pytest.raises(InputError, match="variables must name M, K or C, but is 'Q'"):
+        ss.read_structure(tmp_path / "a.npz", variables={"Q": "KELAST"})
+
+
+def test_files_of_the_matrices_by_letter(chain, tmp_path):
+    chain.save(tmp_path, "matrix_market")
+    files = {"M": tmp_path / "chain_M.mtx", "K": tmp_path / "chain_K.mtx"}
+    structure = ss.read_structure(files, dofs=chain.dofs)
+    np.testing.assert_allclose(structure.K, chain.K)
+    assert structure.C is None
+    with pytest.raises(InputError, match="The file of M must be given"):
+        ss.read_structure({"K": files["K"]})
+
+
+def test_a_single_matrix_needs_its_counterpart(chain, tmp_path):
+    chain.save(tmp_path, "matrix_market")
+    (tmp_path / "chain_K.mtx").rename(tmp_path / "one.mtx")
+    with pytest.raises(InputError, match="must be one of a pair of files"):
+        ss.read_structure(tmp_path / "one.mtx")
+    (tmp_path / "one.mtx").rename(tmp_path / "other_K.mtx")
+    with pytest.raises(InputError, match="The file of M must be given"):
+        ss.read_structure(tmp_path / "other_K.mtx")
+
+
+def test_an_unknown_ending_and_units(tmp_path):
+    with pytest.raises(InputError, match=r"must be a file ending in .*\.npz.*, but is 'model.doc'"):
+        ss.read_structure("model.doc")
+    np.savez(tmp_path / "a.npz", M=np.eye(1), K=np.eye(1))
+    with pytest.raises(InputError, match="Did you mean 'mm-t-s'"):
+        ss.read_structure(tmp_path / "a.npz", units="mm-t")
