@@ -63,6 +63,7 @@ _HOME = {
     "performance_curve": "stickslip.analyses.performance_curve",
     "PeakPath": "stickslip.analyses.peak_path",
     "follow_peaks": "stickslip.analyses.peak_path",
+    "force_plane": "stickslip.analyses.force_plane",
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
@@ -79,6 +80,7 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 if TYPE_CHECKING:
     from stickslip import rigs, units
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
+    from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.peak_path import PeakPath, follow_peaks

@@ -102,8 +102,12 @@ SCHEMA = (
     ),
     *_rows(
         "case contact direction sample",
-        ("loop_motion", "m", "relative displacement over one period at the highest peak of the first output"),
-        ("loop_force", "N", "contact force over one period at the highest peak of the first output"),
+        (
+            "loop_motion",
+            "m",
+            "relative displacement over one period at the highest peak of the first output, else its largest value",
+        ),
+        ("loop_force", "N", "contact force over one period at the highest peak of the first output, else its largest value"),
     ),
     *_rows(
         "case",

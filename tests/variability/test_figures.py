@@ -1,13 +1,18 @@
 """Every figure of response variability draws what it says, from small results."""
 
+import numpy as np
 import pytest
 
+from stickslip.analyses.force_plane import force_plane
 from stickslip.analyses.friction_freedom import friction_freedom
 from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.response_history import response_history
 from stickslip.analyses.response_samples import response_samples
 from stickslip.checks import InputError
-from stickslip.plots.response_bounds import contact_forces, force_ratios, loss_factors, start_states
+from stickslip.plots import MORE
+from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
+from stickslip.plots.cycles import Cycles, sample_cycles
+from stickslip.plots.response_bounds import loss_factors, start_states
 from stickslip.plots.response_samples import response_cloud
 from stickslip.rigs import three_mass_wedge
 from stickslip.units import hertz
@@ -40,7 +45,7 @@ def test_forces_and_start_states(bounds):
     ratios = force_ratios(bounds.dataset, 1, 222.0).axes[0].lines
     assert max(abs(line.get_ydata()).max() for line in ratios) <= 0.5 * (1.0 + 1e-9)
     assert len(start_states(bounds.dataset).axes) == 3
-    with pytest.raises(InputError, match="row must be one of"):
+    with pytest.raises(InputError, match="row must be a known one"):
         contact_forces(bounds.dataset, rows=["blade 3 n"])
 
 
@@ -58,3 +63,60 @@ def test_history_and_freedom():
     above, below = friction_freedom(three_mass_wedge(), [215.0, 222.0]).plot().axes
     assert above.get_ylabel() == "N"
     assert below.lines
+
+
+def test_forces_and_loops_with_samples_behind(bounds):
+    """Samples solved at one frequency bring their cycles there, whose first harmonic is the one reported."""
+    samples = response_samples(three_mass_wedge(), [222.0], 1.0, 4)
+    cycles = sample_cycles(samples.dataset, 1.0)
+    assert cycles.rows == ("blade 1 t1", "blade 1 n", "blade 2 t1", "blade 2 n")
+    first = 2.0 * np.abs(np.fft.rfft(cycles.force[:, 0])[:, 1]) / cycles.force.shape[-1]
+    harmonic = np.hypot(*np.moveaxis(samples.dataset.contact_force.values[:, 0, 0, 0, 1], -1, 0))
+    np.testing.assert_allclose(first, harmonic, rtol=1e-9)
+    assert len(contact_forces(bounds.dataset, 1, 222.0, samples=samples.dataset).axes[0].lines) == 6
+    assert len(loops(bounds.dataset, 1, 222.0, samples=samples.dataset).axes[0].lines) == 6
+
+
+def test_points_of_a_surface_are_summed():
+    names = ("left flat 1 t1", "left flat 1 n", "left flat 2 t1", "left flat 2 n", "blade t1")
+    values = np.arange(10.0).reshape(1, 5, 2)
+    found = Cycles(names, values, values).summed()
+    assert found.rows == ("left flat t1", "left flat n", "blade t1")
+    np.testing.assert_array_equal(found.force[0], [[4.0, 6.0], [8.0, 10.0], [8.0, 9.0]])
+    np.testing.assert_array_equal(found.motion[0, 0], [2.0, 3.0])
+
+
+def test_limit_lines_of_a_wedge():
+    """A rigid wedge, both sides at T: N between C_F/(2 (cos a ± μ sin a)) (balance by hand); T = ±μN on the lines."""
+    wedge = three_mass_wedge()
+    plane = force_plane(wedge, ("D.x", "D.y"), ("blade 1", "blade 2"))
+    mu, angle = 0.5, np.pi / 6.0
+    normal = plane.normal(plane.corners())
+    ends = 120.0 / (2.0 * (np.cos(angle) + np.array([1.0, -1.0]) * mu * np.sin(angle)))
+    symmetric = [k for k in range(4) if normal[k, 0] == pytest.approx(normal[k, 1])]
+    np.testing.assert_allclose(sorted(normal[symmetric, 0]), sorted(ends))
+    np.testing.assert_allclose(np.abs(plane.corners()), mu * normal)
+    along = np.linspace(-30.0, 30.0, 5)
+    for side in (0, 1):
+        points = plane.limit(side, 1, along)
+        np.testing.assert_allclose(points[:, side], mu * plane.normal(points)[:, side])
+        np.testing.assert_array_equal(points[:, 1 - side], along)
+    assert plane.inside(np.zeros(2))
+    assert not plane.inside(np.array([100.0, 0.0]))
+    with pytest.raises(InputError, match="side must name contacts"):
+        force_plane(wedge, ("D.x", "D.y"), ("blade 1", "blade 3"))
+
+
+def test_the_plane_is_drawn(bounds):
+    plane = force_plane(three_mass_wedge(), ("D.x", "D.y"), ("blade 1", "blade 2"))
+    axes = bounds.plot(figure="force_plane", plane=plane, case=1, frequency=222.0).axes[0]
+    assert len(axes.lines) == 4 + 4
+    assert axes.get_xlabel() == "T of blade 1 in N"
+
+
+def test_a_figure_by_its_name(bounds):
+    for name in MORE["ResponseBounds"]:
+        if name != "force_plane":
+            assert bounds.plot(figure=name).axes
+    with pytest.raises(InputError, match="figure must be a known one"):
+        bounds.plot(figure="loop")

@@ -136,8 +136,9 @@ class _CurveTable:
             ranked = sorted(found, key=lambda p: -self._amplitude(p, output))
             for k, point in enumerate(ranked):
                 self._fill_peak((k, output), point)
-            if output == 0 and ranked:
-                self._fill_loops(ranked[0])
+        if curve.points:
+            tops = (curve.peaks and curve.peaks[0]) or curve.points
+            self._fill_loops(max(tops, key=lambda p: self._amplitude(p, 0)))
         for output, extreme in enumerate(curve.largest):
             if extreme is not None:
                 size = largest_absolute(extreme.evaluation.w[self.balance.rows + output])[0]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from stickslip.checks import fault
+from stickslip.checks import fault, nearest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,12 +25,28 @@ FIGURES = {
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""
 
+MORE: dict[str, dict[str, str]] = {
+    "ResponseSamples": {"percentiles": "stickslip.plots.response_percentiles:response_percentiles"},
+    "ResponseBounds": {
+        "loss_factors": "stickslip.plots.response_bounds:loss_factors",
+        "start_states": "stickslip.plots.response_bounds:start_states",
+        "contact_forces": "stickslip.plots.bound_cycles:contact_forces",
+        "force_ratios": "stickslip.plots.bound_cycles:force_ratios",
+        "loops": "stickslip.plots.bound_cycles:loops",
+        "force_plane": "stickslip.plots.force_plane:force_plane",
+    },
+}
+"""Further figures of a result by name: `result.plot(figure="loops")`."""
 
-def plot(result: Any, **options: Any) -> Figure:
-    """The figure of a result; options are those of its function."""
-    for kind in type(result).__mro__:
-        if kind.__name__ in FIGURES:
-            module, function = FIGURES[kind.__name__].split(":")
-            figure: Figure = getattr(import_module(module), function)(getattr(result, "dataset", result), **options)
-            return figure
-    raise fault("The result", f"must be one of {', '.join(FIGURES)}", type(result).__name__)
+
+def plot(result: Any, figure: str = "", **options: Any) -> Figure:
+    """The figure of a result, or a further one by its name in `MORE`; options are those of its function."""
+    kind = next((kind.__name__ for kind in type(result).__mro__ if kind.__name__ in FIGURES), None)
+    if kind is None:
+        raise fault("The result", f"must be one of {', '.join(FIGURES)}", type(result).__name__)
+    named = {"": FIGURES[kind]} | MORE.get(kind, {})
+    if figure not in named:
+        raise fault("figure", "must be a known one", figure, nearest(figure, MORE.get(kind, {})))
+    module, function = named[figure].split(":")
+    drawn: Figure = getattr(import_module(module), function)(getattr(result, "dataset", result), **options)
+    return drawn

@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 from stickslip.analyses.bounds_dataset import detached, has_bounds
 from stickslip.analyses.percentiles import has_percentiles
 from stickslip.files import replacing
+from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.look import house_style
-from stickslip.plots.response_bounds import contact_forces, loss_factors, response_bounds
+from stickslip.plots.response_bounds import loss_factors, response_bounds
 from stickslip.plots.response_curves import peaks_over_force, response_curves
 from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.plots.response_samples import response_cloud
@@ -51,6 +52,8 @@ BOUNDS_FIGURES: dict[str, Callable[[Any], Figure]] = {
     "bounds": lambda dataset: response_bounds(detached(dataset)),
     "bounds_loss_factor": lambda dataset: loss_factors(detached(dataset)),
     "bounds_contact_forces": lambda dataset: contact_forces(detached(dataset)),
+    "bounds_force_ratios": lambda dataset: force_ratios(detached(dataset)),
+    "bounds_loops": lambda dataset: loops(detached(dataset)),
 }
 """The same for results that hold bounds."""
 

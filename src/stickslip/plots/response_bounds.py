@@ -1,4 +1,4 @@
-"""Figures of response bounds: the two curves with the cloud, range of the peak, loss factors, contact forces, start states."""
+"""Figures of response bounds: the two curves with the cloud, range of the peak, loss factors, start states."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stickslip.checks import Array, fault
 from stickslip.plots.look import CONTACTS, GREY, house_style, level_colours, plain
 
 if TYPE_CHECKING:
     import xarray as xr
 
 LOWER, UPPER = CONTACTS[0], CONTACTS[5]
-MOST_ROWS = 8
-"""Contact rows in one figure of forces."""
 
 
 def response_bounds(dataset: xr.Dataset) -> Figure:
@@ -88,51 +85,6 @@ def loss_factors(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def contact_forces(dataset: xr.Dataset, case: int = 0, frequency: float | None = None, rows: list[str] | None = None) -> Figure:
-    """Contact forces over a cycle at both bounds, the rows that differ most; at the frequency nearest to the given one."""
-    k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
-    forces = dataset["contact_force"].values[case, :, k]
-    chosen = [_row(dataset, name) for name in rows] if rows else _most_different(forces)
-    phase = np.arange(forces.shape[-1]) / forces.shape[-1]
-    hertz = dataset["resonance"].values[case, :, k]
-    with house_style():
-        figure = Figure(figsize=(7.6, 0.8 + 1.6 * ((len(chosen) + 1) // 2)), layout="constrained")
-        panels = figure.subplots((len(chosen) + 1) // 2, 2, squeeze=False).ravel()
-        for axes, row in zip(panels, chosen, strict=False):
-            for bound, (word, colour) in enumerate((("lower", LOWER), ("upper", UPPER))):
-                axes.plot(phase, forces[bound, row], color=colour, label=f"{word} bound, {hertz[bound]:.1f} Hz")
-            axes.set_title(plain(str(dataset["row"].values[row])), fontsize=9)
-        panels[0].legend(fontsize=7)
-        figure.supxlabel("share of the period", fontsize=9.5)
-        figure.supylabel("contact force in N", fontsize=9.5)
-        _title(figure, f"Contact forces at the bounds, force {float(dataset['force_level'][case]):g}")
-    return figure
-
-
-def force_ratios(dataset: xr.Dataset, case: int = 0, frequency: float | None = None) -> Figure:
-    """|T|/N over a cycle at both bounds, for every contact with a tangential and a normal direction."""
-    k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
-    names = [str(name) for name in dataset["row"].values]
-    pairs = [(name[:-3], names.index(name), names.index(name[:-2] + "n")) for name in names if name.endswith(" t1")
-             and name[:-2] + "n" in names]  # fmt: skip
-    if not pairs:
-        raise fault("The result", "must have contacts with a normal direction", names)
-    forces = dataset["contact_force"].values[case, :, k]
-    phase = np.arange(forces.shape[-1]) / forces.shape[-1]
-    with house_style():
-        figure = Figure(figsize=(7.6, 3.6), layout="constrained")
-        for bound, axes in enumerate(figure.subplots(1, 2, sharey=True)):
-            for i, (name, tangential, normal) in enumerate(pairs):
-                load = forces[bound, normal]
-                ratio = np.where(load > 1e-9 * load.max(), forces[bound, tangential] / np.maximum(load, 1e-300), np.nan)
-                axes.plot(phase, ratio, color=CONTACTS[i % len(CONTACTS)], linewidth=1.0, label=plain(name))
-            axes.set(title=("lower", "upper")[bound] + " bound", xlabel="share of the period")
-        figure.axes[0].set_ylabel("T/N along t1")
-        figure.axes[1].legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        _title(figure, f"Ratio of friction to normal force, force {float(dataset['force_level'][case]):g}")
-    return figure
-
-
 def start_states(dataset: xr.Dataset, case: int = 0) -> Figure:
     """The start variables that make the bounds, against frequency."""
     variables = dataset["start_variable"].values[case]
@@ -149,19 +101,6 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Figure:
         axes.set_xlabel("frequency in Hz")
         figure.colorbar(image, ax=figure.axes, label="variable in [−1, 1]")
     return figure
-
-
-def _row(dataset: xr.Dataset, name: str) -> int:
-    names = [str(known) for known in dataset["row"].values]
-    if name not in names:
-        raise fault("row", f"must be one of {', '.join(names)}", name)
-    return names.index(name)
-
-
-def _most_different(forces: Array) -> list[int]:
-    """Rows whose force differs most between the bounds, in their old order."""
-    difference = np.nan_to_num(np.ptp(forces, axis=0).max(axis=-1))
-    return sorted(np.argsort(-difference, kind="stable")[:MOST_ROWS].tolist())
 
 
 def _title(figure: Figure, text: str) -> None:

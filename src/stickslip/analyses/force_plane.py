@@ -1,0 +1,76 @@
+"""The plane of tangential forces of a damper with two sides, and its limit lines (Yang and Menq, J. Eng. Gas Turbines Power
+120(2), 1998, 410-417).
+
+A damper without mass, held by nothing but two contacts and its pull, is in balance at every moment: its normal forces then follow
+from the tangential ones, and |T_i| = μ_i N_i are four straight lines. Between them both sides stick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import Array, fault
+from stickslip.contact.point import Contact
+from stickslip.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class ForcePlane:
+    """N = offset + slope T of both sides, (2,) [N] and (2, 2); friction (2,): μ of each; sides: their names."""
+
+    offset: Array
+    slope: Array
+    friction: Array
+    sides: tuple[str, str]
+
+    def normal(self, tangential: Array) -> Array:
+        """Normal forces (..., 2) that balance tangential ones (..., 2)."""
+        return np.asarray(self.offset + tangential @ self.slope.T)
+
+    def limit(self, side: int, sense: int, along: Array) -> Array:
+        """Points (n, 2) of the line T_side = sense μ N, at these forces of the other side [N]."""
+        factor = sense * self.friction[side]
+        own, other = self.slope[side, side], self.slope[side, 1 - side]
+        tangential = factor * (self.offset[side] + other * along) / (1.0 - factor * own)
+        return np.stack([tangential, along] if side == 0 else [along, tangential], axis=-1)
+
+    def corners(self) -> Array:
+        """Where the lines of the two sides cross, (4, 2), in the order round the region of sticking."""
+        found = []
+        for first, second in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
+            factor = np.array([first, second]) * self.friction
+            found.append(np.linalg.solve(np.eye(2) - factor[:, None] * self.slope, factor * self.offset))
+        return np.array(found)
+
+    def inside(self, tangential: Array) -> Array:
+        """Whether forces (..., 2) lie within all lines, to a millionth of the limits."""
+        limits = self.friction * self.normal(tangential)
+        return np.asarray(np.all(np.abs(tangential) <= limits + 1e-6 * np.abs(limits).max(), axis=-1))
+
+
+def force_plane(problem: Problem, damper: Sequence[str], sides: tuple[str, str]) -> ForcePlane:
+    """The plane of a damper: damper: its two degrees of freedom in the plane of motion; sides: the contact, or the points
+    "NAME 1", "NAME 2", ... , on each side. Inertia, moments, other springs and the second tangential direction are left out.
+    """
+    dofs = [problem.structure.index(dof) for dof in damper]
+    if len(dofs) != 2:
+        raise fault("damper", "must name two degrees of freedom", list(damper))
+    pull = problem.load(1)[dofs, 0]
+    contacts = [_contacts(problem, side) for side in sides]
+    tangents, normals = (
+        np.array([[group[0].directions[which].get(dof, 0.0) for dof in damper] for group in contacts]).T for which in (0, -1)
+    )
+    inverse = np.linalg.inv(normals)
+    friction = np.array([float(group[0].elements.friction[0].friction[0]) for group in contacts])
+    return ForcePlane(inverse @ pull, -inverse @ tangents, friction, sides)
+
+
+def _contacts(problem: Problem, side: str) -> list[Contact]:
+    """The contact of this name, or the points of a surface of this name."""
+    named = [c for c in problem.contacts if c.name == side or (c.name.rpartition(" ")[0] == side and c.name[-1].isdigit())]
+    if not named or any(len(c.direction_names) < 2 or c.normal is None for c in named):
+        raise fault("side", "must name contacts with friction and a normal direction", side)
+    return named
