@@ -3,7 +3,7 @@
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make verify   every promised number into results/verify.json and docs/verification.md
-# make verify-system   the report in a real browser (installs Debian's chromium where it is missing)
+# make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
 # make robustness   1000 seeded problems, traced or the cause said; CASES=25 for 25 of each class
 
 PYTHON ?= python3
@@ -38,6 +38,7 @@ test: setup
 
 verify-system: setup
 	command -v chromium >/dev/null || (apt-get update && apt-get install -y --no-install-recommends chromium)
+	command -v ccx >/dev/null || (apt-get update && apt-get install -y --no-install-recommends calculix-ccx)
 	$(BIN)/python -m pytest -m system tests/system
 
 robustness: setup

@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.checks import fault
+from stickslip.checks import Array, fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck, read_deck
 from stickslip.models.numbers import table, triplets, whole
 from stickslip.structure.sparse import Sparse, both_triangles
 
 ENDINGS = (".sti", ".mas", ".dof")
+CUT_SHORT = "One of the two files was cut short: copy them again."
 WRITE_THEM = "*FREQUENCY, SOLVER=MATRIXSTORAGE in the deck writes it."
 
 
@@ -27,16 +28,27 @@ def read(path: Path) -> Content:
         if not file.is_file():
             raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", WRITE_THEM)
     dofs = _names(names)
-    matrices = {"K": _matrix(stiffness, len(dofs)), "M": _matrix(mass, len(dofs))}
+    entries = {letter: _entries(file) for letter, file in (("K", stiffness), ("M", mass))}
+    if len(entries["K"]) != len(entries["M"]):
+        raise fault(mass.name, f"must have as many lines as {stiffness.name}, {len(entries['K'])}", len(entries["M"]), CUT_SHORT)
+    matrices = {letter: _matrix(file, entries[letter], len(dofs)) for letter, file in (("K", stiffness), ("M", mass))}
     deck = path.with_suffix(".inp")
     found = read_deck(deck) if deck.is_file() else Deck()
     notes = () if deck.is_file() else (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
     return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes)
 
 
-def _matrix(path: Path, size: int) -> Sparse:
+def _entries(path: Path) -> Array:
+    """Lines "row column value", (entries, 3); the last one whole."""
+    with path.open("rb") as file:
+        file.seek(-1, 2)
+        if file.read() != b"\n":
+            raise fault(path.name, "must end with a whole line", "cut off", CUT_SHORT)
+    return table(path, 3)
+
+
+def _matrix(path: Path, entries: Array, size: int) -> Sparse:
     """One triangle in the file, both in the matrix."""
-    entries = table(path, 3)
     rows, columns = (whole(f"Rows of {path.name}", entries[:, k], 1, size) - 1 for k in (0, 1))
     if np.any(rows > columns) and np.any(rows < columns):
         raise fault(path.name, "must hold one triangle", "entries on both sides of the diagonal")
@@ -44,7 +56,7 @@ def _matrix(path: Path, size: int) -> Sparse:
 
 
 def _names(path: Path) -> tuple[str, ...]:
-    """NODE.DIRECTION of each row; 0 stands for no mechanical direction and is refused."""
+    """NODE.DIRECTION of each row."""
     found = []
     for line in path.read_text(encoding="ascii", errors="replace").split():
         node, dot, direction = line.partition(".")

@@ -58,7 +58,5 @@ def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Se
 
 
 def dof(node: object, direction: int) -> str:
-    """NODE.DIRECTION of a numbered direction: 1 to 3 along x, y, z, 4 to 6 about them."""
-    if direction not in DIRECTIONS:
-        raise fault(f"The direction of node {node}", "must lie between 1 and 6", direction)
-    return f"{node}.{DIRECTIONS[direction]}"
+    """NODE.DIRECTION of a numbered direction: 1 to 3 along x, y, z, 4 to 6 about them, others q0, q7, ... (scalar, modal)."""
+    return f"{node}.{DIRECTIONS.get(direction, f'q{direction}')}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +11,27 @@ from stickslip.checks import Array, Index, fault
 from stickslip.models.limits import rows_with_entries, within_memory
 
 
-def table(path: Path, columns: int, delimiter: str | None = None) -> Array:
-    """Every line of a text file as `columns` numbers, (lines, columns); exponents may be written with D."""
+def table(path: Path, columns: int | None) -> Array:
+    """Every line of a text file as `columns` numbers, split by blanks or commas, (lines, columns); None: as many as there are.
+
+    Comments begin with * or #; exponents may be written with D.
+    """
     within_memory(path.name, 12 * path.stat().st_size)
-    text = path.read_bytes().replace(b"D", b"E").replace(b"d", b"e").decode("ascii", "replace")
-    found = np.loadtxt(text.splitlines(), dtype=float, delimiter=delimiter, ndmin=2, comments=("*", "#"))
-    if found.size and found.shape[1] != columns:
-        raise fault(f"Each line of {path.name}", f"must have {columns} numbers", found.shape[1])
-    return found.reshape(-1, columns)
+    found = np.loadtxt(_readable(path.read_bytes()).splitlines(), dtype=float, ndmin=2, comments=("*", "#"))
+    if found.size == 0 or (columns is not None and found.shape[1] != columns):
+        raise fault(
+            f"Each line of {path.name}", f"must have {columns or 'several'} numbers", found.shape[1] if found.size else "empty"
+        )
+    return np.asarray(found)
+
+
+def numbers_in(text: str) -> Array:
+    """The numbers of a text, split by blanks or commas."""
+    return np.array(_readable(text.encode("ascii", "replace")).split(), dtype=float)
+
+
+def _readable(content: bytes) -> str:
+    return content.translate(bytes.maketrans(b"Dd,", b"Ee ")).decode("ascii", "replace")
 
 
 def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> Index:
@@ -35,8 +47,3 @@ def triplets(what: str, rows: Index, columns: Index, values: Array, size: int) -
     """The matrix (size, size) of entries by row and column, both counted from 0; entries named twice add up."""
     rows_with_entries(what, size, len(values))
     return sparse.coo_array((values, (rows, columns)), (size, size)).tocsc()
-
-
-def numbering(keys: Sequence[tuple[int, int]]) -> dict[tuple[int, int], int]:
-    """A row for each (node, direction), in ascending order."""
-    return {key: row for row, key in enumerate(sorted(set(keys)))}

@@ -10,9 +10,13 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import sparse
 
 from stickslip.checks import InputError, fault
-from stickslip.models import calculix, exchange, matlab, numpy_archive
+from stickslip.models import abaqus, calculix, exchange, matlab, numpy_archive
 from stickslip.models.content import NEEDED, Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
@@ -21,6 +25,7 @@ from stickslip.models.places import Keep, places_of
 from stickslip.models.reduction import Progress, quiet, structure_of
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
+from stickslip.structure.sparse import square_sparse
 from stickslip.units import UnitSystem, unit_system
 
 Paths = str | Path | Mapping[str, str | Path]
@@ -40,6 +45,7 @@ class Format:
 FORMATS = (
     Format("NumPy archive", (".npz",), numpy_archive.read),
     Format("MATLAB file", (".mat",), matlab.read),
+    Format("Abaqus matrix", (".mtx",), abaqus.read),
     Format("Matrix Market", (".mtx", ".mm"), exchange.read_matrix_market, exchange.MATRIX_MARKET),
     Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb"), exchange.read_harwell_boeing),
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
@@ -135,7 +141,7 @@ def format_of(path: Path) -> Format:
         raise fault("A model", "must be a file that exists", str(path))
     with path.open("rb") as file:
         start = file.read(64)
-    return next((form for form in fitting if form.start and start.startswith(form.start)), fitting[-1])
+    return next((form for form in fitting if form.start and start.startswith(form.start)), fitting[0])
 
 
 def _counterparts(path: Path) -> dict[str, Path]:
@@ -160,5 +166,17 @@ def _together(paths: Mapping[str, Path]) -> Content:
     for letter, part in parts.items():
         if len(part.matrices) != 1:
             raise fault(f"{paths[letter].name}", "must hold one matrix", sorted(part.matrices))
-    first = parts["K"]
-    return replace(first, matrices={letter: next(iter(part.matrices.values())) for letter, part in parts.items()})
+    aligned = {letter: next(iter(part.matrices.values())) for letter, part in parts.items()}
+    dofs = parts["K"].dofs
+    if any(part.dofs != dofs for part in parts.values()) and all(part.dofs for part in parts.values()):
+        dofs = tuple(dict.fromkeys(name for letter in ("K", *parts) for name in parts[letter].dofs))
+        aligned = {letter: _spread(matrix, parts[letter].dofs, dofs) for letter, matrix in aligned.items()}
+    return replace(parts["K"], matrices=aligned, dofs=dofs)
+
+
+def _spread(matrix: Any, own: Sequence[str], dofs: Sequence[str]) -> Any:
+    """A matrix whose rows have the names `own`, over the rows `dofs`, which hold these and others."""
+    row = {name: index for index, name in enumerate(dofs)}
+    places = np.array([row[name] for name in own])
+    entries = sparse.coo_array(square_sparse("matrix", matrix))
+    return sparse.coo_array((entries.data, (places[entries.coords[0]], places[entries.coords[1]])), (len(dofs), len(dofs)))
