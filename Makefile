@@ -31,7 +31,7 @@ $(STAMP): requirements.lock pyproject.toml
 	touch $(STAMP)
 
 demo: setup
-	$(BIN)/stickslip demo
+	$(BIN)/stickslip demo --overwrite
 
 test: setup
 	$(BIN)/python -m pytest -n $(JOBS) -m "not verify and not system"

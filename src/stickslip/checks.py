@@ -6,6 +6,7 @@ Every message has four parts: what is wrong, the rule, the value found and, wher
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,6 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+SMALLEST, LARGEST = 1e-40, 1e40
+"""Sizes of numbers: beyond them squares and products leave the range of floating point, and nothing physical lies there."""
 
 
 class InputError(ValueError):
@@ -41,6 +46,8 @@ def finite(what: str, value: float) -> float:
         raise fault(what, "must be a number", value) from None
     if not np.isfinite(number):
         raise fault(what, "must be finite", number)
+    if abs(number) > LARGEST:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", number, "Check its unit.")
     return number
 
 
@@ -49,6 +56,8 @@ def positive(what: str, value: float) -> float:
     number = finite(what, value)
     if number <= 0.0:
         raise fault(what, "must be positive", number)
+    if number < SMALLEST:
+        raise fault(what, f"must be at least {SMALLEST:g}", number, "Check its unit.")
     return number
 
 
@@ -66,9 +75,11 @@ def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
     if array.ndim == 0:
         array = np.full(1 if size is None else size, float(array))
     if array.ndim != 1 or (size is not None and array.size != size):
-        raise fault(what, f"must have {'one axis' if size is None else f'{size} entries'}", array.tolist())
+        raise fault(what, f"must have {'one axis' if size is None else counted(size, 'entry', 'entries')}", array.tolist())
     if not np.all(np.isfinite(array)):
         raise fault(what, "must be finite", array.tolist())
+    if np.any(np.abs(array) > LARGEST):
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", array.tolist(), "Check its unit.")
     return array
 
 
@@ -82,6 +93,8 @@ def square(what: str, value: ArrayLike, size: int | None = None) -> Array:
     if not np.all(np.isfinite(array)):
         row, column = np.argwhere(~np.isfinite(array))[0]
         raise fault(f"{what}[{row}, {column}]", "must be finite", float(array[row, column]))
+    if array.size and float(np.max(np.abs(array))) > LARGEST:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", float(np.max(np.abs(array))), "Check its unit.")
     return array
 
 
@@ -99,6 +112,25 @@ def symmetric(what: str, value: ArrayLike, size: int | None = None, tolerance: f
             "Only one triangle stored? Fill the other; else check the export.",
         )
     return np.asarray(0.5 * (array + array.T))
+
+
+def unique(what: str, names: Sequence[Any]) -> None:
+    """Refuse what stands twice in `names`."""
+    repeated = [name for name in dict.fromkeys(names) if list(names).count(name) > 1] if len(set(names)) < len(names) else []
+    if repeated:
+        raise fault(what, "must be unique", repeated)
+
+
+def storable(what: str, text: str) -> str:
+    """`text` as it can stand in a results file and on one line of a table: without control characters."""
+    if any(unicodedata.category(character) in ("Cc", "Cs") for character in text):
+        raise fault(what, "must hold no control characters", text)
+    return text
+
+
+def counted(number: int, singular: str, plural: str = "") -> str:
+    """`1 entry`, `2 entries`."""
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import stickslip
-from stickslip.checks import fault
+from stickslip.checks import counted, fault, unique
 from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, tell_fault, warn
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
 
 
 Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run of the same study stopped.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results that DIR holds.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Curves computed side by side; the number of cores unless given.")]
 
 
@@ -74,7 +75,7 @@ def _version(asked: bool) -> None:
 def _options(
     ctx: typer.Context,
     version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")] = False,
-    debug: Annotated[bool, typer.Option("--debug", hidden=True, help="Show tracebacks.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
 ) -> None:
     ctx.obj = debug
 
@@ -87,6 +88,7 @@ def demo(
     preload_mass: Annotated[list[float] | None, typer.Option(help="kg; may be given several times.")] = None,
     fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
     resume: Resume = False,
+    overwrite: Overwrite = False,
     workers: Workers = None,
 ) -> None:
     """Compute a turbine blade with two underplatform dampers, at six force levels and three preloads."""
@@ -94,12 +96,14 @@ def demo(
     from stickslip.study.run import Run
     from stickslip.study.templates import FORCE_LEVELS, single_blade_study
 
-    folder = writable_folder(out)
     masses = preload_mass or (FAST_MASSES if fast else DEMO_MASSES)
+    names = [f"{mass:g}kg" for mass in masses]
+    unique("--preload-mass", names)
+    folder = free_folder(out, names, resume, overwrite)
     levels, harmonics = (FAST_LEVELS, FAST_HARMONICS) if fast else (FORCE_LEVELS, 5)
     say(f"Meshing and reducing the blade for {', '.join(f'{mass:g} kg' for mass in masses)}.")
-    texts = {f"{mass:g}kg": single_blade_study(mass, levels, harmonics) for mass in masses}
-    jobs = {name: study.job(text, Path(), "demo") for name, text in texts.items()}
+    texts = [single_blade_study(mass, levels, harmonics) for mass in masses]
+    jobs = {name: study.job(text, Path(), "demo") for name, text in zip(names, texts, strict=True)}
     carry_out(Run(jobs, folder, resume, workers or cores()))
 
 
@@ -160,13 +164,14 @@ def run(
     study: Annotated[Path, typer.Argument(help="The study file.")],
     out: Annotated[Path, typer.Option(help="Folder of the results.")],
     resume: Resume = False,
+    overwrite: Overwrite = False,
     workers: Workers = None,
 ) -> None:
     """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
     from stickslip.study.run import Run
 
     job = read_job(study)
-    folder = writable_folder(out)
+    folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {summary(job)}.")
     carry_out(Run({"": job}, folder, resume, workers or cores()))
 
@@ -275,9 +280,12 @@ def write_table(tables: Mapping[str, pd.DataFrame], path: Path) -> None:
 def summary(job: Job) -> str:
     """A study in half a line."""
     problem = job.problem
-    where = f"at {len(job.frequencies)} frequencies" if isinstance(job.frequencies, tuple) else "over a band"
-    counts = f"{problem.structure.size} degrees of freedom, {len(problem.contacts)} contacts"
-    return f"{counts}, {len(job.force_levels)} force levels {where}, {job.harmonics} harmonics, {job.samples} samples"
+    listed = job.frequencies if isinstance(job.frequencies, tuple) else None
+    where = "over a band" if listed is None else f"at {counted(len(listed), 'frequency', 'frequencies')}"
+    size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
+    harmonics = 'harmonics = "auto"' if job.harmonics == "auto" else counted(job.harmonics, "harmonic")
+    levels = counted(len(job.force_levels), "force level")
+    return f"{size}, {counted(len(problem.contacts), 'contact')}, {levels} {where}, {harmonics}, {job.samples} samples"
 
 
 def cores() -> int:
@@ -293,6 +301,18 @@ def writable_folder(folder: Path) -> Path:
             return folder
     except OSError as error:
         raise fault("The output folder", "must be a folder that can be written", str(folder), f"({error.strerror})") from None
+
+
+def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: bool) -> Path:
+    """The folder for results of these names; refused when it holds such results already, unless told what to do with them."""
+    if resume and overwrite:
+        raise fault("--resume and --overwrite", "must not be given together", "both", "Leave one out.")
+    written = [folder / name / "results.nc" for name in names] + [folder / "report.html"]
+    found = [file for file in written if file.exists()]
+    if found and not (resume or overwrite):
+        remedy = "Name another folder, or add --overwrite to replace them, or --resume to finish an interrupted run."
+        raise fault("--out", "must name a folder without results", f"{found[0]} is there", remedy)
+    return writable_folder(folder)
 
 
 def results_in(place: Path) -> dict[str, Path]:
@@ -363,12 +383,19 @@ def hint_at_resuming(kept: FinishedFolder) -> Iterator[None]:
 def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> list[str]:
     """Peaks to the screen, report and figures to the folder; returns what failed."""
     for name, dataset in datasets.items():
+        say_harmonics(name, dataset)
         say_peaks(name, dataset)
     write_reports(datasets, folder)
     broken = [message for name, dataset in datasets.items() for message in failures(name, dataset)]
     for message in broken:
         warn(message)
     return broken
+
+
+def say_harmonics(name: str, dataset: xr.Dataset) -> None:
+    """How many harmonics "auto" took, and why."""
+    if chosen := dataset.attrs.get("harmonics_chosen"):
+        say(f"{name + ': ' if name else ''}{chosen}.")
 
 
 def say_peaks(name: str, dataset: xr.Dataset) -> None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from stickslip.checks import fault, finite
+from stickslip.checks import fault, finite, positive, storable
 
 Amplitudes = complex | Mapping[int, complex]
 
@@ -31,8 +29,8 @@ class Force:
         for harmonic, amplitude in self.amplitudes.items():
             if harmonic < 1:
                 raise fault("Force.amplitude", "must have harmonics from 1 on", harmonic, "Use static for a constant.")
-            if not np.isfinite(amplitude):
-                raise fault(f"Force.amplitude of harmonic {harmonic}", "must be finite", amplitude)
+            if amplitude:
+                positive(f"Size of Force.amplitude of harmonic {harmonic}", abs(amplitude))
 
     @property
     def direction(self) -> Mapping[str, float]:
@@ -53,6 +51,13 @@ class Output:
 
     name: str
     direction: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        storable("The name of an output", self.name)
+        for dof, coefficient in self.direction.items():
+            finite(f"Output {self.name!r}, coefficient of {dof}", coefficient)
+        if not any(self.direction.values()):
+            raise fault(f"Output {self.name!r}", "must have a direction", dict(self.direction))
 
     @classmethod
     def of(cls, at: str | Output) -> Output:

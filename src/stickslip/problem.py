@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import Array, InputError, fault
+from stickslip.checks import SMALLEST, Array, InputError, fault, storable, unique
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
@@ -52,9 +52,8 @@ class Problem:
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
-        names = [contact.name for contact in self.contacts]
-        if len(set(names)) < len(names):
-            raise fault("Names of contacts", "must be unique", sorted({n for n in names if names.count(n) > 1}))
+        unique("Names of contacts", [contact.name for contact in self.contacts])
+        storable("The title", self.title)
         if not self.outputs:
             raise fault("outputs", "must name at least one degree of freedom", "none")
         if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
@@ -68,14 +67,16 @@ class Problem:
 
     def _check_held(self) -> None:
         eigenvalues, vectors = linalg.eigh(self.stuck_stiffness)
-        scale = max(float(eigenvalues[-1]), np.finfo(float).tiny)
-        if eigenvalues[0] < 1e-13 * scale:
+        low, high = float(eigenvalues[0]), float(eigenvalues[-1])
+        scale = max(abs(low), high, SMALLEST)
+        if low < 1e-13 * scale:
             dof = self.structure.dofs[int(np.argmax(np.abs(vectors[:, 0])))]
-            what = "held by nothing" if abs(eigenvalues[0]) < 1e-9 * scale else "of negative stiffness"
+            what = "held by nothing" if abs(low) < 1e-9 * scale else "of negative stiffness"
+            everywhere = high <= -1e-9 * scale
             raise InputError(
                 "The structure with all contacts stuck must have a positive definite stiffness, but a motion led by "
-                f"{dof!r} is {what} (lowest eigenvalue {eigenvalues[0]:.3g} N/m of up to {scale:.3g} N/m). "
-                "Add a support, a contact, or check the signs in K."
+                f"{dof!r} is {what} (eigenvalues from {low:.3g} to {high:.3g} N/m). "
+                + ("Turn the sign of K." if everywhere else "Add a support, a contact, or check the signs in K.")
             )
 
     @cached_property

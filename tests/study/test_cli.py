@@ -110,6 +110,53 @@ def test_several_results_share_a_report(one_mass, tmp_path):
     assert "second" in text
 
 
+def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
+    quick = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
+    one_mass.write_text(quick)
+    out = tmp_path / "out"
+    assert stickslip_command("run", one_mass, "--out", out, "--workers", 1).exit_code == 0
+    before = (out / "results.nc").read_bytes()
+    again = stickslip_command("run", one_mass, "--out", out)
+    refused(again, "--out must name a folder without results", "results.nc is there", "--overwrite", "--resume")
+    assert "Nothing is left to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
+    refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
+    one_mass.write_text(quick.replace("[0.5]", "[0.6]"))
+    refused(stickslip_command("run", one_mass, "--out", out, "--resume"), "come from another study or version", "--overwrite")
+    assert (out / "results.nc").read_bytes() == before
+    assert stickslip_command("run", one_mass, "--out", out, "--overwrite", "--workers", 1).exit_code == 0
+    assert open_results(out / "results.nc")["force_level"].values == [0.6]
+
+
+def test_the_demo_overwrites_only_when_asked(tmp_path):
+    (tmp_path / "4.6kg").mkdir()
+    (tmp_path / "4.6kg" / "results.nc").write_text("a result")
+    refused(stickslip_command("demo", "--fast", "--out", tmp_path), "must name a folder without results", "--overwrite")
+    twice = ("--preload-mass", 2.6, "--preload-mass", 2.6)
+    refused(stickslip_command("demo", "--out", tmp_path / "new", *twice), "--preload-mass must be unique, but is ['2.6kg']")
+
+
+def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
+    text = ONE_MASS.replace("harmonics = 7", 'harmonics = "auto"').replace("[0.1, 0.5, 1.0, 2.0]", "[1.0]")
+    one_mass.write_text(text)
+    assert 'harmonics = "auto"' in stickslip_command("check", one_mass).output
+    result = stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)
+    chosen = open_results(tmp_path / "out" / "results.nc").attrs["harmonics_chosen"]
+    assert "harmonics: harmonic" in chosen
+    assert "near the stuck mode at 0.2251 Hz" in chosen  # sqrt(k + kt) of one mass, rad/s over 2 pi
+    assert chosen in result.output
+    assert chosen in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_one_is_singular(one_mass):
+    one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[1.0]").replace("harmonics = 7", "harmonics = 1"))
+    said = "1 degree of freedom, 1 contact, 1 force level over a band, 1 harmonic, 256 samples"
+    assert said in stickslip_command("check", one_mass).output
+
+
+def test_help_names_debug():
+    assert "--debug" in stickslip_command("--help").output
+
+
 def refused(result, *said, code=console.WRONG_INPUT):
     assert result.exit_code == code
     assert "Traceback" not in result.output

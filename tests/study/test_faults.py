@@ -39,7 +39,7 @@ ONE_CHANGE = [
     ("[2.0, -1.0]", "[2.0, -1.5]", "K must be symmetric, but is 'K[0, 1] = -1.5 against K[1, 0] = -1'"),
     ("[0.0, 2.0]]", "[0.0, -2.0]]", "M must have no negative eigenvalue"),
     ('dofs = ["1.x", "2.x"]', 'dofs = ["1.x", "1.x"]', "dofs must be unique, but is ['1.x']"),
-    ('dofs = ["1.x", "2.x"]', 'dofs = ["1.x"]', "must have 2 entries, but is 1"),
+    ('dofs = ["1.x", "2.x"]', 'dofs = ["1.x"]', "dofs, the names of the rows of M, must have 2 entries, but is 1"),
     ('dofs = ["1.x", "2.x"]', "", "matrices and dofs must be given together, but only matrices is"),
     ("K = [[2.0, -1.0], [-1.0, 1.0]]", "K = [[1.0, -1.0], [-1.0, 0.5]]", "is of negative stiffness"),
     ('law = "macroslip"', 'law = "macrslip"', "'macrslip'. Did you mean 'macroslip'?"),
@@ -91,6 +91,24 @@ ONE_CHANGE = [
     ("[sweep]", "[damping]\nmodal = 0.01\n[sweep]", "must have either C or a damping rule, but has both"),
     ("[sweep]", "[damping]\nmodal = 0.01\nrayleigh = [1, 1]\n[sweep]", "modal and rayleigh must not be given together"),
     ("[sweep]", "[damping]\n[sweep]", "modal or rayleigh must be given, but is missing"),
+    ("amplitude = 1.0", "amplitude = 1e-200", "Size of Force.amplitude of harmonic 1 must be at least 1e-40, but is 1e-200"),
+    ("amplitude = 1.0", "amplitude = 1e200", "must not be larger than 1e+40 in size, but is 1e+200. Check its unit."),
+    ("amplitude = 1.0", "amplitude = 1.0\nstatic = -1e200", "Force.static must not be larger than 1e+40 in size"),
+    ("frequency = [0.1, 0.3]", "frequency = [1e-300, 0.3]", "Band.start must be at least 1e-40"),
+    ("frequency = [0.1, 0.3]", "at = [0.1, 1e300]", "at must not be larger than 1e+40 in size"),
+    ("frequency = [0.1, 0.3]", "at = [0.1, 0.2, 0.1]", "at must be unique, but is [0.1]"),
+    ("harmonics = 5", "force_levels = [1.0, 2.0, 1.0]", "Force levels must be unique, but is [1.0]"),
+    ("harmonics = 5", "force_levels = [1e300]", "A force level must not be larger than 1e+40 in size"),
+    ("[2.0, -1.0]", "[2e300, -1.0]", "K must not be larger than 1e+40 in size"),
+    (
+        "K = [[2.0, -1.0], [-1.0, 1.0]]",
+        "K = [[-9.0, 0.0], [0.0, -8.0]]",
+        "(eigenvalues from -8.5 to -8 N/m). Turn the sign of K.",
+    ),
+    ('["1.x", "ground"]', '["ground", "ground"]', "must join two different places, but is ['ground', 'ground']"),
+    ('["1.x", "ground"]', '["1.x", "ground"]\nname = "a\\u0000b"', "must hold no control characters, but is 'a\\x00b'"),
+    ("[study]", '[study]\ntitle = "a\\u0000b"', "title must hold no control characters, but is 'a\\x00b'"),
+    ('"2.x"]\n[[', '"2.\\u0001x"]\n[[', "A name in dofs must hold no control characters"),
     ("[study]", "[study", "must be valid TOML, but is not"),
     ("[study]", "study = 3\n[studies]", "[study]: The table must be a table, but is 3"),
 ]
@@ -128,6 +146,31 @@ def test_all_faults_are_named_at_once(tmp_path):
     for new in changes:
         said = next(change for change in ONE_CHANGE if change[1] == new)[2]
         assert any(said in fault for fault in raised.value.faults)
+
+
+def test_names_are_compared_whatever_else_is_wrong(tmp_path):
+    text = GOOD.replace('dofs = ["1.x", "2.x"]', 'dofs = ["1.x", "1.x"]').replace("[2.0, -1.0]", "[2.0, -1.5]")
+    with pytest.raises(Faults) as raised:
+        job(text, tmp_path, "study")
+    assert any("dofs must be unique, but is ['1.x']" in message for message in raised.value.faults)
+    assert any("K must be symmetric" in message for message in raised.value.faults)
+
+
+def test_one_entry_is_singular(tmp_path):
+    text = GOOD.replace("M = [[1.0, 0.0], [0.0, 2.0]]", "M = [[1.0]]")
+    with pytest.raises(InputError, match="rows of M, must have 1 entry, but is 2"):
+        job(text, tmp_path, "study")
+
+
+def test_matrices_that_are_a_folder_or_hold_texts(tmp_path):
+    text = GOOD.replace("matrices = {", 'matrices = "a.npz" # {')
+    (tmp_path / "a.npz").mkdir()
+    with pytest.raises(InputError, match=r"must be a file that exists, but is .*It is a folder"):
+        job(text, tmp_path, "study")
+    (tmp_path / "a.npz").rmdir()
+    np.savez(tmp_path / "a.npz", M=np.eye(2), K=np.array([["2", "0"], ["0", "2"]]))
+    with pytest.raises(InputError, match="K must hold real numbers, but is '<U1'"):
+        job(text, tmp_path, "study")
 
 
 RIG = """

@@ -47,7 +47,7 @@ def reference(tmp_path_factory):
     (folder / "study.toml").write_text(STUDY)
     subprocess.run(arguments(folder, "--workers", "1"), check=True, capture_output=True)
     started = time.monotonic()
-    subprocess.run(arguments(folder, "--workers", "1"), check=True, capture_output=True)
+    subprocess.run(arguments(folder, "--workers", "1", "--overwrite"), check=True, capture_output=True)
     return open_results(folder / "out" / "results.nc"), time.monotonic() - started
 
 

@@ -16,7 +16,7 @@ from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
-from stickslip.checks import InputError, fault, finite, positive
+from stickslip.checks import InputError, fault, positive, unique
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier, real_harmonics
@@ -143,15 +143,15 @@ class ForcedResponseWork:
         tolerance: float = 2e-3,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
-        (frequencies, exactly), levels = _frequencies(band), _levels(force)
+        (frequencies, exactly), levels = _frequencies(band), force_levels(force)
         Nt = _whole("samples", samples)
         Nt += -Nt % problem.sample_multiple
         if harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
-            return cls(problem, tuple(frequencies), exactly, tuple(levels), choice.harmonics, choice.samples, choice.sentence)
+            return cls(problem, tuple(frequencies), exactly, levels, choice.harmonics, choice.samples, choice.sentence)
         H = _whole("harmonics", harmonics)
         fourier(H, Nt)
-        return cls(problem, tuple(frequencies), exactly, tuple(levels), H, Nt)
+        return cls(problem, tuple(frequencies), exactly, levels, H, Nt)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -206,16 +206,16 @@ def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     listed = [positive("A frequency", frequency) for frequency in band]
     if not listed:
         raise InputError("The frequencies must hold at least one value, but are empty. Give a Band or a list in Hz.")
-    return sorted(set(listed)), True
+    unique("The frequencies", listed)
+    return sorted(listed), True
 
 
-def _levels(force: float | Sequence[float]) -> list[float]:
-    levels = [finite("force", level) for level in np.atleast_1d(np.asarray(force, dtype=float))]
+def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
+    """Force levels, checked: positive and different."""
+    levels = tuple(positive("A force level", level) for level in np.atleast_1d(np.asarray(force, dtype=float)))
     if not levels:
         raise InputError("force must hold at least one level, but is empty.")
-    for level in levels:
-        if level <= 0.0:
-            raise fault("force", "must be positive", level, "Turn a force round by its phase.")
+    unique("Force levels", levels)
     return levels
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import fault, finite, square
+from stickslip.checks import fault, finite, square, storable
 from stickslip.contact.law import Elements, Law
 from stickslip.contact.start import SliderOffset, Start
 
@@ -52,7 +52,9 @@ def difference(a: Direction, b: Direction) -> dict[str, float]:
 
 
 def between(a: str, b: str) -> dict[str, float]:
-    """The displacement of degree of freedom `a` relative to `b`; either may be "ground"."""
+    """The displacement of degree of freedom `a` relative to `b`; one of them may be "ground"."""
+    if a == b:
+        raise fault("A pair [A, B]", "must join two different places", [a, b])
     sides = [{} if dof == GROUND else {dof: 1.0} for dof in (a, b)]
     return difference(sides[0], sides[1])
 
@@ -74,23 +76,24 @@ class Contact:
     balanced: bool = False
 
     def __post_init__(self) -> None:
+        storable("The name of a contact", self.name)
         if len(self.tangential) > 2:
-            raise fault(f"Contact {self.name}", "must have at most two tangential directions", len(self.tangential))
+            raise fault(f"Contact {self.name!r}", "must have at most two tangential directions", len(self.tangential))
         if not self.tangential and self.normal is None:
-            raise fault(f"Contact {self.name}", "must have a direction", "none")
+            raise fault(f"Contact {self.name!r}", "must have a direction", "none")
         for direction in self.directions:
             for dof, coefficient in direction.items():
-                finite(f"Contact {self.name}, coefficient of {dof}", coefficient)
+                finite(f"Contact {self.name!r}, coefficient of {dof}", coefficient)
             if not any(direction.values()):
-                raise fault(f"Contact {self.name}", "must join two different places", "a direction without coefficients")
+                raise fault(f"Contact {self.name!r}", "must join two different places", "a direction without coefficients")
         if isinstance(self.start, tuple) and len(self.start) != len(self.tangential):
             raise fault(
-                f"Contact {self.name}, start",
+                f"Contact {self.name!r}, start",
                 "must be one rule, or one per tangential direction",
                 f"{len(self.start)} rules for {len(self.tangential)} directions",
             )
         if self.balanced and self.normal is None:
-            raise fault(f"Contact {self.name}, balanced", "must go with a normal direction", "none")
+            raise fault(f"Contact {self.name!r}, balanced", "must go with a normal direction", "none")
         for start, friction in zip(self.starts, self.elements.friction, strict=True):
             start.values(friction.stiffness.size)
         if self.elements.coupled:
@@ -101,13 +104,13 @@ class Contact:
         keys = {start.key for start in self.starts}
         if len(keys) > 1 or "mean_traction" in keys:
             raise fault(
-                f"Contact {self.name}, start of a friction disc",
+                f"Contact {self.name!r}, start of a friction disc",
                 "must be a slider offset or a traction ratio, of the same kind in both directions",
                 sorted(keys),
             )
         size = float(np.hypot(*(start.values(1)[0] for start in self.starts)))
         if keys == {"traction_ratio"} and size > 1.0:
-            raise fault(f"Contact {self.name}, traction ratio on the friction disc", "must have a size of at most 1", size)
+            raise fault(f"Contact {self.name!r}, traction ratio on the friction disc", "must have a size of at most 1", size)
 
     @property
     def directions(self) -> tuple[Direction, ...]:

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, Faults, InputError, fault
+from stickslip.checks import Array, Faults, InputError, counted, fault
 from stickslip.models.content import NEEDED, Content, Point, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
+from stickslip.structure.matrices import check_names
 from stickslip.structure.sparse import Sparse, square_sparse, symmetric_sparse
 from stickslip.units import UnitSystem
 
@@ -74,19 +75,21 @@ class Model:
 
 def model_of(content: Content, units: UnitSystem, variables: Mapping[Any, str], dofs: Sequence[str], file: str) -> Model:
     """The model of a content, converted to SI; all faults of the matrices at once."""
-    matrices = _checked(chosen(content, variables, file), file)
     names = tuple(dofs) or content.dofs
+    matrices = _checked(chosen(content, variables, file), file, names)
     size = _common_size(matrices, names)
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
-    if len(set(names)) < size:
-        raise fault("dofs", "must be unique", sorted(name for name in set(names) if names.count(name) > 1)[:5])
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: (x * units.metres, y * units.metres, z * units.metres) for node, (x, y, z) in content.nodes.items()}
     return Model(converted["M"], converted["K"], names, converted.get("C"), nodes, content.sets, content.format, content.notes)
 
 
-def _checked(matrices: Mapping[str, Any], file: str) -> dict[str, Sparse]:
+def _checked(matrices: Mapping[str, Any], file: str, names: Sequence[str]) -> dict[str, Sparse]:
     checked, faults = {}, []
+    try:
+        check_names(names)
+    except InputError as error:
+        faults.append(str(error))
     for letter, matrix in matrices.items():
         try:
             checked[letter] = CHECKS[letter](letter, _real(letter, matrix))
@@ -102,7 +105,7 @@ def _real(letter: str, matrix: Any) -> Any:
     """The matrix in floating point; a complex one only where nothing is imaginary."""
     kind = getattr(matrix, "dtype", np.asarray(matrix).dtype if np.ndim(matrix) else None)
     if kind is None or kind.kind not in "fiubc":
-        raise fault(letter, "must hold real numbers", str(kind))
+        raise fault(letter, "must hold real numbers", str(kind), "Convert it to numbers.")
     if kind.kind == "c":
         imaginary = matrix.imag
         if abs(imaginary).max():
@@ -115,7 +118,7 @@ def _common_size(matrices: Mapping[str, Sparse], names: Sequence[str]) -> int:
     size = matrices[NEEDED[0]].shape[0]
     for letter, matrix in matrices.items():
         if names and matrix.shape[0] != len(names):
-            raise fault(f"dofs, the names of the rows of {letter},", f"must have {matrix.shape[0]} entries", len(names))
+            raise fault(f"dofs, the names of the rows of {letter},", f"must have {counted(matrix.shape[0], 'entry', 'entries')}", len(names))
         if matrix.shape[0] != size:
             raise fault(letter, f"must have the shape of M, {(size, size)}", matrix.shape)
     return int(size)

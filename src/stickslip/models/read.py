@@ -138,7 +138,7 @@ def format_of(path: Path) -> Format:
     if not fitting:
         raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
     if not path.is_file():
-        raise fault("A model", "must be a file that exists", str(path))
+        raise fault("A model", "must be a file that exists", str(path), "It is a folder." if path.is_dir() else "")
     with path.open("rb") as file:
         start = file.read(64)
     return next((form for form in fitting if form.start and start.startswith(form.start)), fitting[0])

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.checks import counted
 from stickslip.outcome import Outcome
-from stickslip.report.numbers import counted, hertz
+from stickslip.report.numbers import hertz
 from stickslip.results_view import highest_peak, level_text, points
 
 if TYPE_CHECKING:

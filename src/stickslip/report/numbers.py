@@ -32,8 +32,3 @@ def energy(value: float) -> str:
         if abs(value) >= factor:
             return f"{value / factor:.3g} {unit}"
     return f"{value / 1e-9:.3g} nJ" if value else "0 J"
-
-
-def counted(count: int, word: str) -> str:
-    """ "1 point", "2 points"."""
-    return f"{count} {word}{'' if count == 1 else 's'}"

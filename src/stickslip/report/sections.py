@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array
+from stickslip.checks import Array, counted
 from stickslip.quantities import QUANTITIES
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
-from stickslip.report.numbers import counted, energy, hertz, number
+from stickslip.report.numbers import energy, hertz, number
 from stickslip.results_view import Length, converged_points, highest_peak, length_unit, level_text, levels_in_newtons, points
 
 if TYPE_CHECKING:
@@ -25,6 +25,10 @@ ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 CYCLE_NOTE = (
     '<p class="note">Loops at the computed point nearest to the click, redrawn from the harmonics that the result keeps: corners '
     "are rounded, and the force may overshoot. Exact loops at the highest peak stand below.</p></div>"
+)
+LARGEST_NOTE = (
+    '<p class="note">Amplitude is |X₁|, the first harmonic alone; largest is max |x(t)| in time, with the mean and all '
+    "harmonics. It may be the smaller of the two: a third harmonic can flatten the crests.</p>"
 )
 LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
 
@@ -62,7 +66,7 @@ def peaks(datasets: Datasets) -> str:
     heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"Amplitude in {unit.name}", "Amplitude per force"]
     heads = [*_result_head(datasets), *heads, f"Largest in {unit.name}", "Loss factor"]
     caption = "Peaks: local maxima of the first harmonic along the curve, highest first; data-value holds the number in SI units."
-    return section("peaks-section", "Peaks", table("peaks", caption, heads, rows), _largest(datasets, unit))
+    return section("peaks-section", "Peaks", table("peaks", caption, heads, rows), LARGEST_NOTE, _largest(datasets, unit))
 
 
 def _largest(datasets: Datasets, unit: Length) -> str:
@@ -163,9 +167,9 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
         sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
     seconds = f"{float(dataset.attrs['cpu_seconds']):.3g} s of processor time"
-    return (
-        f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(whole)}; {text(seconds)}.</p>'
-    )
+    chosen = str(dataset.attrs.get("harmonics_chosen", ""))
+    note = f"{whole}; {seconds}." + (f" Chosen by “auto”: {chosen}." if chosen else "")
+    return f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(note)}</p>'
 
 
 def _result_head(datasets: Datasets) -> list[str]:

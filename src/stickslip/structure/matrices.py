@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.checks import Array, InputError, fault, nearest, square, symmetric
+from stickslip.checks import SMALLEST, Array, InputError, fault, nearest, square, storable, symmetric, unique
 from stickslip.structure.damping import Damping
 
 
@@ -28,6 +28,7 @@ class Structure:
     def __post_init__(self) -> None:
         size = len(self.dofs)
         object.__setattr__(self, "dofs", tuple(self.dofs))
+        check_names(self.dofs)
         object.__setattr__(self, "M", symmetric("M", self.M, size))
         object.__setattr__(self, "K", symmetric("K", self.K, size))
         if self.C is not None:
@@ -35,12 +36,9 @@ class Structure:
                 raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
             object.__setattr__(self, "C", square("C", self.C, size))
             _refuse_negative_damping(self.C)
-        repeated = {dof for dof in self.dofs if self.dofs.count(dof) > 1} if len(set(self.dofs)) < size else set()
-        if repeated:
-            raise fault("dofs", "must be unique", sorted(repeated))
         scale = float(np.max(np.abs(self.M), initial=0.0))
-        if scale == 0.0:
-            raise fault("M", "must have mass", "zero everywhere")
+        if scale < SMALLEST:
+            raise fault("M", "must have mass", f"{scale:g} at most", "Check its unit.")
         lowest = float(np.linalg.eigvalsh(self.M)[0])
         if lowest < -1e-9 * scale * size:
             raise fault("M", "must have no negative eigenvalue", lowest, "Check the sign and the units of the mass.")
@@ -72,6 +70,13 @@ class Structure:
         if isinstance(damping, np.ndarray):
             return replace(self, C=damping, damping=None)
         return replace(self, C=None, damping=damping)
+
+
+def check_names(dofs: Sequence[str]) -> None:
+    """Names of degrees of freedom are different and can be written."""
+    unique("dofs", dofs)
+    for dof in dofs:
+        storable("A name in dofs", dof)
 
 
 def _refuse_negative_damping(C: Array) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stickslip import rigs
-from stickslip.checks import Faults, InputError, fault, nearest
+from stickslip.checks import Faults, InputError, fault, nearest, positive, unique
 from stickslip.contact.point import Contact
 from stickslip.loads import Force, Output
 from stickslip.problem import Problem
@@ -109,7 +109,10 @@ def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
 
 def frequencies(table: SweepTable) -> Band | tuple[float, ...]:
     """The band, or the frequencies to solve at, Hz."""
-    return Band(*table.frequency) if table.frequency is not None else tuple(table.at or ())
+    if table.frequency is not None:
+        return Band(*table.frequency)
+    unique("at", table.at or ())
+    return tuple(positive("at", frequency) for frequency in table.at or ())
 
 
 def enough_samples(table: SweepTable) -> None:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stickslip.checks import Faults, InputError, fault, nearest
+from stickslip.checks import Faults, InputError, counted, fault, nearest
 from stickslip.study.fields import Table
 
 Made = TypeVar("Made")
@@ -27,8 +27,8 @@ RULES = {
     "greater_than": "must be above {gt:g}",
     "greater_than_equal": "must be at least {ge:g}",
     "less_than_equal": "must be at most {le:g}",
-    "too_short": "must have {min_length} entries or more",
-    "too_long": "must have at most {max_length} entries",
+    "too_short": "must have {entries} or more",
+    "too_long": "must have at most {entries}",
     "string_too_short": "must not be empty",
     "literal_error": "must be {expected}",
     "wrong_form": "must be written as the reference says",
@@ -94,6 +94,8 @@ def sentence(model: type[Table], details: ErrorDetails) -> str:
         )
     if kind == "missing":
         return f"{where(path)} must be given, but is missing."
+    if kind in ("too_short", "too_long"):
+        context = context | {"entries": counted(context.get("min_length") or context["max_length"], "entry", "entries")}
     rule = RULES[kind].format(**context) if kind in RULES else details["msg"].removeprefix("Value error, ")
     remedy = (
         nearest(str(details["input"]), context["expected"].replace("'", "").replace(" or ", ", ").split(", "))

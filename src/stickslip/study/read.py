@@ -11,7 +11,8 @@ from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import InputError, fault, nearest
+from stickslip.analyses.forced_response import force_levels
+from stickslip.checks import InputError, fault, nearest, storable
 from stickslip.contact.point import Contact
 from stickslip.loads import Force
 from stickslip.models.reduction import Progress, quiet
@@ -83,11 +84,14 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     found = Found()
     tables = tables_of(document, found)
     notes: list[str] = []
+    if tables.study:
+        found.attempt("[study]", storable, "title", tables.study.title)
     with threadpool_limits(1, user_api="blas"):
         problem = problem_of(tables, document, folder, found, (progress, notes))
     frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
     if tables.sweep:
         found.attempt("[sweep]", build.enough_samples, tables.sweep)
+        found.attempt("[sweep]", force_levels, tables.sweep.force_levels)
     if tables.samples:
         found.attempt("[samples]", law_of, tables.samples)
     if tables.sweep and problem and tables.sweep.wanted_harmonics != "auto":

@@ -66,20 +66,23 @@ class Run:
             return FinishedFolder(place, self.about)
 
     def complete(self) -> dict[str, xr.Dataset] | None:
-        """The results of this very run where they are all there, else None."""
+        """The results of this very run where they are all there, else None; those of another are refused."""
         files = {name: self.folder / name / "results.nc" for name in self.jobs}
-        if not all(file.is_file() for file in files.values()):
-            return None
         try:
-            datasets = {name: open_results(file) for name, file in files.items()}
+            datasets = {name: open_results(file) for name, file in files.items() if file.is_file()}
         except InputError:
             return None
-        same = all(dataset.attrs.get("input_key") == self.key for dataset in datasets.values())
-        return datasets if same else None
+        if any(dataset.attrs.get("input_key") != self.key for dataset in datasets.values()):
+            raise InputError(
+                f"The results in {str(self.folder)!r} must belong to this run, but come from another study or version. "
+                "Add --overwrite instead of --resume to replace them, or name another folder."
+            )
+        return datasets if len(datasets) == len(files) else None
 
     def computed(self, kept: FinishedFolder, progress: Progress) -> dict[str, xr.Dataset]:
         """The results of all jobs, each saved."""
-        works = {name: works_of(base_of(job), job.variability) for name, job in self.jobs.items()}
+        bases = {name: base_of(job) for name, job in self.jobs.items()}
+        works = {name: works_of(bases[name], job.variability) for name, job in self.jobs.items()}
         together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
         results = all_cases(together, kept if self.resume else _Anew(kept), self.workers, progress)
         progress(1.0, "linear curves and results.nc")
@@ -87,7 +90,8 @@ class Run:
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
             dataset = dataset_of(works[name], own)
-            datasets[name] = dataset.assign_attrs(title=job.title, study=job.text, input_key=self.key)
+            said = {"title": job.title, "study": job.text, "harmonics_chosen": bases[name].choice}
+            datasets[name] = dataset.assign_attrs(said, input_key=self.key)
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 
