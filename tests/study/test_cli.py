@@ -136,7 +136,7 @@ def test_the_demo_overwrites_only_when_asked(tmp_path):
 
 
 def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
-    text = ONE_MASS.replace("harmonics = 7", 'harmonics = "auto"').replace("[0.1, 0.5, 1.0, 2.0]", "[1.0]")
+    text = ONE_MASS.replace("harmonics = 7", 'harmonics = "auto"\ntolerance = 1e-5').replace("[0.1, 0.5, 1.0, 2.0]", "[1.0]")
     one_mass.write_text(text)
     assert 'harmonics = "auto"' in stickslip_command("check", one_mass).output
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)
