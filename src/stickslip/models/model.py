@@ -118,7 +118,11 @@ def _common_size(matrices: Mapping[str, Sparse], names: Sequence[str]) -> int:
     size = matrices[NEEDED[0]].shape[0]
     for letter, matrix in matrices.items():
         if names and matrix.shape[0] != len(names):
-            raise fault(f"dofs, the names of the rows of {letter},", f"must have {counted(matrix.shape[0], 'entry', 'entries')}", len(names))
+            raise fault(
+                f"dofs, the names of the rows of {letter},",
+                f"must have {counted(matrix.shape[0], 'entry', 'entries')}",
+                len(names),
+            )
         if matrix.shape[0] != size:
             raise fault(letter, f"must have the shape of M, {(size, size)}", matrix.shape)
     return int(size)
