@@ -64,6 +64,10 @@ _HOME = {
     "PeakPath": "stickslip.analyses.peak_path",
     "follow_peaks": "stickslip.analyses.peak_path",
     "force_plane": "stickslip.analyses.force_plane",
+    "DamperCycle": "stickslip.analyses.damper_cycle",
+    "damper_cycle": "stickslip.analyses.damper_cycle",
+    "steady_cycles": "stickslip.analyses.damper_cycle",
+    "damper_evolution": "stickslip.analyses.damper_cycle",
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
@@ -73,13 +77,14 @@ _HOME = {
     "quantity_table": "stickslip.quantities",
     "peak_table": "stickslip.quantities",
 }
-_MODULES = ("rigs", "units")
+_MODULES = ("dampers", "rigs", "units")
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
 if TYPE_CHECKING:
-    from stickslip import rigs, units
+    from stickslip import dampers, rigs, units
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
+    from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle, damper_evolution, steady_cycles
     from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom

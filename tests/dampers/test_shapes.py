@@ -3,15 +3,19 @@
 import numpy as np
 import pytest
 from scipy import linalg
+from scipy.spatial import ConvexHull
 
 from stickslip.checks import InputError
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import ground
-from stickslip.dampers import SHAPES, FlatCylinder
+from stickslip.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Shape, Wedge
+from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.damper import ContactSurface, Damper
+from stickslip.dampers.section import Section, polygon, rounded_hull
 
 PLACE = (0.02, 0.087, 0.003)
 CASES = [(shape, side) for shape in SHAPES for side in (-1, 1)]
+PLANE = [shape for shape in SHAPES if issubclass(shape, Shape)]
 
 
 def all_contacts(damper: Damper, kt: float = 1e6, kn: float = 1e6):
@@ -58,7 +62,115 @@ def test_normal_loads_without_friction_balance_the_pull(shape, side):
     by_surface = {
         s.name: sum(n for c, n in zip(contacts, normal, strict=True) if f" {s.name} " in c.name) for s in damper.surfaces
     }
-    assert list(by_surface.values()) == pytest.approx([dimensions.normal_load(pull)] * 2, rel=1e-4)
+    assert list(by_surface.values()) == pytest.approx([pull / (2.0 * np.cos(np.pi / 4.0))] * 2, rel=1e-4)
+
+
+@pytest.mark.parametrize("shape", PLANE)
+def test_unequal_slopes_share_the_pull_by_the_sine_rule(shape):
+    """Without friction, three forces: N_left/sin α_R = N_right/sin α_L = F_C/sin(α_L + α_R)."""
+    left, right, pull = np.radians(35.0), np.radians(50.0), 45.0
+    damper = shape(left_angle=35.0, right_angle=50.0).damper(pull=pull)
+    total = np.zeros(6)
+    for name, share in (("left", right), ("right", left)):
+        size = pull * np.sin(share) / np.sin(left + right)
+        points = np.asarray(damper.surface(name).points)
+        total += damper.wrench(name, np.tile([0.0, 0.0, size / len(points)], (len(points), 1)))
+    np.testing.assert_allclose(total[:3], [0.0, -pull, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", PLANE)
+def test_a_mirrored_shape_is_the_shape_of_exchanged_slopes_mirrored(shape):
+    """The mirror image has the same loads and the mirror image of every point, normal and principal inertia."""
+    one = shape(left_angle=35.0, right_angle=50.0).damper(pull=10.0)
+    other = shape(left_angle=35.0, right_angle=50.0).damper(side=-1, pull=10.0)
+    mirror = np.diag([-1.0, 1.0, 1.0])
+    for here, there in (("left", "right"), ("right", "left")):
+        a, b = one.surface(here), other.surface(there)
+        np.testing.assert_allclose(np.asarray(b.points), np.asarray(a.points) @ mirror, atol=1e-15)
+        np.testing.assert_allclose(np.asarray(b.frame)[2], np.asarray(a.frame)[2] @ mirror, atol=1e-15)
+        assert np.linalg.det(np.asarray(a.frame)) == pytest.approx(1.0)
+        assert np.linalg.det(np.asarray(b.frame)) == pytest.approx(1.0)
+    np.testing.assert_allclose(np.linalg.eigvalsh(other.body.inertia), np.linalg.eigvalsh(one.body.inertia))
+
+
+@pytest.mark.parametrize("shape", PLANE)
+def test_damper_and_both_platforms_moving_as_one_body_cause_no_relative_motion(shape):
+    """Translations with rigid platforms as well as with an elastic right one; a rotation moves a contact by θ × arm."""
+    damper = shape(left_angle=40.0, right_angle=48.0).damper(pull=10.0)
+    rig = BetweenPlatforms.macroslip(damper, 1.0, 1.0, 0.3)
+    B = rig.rows(("damper.x", "damper.y", "damper.rz", "left.x", "left.y", "right.x", "right.y"))
+    for x, y in ((1.0, 0.0), (0.0, 1.0), (0.3, -0.7)):
+        np.testing.assert_allclose(B @ [x, y, 0.0, x, y, x, y], 0.0, atol=1e-15)
+    for index, point in enumerate(rig.points):
+        moved = -np.array([-point.arm[1], point.arm[0]])
+        np.testing.assert_allclose(B[2 * index : 2 * index + 2, 2], [moved @ point.tangent, moved @ point.normal], atol=1e-15)
+
+
+def inside(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Whether points (k, 2) lie inside a convex polygon given counter-clockwise."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    arms = points[:, None, :] - corners[None]
+    return np.all(edges[:, 0] * arms[..., 1] - edges[:, 1] * arms[..., 0] >= 0.0, axis=1)
+
+
+def outline(shape) -> np.ndarray:
+    """A fine polygon round each section, drawn here anew, with the area's centroid wherever it falls."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 101)[:-1]
+    if isinstance(shape, Cylinder):
+        return shape.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    if isinstance(shape, HalfCylinder):
+        half = np.linspace(0.0, np.pi, 101)
+        return shape.radius * np.stack([np.cos(half), np.sin(half)], axis=1)
+    if isinstance(shape, Wedge):
+        return shape.corners()
+    circle = shape.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1) + [shape.span, 0.0]
+    cloud = np.vstack([circle, shape.feet()])
+    return cloud[ConvexHull(cloud).vertices]
+
+
+@pytest.mark.parametrize("shape", [s for s in PLANE if hasattr(s(), "density")])
+def test_mass_and_inertia_are_those_of_the_filled_outline(shape):
+    """Against a midpoint sum over the points of a fine grid that lie inside the outline."""
+    dimensions = shape(left_angle=40.0, right_angle=48.0)
+    corners, n = outline(dimensions), 120
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    cell = (high - low) / n
+    grid = np.stack(np.meshgrid(*(low[i] + cell[i] * (np.arange(n) + 0.5) for i in (0, 1)), indexing="ij"), axis=-1).reshape(
+        -1, 2
+    )
+    points = grid[inside(corners, grid)]
+    weight = dimensions.density * dimensions.depth * cell.prod()
+    centred = points - points.mean(axis=0)
+    body = dimensions.body()
+    assert body.mass == pytest.approx(weight * len(points), rel=3e-3)
+    xx, yy, xy = (weight * float(np.sum(a * b)) for a, b in ((centred[:, 0],) * 2, (centred[:, 1],) * 2, centred.T))
+    along = body.mass * dimensions.depth**2 / 12.0
+    expected = [[yy + along, -xy, 0.0], [-xy, xx + along, 0.0], [0.0, 0.0, xx + yy]]
+    np.testing.assert_allclose(body.inertia, expected, rtol=6e-3, atol=1e-3 * (xx + yy))
+
+
+def test_closed_forms_of_sections():
+    """Full disc m R²/2; half disc 4R/(3π) and m R² (1/2 − (4/(3π))²); right triangle with legs b, h: moments b³h/36, bh³/36."""
+    r, depth, density = 5e-3, 27.6e-3, 7800.0
+    body = Cylinder(r, depth, density).body()
+    assert body.mass == pytest.approx(density * np.pi * r**2 * depth, rel=1e-13)
+    assert np.asarray(body.inertia)[2, 2] == pytest.approx(0.5 * body.mass * r**2, rel=1e-13)
+    half = HalfCylinder(r, depth, density)
+    assert half.section().centroid[1] == pytest.approx(4.0 * r / (3.0 * np.pi), rel=1e-13)
+    moment = half.body().mass * r**2 * (0.5 - (4.0 / (3.0 * np.pi)) ** 2)
+    assert np.asarray(half.body().inertia)[2, 2] == pytest.approx(moment, rel=1e-12)
+    b, h = 3.0, 2.0
+    triangle = Section.bounded_by(polygon([[0.0, 0.0], [b, 0.0], [0.0, h]]))
+    assert (triangle.area, *triangle.centroid) == pytest.approx((b * h / 2.0, b / 3.0, h / 3.0))
+    assert (triangle.xx, triangle.yy, triangle.xy) == pytest.approx((b**3 * h / 36, b * h**3 / 36, -(b**2) * h**2 / 72))
+
+
+def test_a_rounded_hull_of_three_circles():
+    """Area of the hull of three equal circles: the triangle, a strip along its sides, and one disc."""
+    circles = [((0.0, 0.0), 0.3), ((4.0, 0.0), 0.3), ((0.0, 3.0), 0.3)]
+    assert Section.bounded_by(rounded_hull(circles)).area == pytest.approx(6.0 + 12.0 * 0.3 + np.pi * 0.09, rel=1e-13)
+    with pytest.raises(InputError, match="must not lie inside each other"):
+        rounded_hull([((0.0, 0.0), 3.0), ((1.0, 0.0), 0.5)])
 
 
 def test_flat_cylinder_from_its_dimensions():

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, InputError, fault, finite, nearest, square, vector
+from stickslip.checks import Array, InputError, fault, finite, nearest, not_negative, square, vector
 from stickslip.contact.law import Law
 from stickslip.contact.point import Contact, Motion, contact_in_space
 from stickslip.contact.start import Start
@@ -29,13 +29,15 @@ class ContactSurface:
     """A line or area contact as a set of points.
 
     points: (k, 3) [m], on the undeformed damper; frame: (3, 3), rows t1, t2, n, n into the damper;
-    weights: (k,), the share of each point in the stiffness of the whole surface, sum 1.
+    weights: (k,), the share of each point in the stiffness of the whole surface, sum 1; radius of the damper's rounding where
+    it touches [m], on which it rolls; 0 where it cannot roll.
     """
 
     name: str
     points: ArrayLike
     frame: ArrayLike
     weights: ArrayLike
+    radius: float = 0.0
 
     def __post_init__(self) -> None:
         points = np.asarray(self.points, dtype=float)
@@ -45,6 +47,7 @@ class ContactSurface:
         if np.any(weights <= 0.0) or abs(weights.sum() - 1.0) > 1e-9:
             raise fault(f"Weights of surface {self.name!r}", "must be positive with sum 1", weights.tolist())
         frame = square(f"Frame of surface {self.name!r}", self.frame, 3)
+        not_negative(f"Radius of surface {self.name!r}", self.radius)
         for key, value in (("points", points), ("weights", weights), ("frame", frame)):
             object.__setattr__(self, key, value)
 

@@ -6,6 +6,7 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 from collections.abc import Callable
 
 from stickslip.problem import Problem
+from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.single_blade import single_blade
@@ -20,6 +21,7 @@ __all__ = [
     "chain",
     "chain_of_three",
     "chain_varying_load",
+    "laboratory_damper",
     "lumped_blisk",
     "single_blade",
     "single_mass",

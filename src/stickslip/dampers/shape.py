@@ -1,0 +1,121 @@
+"""What a damper shape is: dimensions that give a rigid body and the lines on which it touches the platform at either side.
+
+The platforms form a roof above the damper: the left one rises to the right at `left_angle`, the right one falls at
+`right_angle`. Everything is stated in the plane x (right), y (out, along the pull), from the mass centre; z is the depth.
+A contact's frame is t1 down the left platform or up the right one, t2 = −z, n from the platform into the damper, so that
+u = t1·(u_platform − u_damper) is how far the damper has moved towards the ridge at the left, away from it at the right.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from math import cos, radians, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import Array, fault, vector
+from stickslip.dampers.damper import ContactSurface, Damper
+from stickslip.structure.rigid_body import RigidBody
+
+MIRROR = np.diag([-1.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """How one side of a damper touches: slope of the platform [degrees], points (k, 2) from the mass centre [m] (the first
+    lowest), along: places in z [m], radius of the rounding at the points [m], 0 at the edge of a flat."""
+
+    angle: float
+    points: ArrayLike
+    along: tuple[float, ...]
+    radius: float = 0.0
+
+
+class Shape(ABC):
+    """A damper's dimensions. A member is a frozen dataclass with `left_angle`, `right_angle` [degrees] that gives `body` and
+    `left`, `right`."""
+
+    left_angle: float
+    right_angle: float
+
+    @abstractmethod
+    def body(self) -> RigidBody:
+        """The rigid body with its mass centre at the origin."""
+
+    @abstractmethod
+    def left(self) -> Touch:
+        """How it touches the left platform."""
+
+    @abstractmethod
+    def right(self) -> Touch:
+        """How it touches the right platform."""
+
+    def check_angles(self) -> None:
+        """Refuse slopes of platforms that form no roof."""
+        for key in ("left_angle", "right_angle"):
+            if not 0.0 <= getattr(self, key) < 90.0:
+                raise fault(key, "must lie in [0, 90) degrees", getattr(self, key))
+        if self.left_angle + self.right_angle <= 0.0:
+            raise fault("left_angle + right_angle", "must be above 0: two level platforms hold no damper", 0.0)
+
+    def damper(
+        self, name: str = "damper", centre: ArrayLike = (0.0, 0.0, 0.0), side: int = 1, pull: float = 0.0, label: str = ""
+    ) -> Damper:
+        """The damper with its mass centre at `centre` (3,) [m], pulled up (y) by `pull` [N]; side −1: mirrored in x."""
+        if side not in (-1, 1):
+            raise fault("side", "must be 1, or -1 for the mirror image", side)
+        turn = np.eye(3) if side == 1 else MIRROR
+        place, body = vector("centre", centre, 3), self.body()
+        placed = RigidBody(body.mass, turn @ np.asarray(body.inertia) @ turn, place)
+        sides = {"left": (self.left(), left_frame), "right": (self.right(), right_frame)}
+        surfaces = [_surface(name, touch, frame(touch.angle)) for name, (touch, frame) in sides.items()]
+        if side == -1:
+            surfaces = [_mirrored(surface) for surface in surfaces]
+        moved = [ContactSurface(s.name, place + np.asarray(s.points), s.frame, s.weights, s.radius) for s in surfaces]
+        return Damper(name, placed, tuple(moved), (0.0, pull, 0.0), label)
+
+
+def left_frame(angle: float) -> Array:
+    """Rows t1, t2, n at the left platform, n into the damper."""
+    c, s = cos(radians(angle)), sin(radians(angle))
+    return np.array([[-c, -s, 0.0], [0.0, 0.0, -1.0], [s, -c, 0.0]])
+
+
+def right_frame(angle: float) -> Array:
+    """Rows t1, t2, n at the right platform, n into the damper."""
+    c, s = cos(radians(angle)), sin(radians(angle))
+    return np.array([[-c, s, 0.0], [0.0, 0.0, -1.0], [-s, -c, 0.0]])
+
+
+def outward(angle: float, side: int) -> Array:
+    """The normal (2,) from the damper into the platform at the left (side −1) or right (+1)."""
+    return np.array([side * sin(radians(angle)), cos(radians(angle))])
+
+
+def uphill(angle: float, side: int) -> Array:
+    """The direction (2,) along the platform towards the ridge of the roof."""
+    return np.array([-side * cos(radians(angle)), sin(radians(angle))])
+
+
+def line(depth: float) -> tuple[float, ...]:
+    """Three places along a contact line, each the middle of a third."""
+    return (-depth / 3.0, 0.0, depth / 3.0)
+
+
+def _surface(name: str, touch: Touch, frame: Array) -> ContactSurface:
+    points = [(x, y, z) for x, y in np.asarray(touch.points) for z in touch.along]
+    return ContactSurface(name, points, frame, np.full(len(points), 1.0 / len(points)), touch.radius)
+
+
+def _mirrored(surface: ContactSurface) -> ContactSurface:
+    """The mirror image in x, on the other side; t1 is turned round, which keeps the frame right-handed."""
+    name = {"left": "right", "right": "left"}[surface.name]
+    return ContactSurface(
+        name,
+        np.asarray(surface.points) @ MIRROR,
+        np.diag([-1.0, 1.0, 1.0]) @ np.asarray(surface.frame) @ MIRROR,
+        surface.weights,
+        surface.radius,
+    )

@@ -1,0 +1,63 @@
+"""The wedge: flat towards both platforms; symmetric with equal angles, asymmetric with different ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import radians, tan
+
+import numpy as np
+
+from stickslip.checks import Array, fault, positive
+from stickslip.dampers.section import Section, polygon
+from stickslip.dampers.shape import Shape, Touch, line
+from stickslip.structure.rigid_body import RigidBody
+
+
+@dataclass(frozen=True)
+class Wedge(Shape):
+    """A trapezium: width of the base, height, depth along z [m]; density [kg/m³]; slopes of its faces [degrees].
+
+    Each face touches along `lines` lines, the middles of as many equal strips.
+    """
+
+    width: float = 20e-3
+    height: float = 6e-3
+    depth: float = 30e-3
+    density: float = 7800.0
+    left_angle: float = 45.0
+    right_angle: float = 45.0
+    lines: int = 3
+
+    def __post_init__(self) -> None:
+        for key in ("width", "height", "depth", "density", "left_angle", "right_angle"):
+            positive(key, getattr(self, key))
+        self.check_angles()
+        if int(self.lines) != self.lines or self.lines < 1:
+            raise fault("lines", "must be a whole number from 1 on", self.lines)
+        if self.corners()[2, 0] < self.corners()[3, 0]:
+            raise fault("height", "must leave a top: the faces meet below it", self.height, "Make it lower, or the base wider.")
+
+    def corners(self) -> Array:
+        """Corners (4, 2) counter-clockwise from the lower left one, which is the origin."""
+        inset_left, inset_right = (self.height / tan(radians(angle)) for angle in (self.left_angle, self.right_angle))
+        return np.array(
+            [[0.0, 0.0], [self.width, 0.0], [self.width - inset_right, self.height], [inset_left, self.height]], dtype=float
+        )
+
+    def section(self) -> Section:
+        """The trapezium."""
+        return Section.bounded_by(polygon(self.corners()))
+
+    def body(self) -> RigidBody:
+        return self.section().prism(self.depth, self.density, np.zeros(3))
+
+    def left(self) -> Touch:
+        return self._face(self.left_angle, 0, 3)
+
+    def right(self) -> Touch:
+        return self._face(self.right_angle, 1, 2)
+
+    def _face(self, angle: float, low: int, high: int) -> Touch:
+        """The face between two corners."""
+        corners, shares = self.corners() - self.section().centroid, (np.arange(self.lines) + 0.5) / self.lines
+        return Touch(angle, corners[low] + np.outer(shares, corners[high] - corners[low]), line(self.depth))

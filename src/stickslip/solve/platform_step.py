@@ -1,0 +1,173 @@
+"""One step of bodies with contacts whose other side moves as prescribed, by Newton's method on the motion of the bodies.
+
+A q + φ Bᵀ f(B q + d) = g with w = B q + d, d the prescribed part. Quasi-static: A = K, φ = 1, g = load. In time: A is the
+effective matrix of the step and φ = 1 − αf (`stickslip.time.methods`). Where a nearly open contact leaves the matrix singular,
+the direction comes from the matrix plus a part of the stuck one: still downhill, and of the size of the stuck motion.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.checks import Array, Index
+from stickslip.contact.table import ContactTable
+from stickslip.kernels import njit
+from stickslip.time.contact_law import Slopes, contact_law
+from stickslip.time.contact_step import solve_in_place
+
+TOLERANCE = 1e-12
+"""Residual of a step relative to load and contact forces."""
+
+FLOOR = 1e-9
+"""Residual that is still accepted where rounding lets no step reduce it further."""
+
+ITERATIONS = 40
+PATIENCE = 6
+"""How many times Newton takes its whole step although no part of it reduces the residual: on the way over a kink."""
+
+UNIT = 1e4
+"""The matrix is divided by this times its largest stuck entry: a pivot below 1e-9 of that entry then counts as singular."""
+
+
+class Bodies(NamedTuple):
+    """B (rows, n), stuck stiffness K_c (rows,), the row of the normal direction of each row's contact (rows,), A (n, n), its
+    stuck matrix A + φ BᵀK_cB, and φ. Rotations are scaled so that all unknowns are metres of one size."""
+
+    B: Array
+    stiffness: Array
+    normal: Index
+    A: Array
+    stuck: Array
+    share: float
+
+
+class Room(NamedTuple):
+    """Arrays that a step fills: w, f (rows,), intercept, limit (elements,), slopes; residual, change, trial (n,); matrix."""
+
+    w: Array
+    force: Array
+    intercept: Array
+    limit: Array
+    slopes: Slopes
+    residual: Array
+    change: Array
+    trial: Array
+    matrix: Array
+
+
+@njit(cache=True)
+def room(rows: int, elements: int, size: int) -> Room:
+    """Fresh arrays."""
+    slopes = Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
+    return Room(
+        np.zeros(rows),
+        np.zeros(rows),
+        np.zeros(elements),
+        np.zeros(elements),
+        slopes,
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, size)),
+    )
+
+
+@njit(cache=True)
+def residual_of(bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Array, room: Room) -> float:
+    """Fill w, forces, intercepts, limits, slopes and A q + φ Bᵀf − g; returns its norm."""
+    rows, size = bodies.B.shape
+    for r in range(rows):
+        total = drive[r]
+        for i in range(size):
+            total += bodies.B[r, i] * q[i]
+        room.w[r] = total
+    contact_law(table, room.w, before, room.intercept, room.limit, room.slopes)
+    for r in range(rows):
+        room.force[r] = room.slopes.target[r] + bodies.stiffness[r] * room.w[r]
+    square = 0.0
+    for i in range(size):
+        total = -right[i]
+        for j in range(size):
+            total += bodies.A[i, j] * q[j]
+        for r in range(rows):
+            total += bodies.share * bodies.B[r, i] * room.force[r]
+        room.residual[i] = total
+        square += total * total
+    return float(np.sqrt(square))
+
+
+@njit(cache=True)
+def _scale(bodies: Bodies, right: Array, room: Room) -> float:
+    total = 0.0
+    for i in range(right.size):
+        total += right[i] * right[i]
+    for r in range(room.force.size):
+        total += room.force[r] * room.force[r] + (1e-3 * bodies.stiffness[r] * room.w[r]) ** 2
+    return float(np.sqrt(total) + 1e-300)
+
+
+@njit(cache=True)
+def _direction(bodies: Bodies, room: Room) -> None:
+    """Newton's change of q; with a growing part of the stuck matrix where the tangent one is singular."""
+    rows, size = bodies.B.shape
+    largest = 0.0
+    for i in range(size):
+        largest = max(largest, UNIT * bodies.stuck[i, i])
+    added = 0.0
+    for _ in range(12):
+        for i in range(size):
+            for j in range(size):
+                room.matrix[i, j] = (bodies.A[i, j] + added * bodies.stuck[i, j]) / largest
+        for r in range(rows):
+            own, coupling, n = bodies.stiffness[r] + room.slopes.own[r], room.slopes.coupling[r], bodies.normal[r]
+            for i in range(size):
+                left = bodies.share * bodies.B[r, i] / largest
+                for j in range(size):
+                    value = own * bodies.B[r, j]
+                    if n >= 0 and n != r:
+                        value += coupling * bodies.B[n, j]
+                    room.matrix[i, j] += left * value
+        for i in range(size):
+            room.change[i] = -room.residual[i] / largest
+        if solve_in_place(room.matrix, room.change):
+            return
+        added = max(1e-6, 8.0 * added)
+    for i in range(size):
+        room.change[i] = 0.0
+
+
+@njit(cache=True)
+def solve_step(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, q: Array, room: Room) -> int:
+    """Solve one step from the start in q (n,), which becomes the solution. Returns the iterations, −1 where Newton fails."""
+    size = residual_of(bodies, table, q, drive, right, before, room)
+    patience = PATIENCE
+    for iteration in range(ITERATIONS):
+        if size <= TOLERANCE * _scale(bodies, right, room):
+            return iteration
+        _direction(bodies, room)
+        length, found, reduced = 1.0, size, False
+        room.trial[:] = q
+        for _ in range(12):
+            q[:] = room.trial + length * room.change
+            found = residual_of(bodies, table, q, drive, right, before, room)
+            if found < (1.0 - 1e-4 * length) * size:
+                reduced = True
+                break
+            length *= 0.5
+        if not reduced:
+            q[:] = room.trial
+            found = residual_of(bodies, table, q, drive, right, before, room)
+            if size <= FLOOR * _scale(bodies, right, room):
+                return iteration
+            patience -= 1
+            if patience < 0:
+                return -1
+            _direction(bodies, room)
+            q[:] = room.trial + room.change
+            found = residual_of(bodies, table, q, drive, right, before, room)
+        if not np.isfinite(found):
+            return -1
+        size = found
+    return -1
