@@ -10,16 +10,22 @@ from stickslip import rigs
 from stickslip.checks import InputError
 from stickslip.contact.start import SliderOffset, TractionRatio
 from stickslip.problem import Problem
+from stickslip.structure.cyclic import NEXT
+from stickslip.structure.cyclic_reduction import rotation
 
 EVERY_RIG = sorted(rigs.RIGS)
 
 
 def net_force(rig: Problem, direction) -> np.ndarray:
-    """What a unit force along a contact direction adds up to over all translations x, y, z of named nodes."""
-    row = rig.structure.row(direction)
-    return np.array(
-        [sum(c for c, dof in zip(row, rig.structure.dofs, strict=True) if dof.endswith(f".{axis}")) for axis in "xyz"]
-    )
+    """What a unit force along a contact direction adds up to over all translations x, y, z of named nodes.
+
+    The axes of the following sector of a disk are turned by 2π/N.
+    """
+    total = np.zeros(3)
+    for dof, coefficient in direction.items():
+        axes = rotation(rig.sectors) if dof.startswith(NEXT) and dof.endswith((".x", ".y", ".z")) else np.eye(3)
+        total += coefficient * sum(axes[:, k] for k, axis in enumerate("xyz") if dof.endswith(f".{axis}"))
+    return total
 
 
 @pytest.mark.parametrize("name", EVERY_RIG)

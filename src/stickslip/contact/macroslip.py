@@ -17,7 +17,7 @@ class Macroslip(Law):
     With kn: N = max(kn (z − gap) + preload, 0), from the motion z of a normal direction (positive closes).
     Without kn: N = normal_load, constant.
 
-    kt, kn [N/m]; mu [-]; preload N0 [N]; gap [m]; normal_load [N].
+    kt, kn [N/m]; mu [-]; preload N0 [N]; gap [m]; normal_load [N]; kt2 [N/m]: along t2, where it differs from kt along t1.
     Source: Griffin (1980) for constant load; Yang, Chu and Menq (1998) for varying load.
     """
 
@@ -27,9 +27,12 @@ class Macroslip(Law):
     preload: float = 0.0
     gap: float = 0.0
     normal_load: float | None = None
+    kt2: float | None = None
 
     def __post_init__(self) -> None:
         positive("kt", self.kt)
+        if self.kt2 is not None:
+            positive("kt2", self.kt2)
         not_negative("mu", self.mu)
         finite("preload", self.preload)
         finite("gap", self.gap)
@@ -58,8 +61,11 @@ class Macroslip(Law):
             )
         one = np.ones(1)
         limit = 0.0 if self.normal_load is None else self.mu * self.normal_load
-        friction = FrictionElements(self.kt * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)]))
+        friction = tuple(
+            FrictionElements(kt * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)]))
+            for kt in (self.kt, self.kt if self.kt2 is None else self.kt2)[:tangential]
+        )
         springs = None
         if self.kn is not None:
             springs = NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one)
-        return Elements((friction,) * tangential, springs)
+        return Elements(friction, springs)

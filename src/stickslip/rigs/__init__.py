@@ -9,11 +9,21 @@ from stickslip.problem import Problem
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
+from stickslip.rigs.octopus_blisk import octopus_blisk
 from stickslip.rigs.single_blade import single_blade
 
 RIGS: dict[str, Callable[..., Problem]] = {
     rig.__name__: rig
-    for rig in (single_blade, single_mass, chain, chain_varying_load, chain_of_three, three_mass_wedge, lumped_blisk)
+    for rig in (
+        single_blade,
+        single_mass,
+        chain,
+        chain_varying_load,
+        chain_of_three,
+        three_mass_wedge,
+        lumped_blisk,
+        octopus_blisk,
+    )
 }
 
 __all__ = [
@@ -23,6 +33,7 @@ __all__ = [
     "chain_varying_load",
     "laboratory_damper",
     "lumped_blisk",
+    "octopus_blisk",
     "single_blade",
     "single_mass",
     "three_mass_wedge",

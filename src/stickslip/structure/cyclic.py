@@ -6,14 +6,16 @@ The matrices of n are Hermitian, those of N − n their conjugates; n = 0 (all s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
 
 from stickslip.checks import Array, InputError, fault, square
+from stickslip.structure.assembly import assemble
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
 
@@ -115,6 +117,20 @@ def sector_chain(sector: Structure, sectors: int, K_next: ArrayLike, M_next: Arr
 
     C = None if sector.C is None else waves(sector.C, np.zeros((size, size)))
     return cyclic(sectors, sector.dofs, waves(sector.M, couple["M"]), waves(sector.K, couple["K"]), C, sector.damping)
+
+
+def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> CyclicStructure:
+    """The disk with free bodies (dampers) added to each sector, named "BODY/NODE.DIRECTION" beside the disk's own names."""
+    added = assemble(bodies)
+    if disk.dampings is not None or disk.damping is not None or added.C is not None:
+        raise InputError("Bodies must be added to a disk before its damping is set.")
+
+    def waves(own: Waves | None, free: Array) -> Waves:
+        assert own is not None
+        return np.array([linalg.block_diag(wave, free) for wave in own])
+
+    masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
+    return cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses)
 
 
 def circulant(waves: Waves, sectors: int) -> Array:
