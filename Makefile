@@ -34,7 +34,7 @@ demo: setup
 	$(BIN)/stickslip demo --overwrite
 
 test: setup
-	$(BIN)/python -m pytest -n $(JOBS) -m "not verify and not system"
+	$(BIN)/python -m pytest -n $(JOBS)
 
 verify-system: setup
 	command -v chromium >/dev/null || (apt-get update && apt-get install -y --no-install-recommends chromium)

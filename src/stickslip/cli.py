@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import stickslip
-from stickslip.checks import counted, fault, unique
+from stickslip.checks import fault, unique
 from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, tell_fault, warn
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def new(
 def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
     """Check a study without running it; names all its faults at once."""
     job = read_job(study)
-    say(f"{study} is sound: {summary(job)}.")
+    say(f"{study} is sound: {job.plan.summary}.")
 
 
 @app.command()
@@ -172,7 +172,7 @@ def run(
 
     job = read_job(study)
     folder = free_folder(out, [""], resume, overwrite)
-    say(f"{job.title}: {summary(job)}.")
+    say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, folder, resume, workers or cores()))
 
 
@@ -200,13 +200,28 @@ def export(
 ) -> None:
     """Write curves and peaks as tables (CSV), as displacement, velocity or acceleration, absolute or per force."""
     from stickslip.quantities import peak_table, quantity_table
+    from stickslip.report.presentation import presentation_of
     from stickslip.results import open_results
 
     if out.suffix != ".csv":
         raise fault("--out", "must end in .csv", str(out))
     datasets = {name: open_results(file) for name, file in results_in(results).items()}
+    if not all(presentation_of(dataset).interactive for dataset in datasets.values()):
+        export_tables(datasets, out)
+        return
     for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table)):
         write_table({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()}, path)
+        say(f"Wrote {path}")
+
+
+def export_tables(datasets: Mapping[str, xr.Dataset], out: Path) -> None:
+    """The tables of an analysis other than a response, each to NAME_CAPTION.csv."""
+    from stickslip.report.presentation import presentation_of
+
+    tables = {name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}
+    for caption in dict.fromkeys(caption for named in tables.values() for caption in named):
+        path = out.with_name(f"{out.stem}_{caption.replace(' ', '_')}.csv")
+        write_table({name: named[caption] for name, named in tables.items() if caption in named}, path)
         say(f"Wrote {path}")
 
 
@@ -257,7 +272,7 @@ def range_of_loads(load: float) -> list[float]:
 
 def drawn_to(path: Path, figure: Figure) -> Path:
     """The figure in a file, PNG or SVG by its ending."""
-    from stickslip.plots.forced_response import write_figure
+    from stickslip.plots.files import write_figure
 
     if path.suffix not in (".png", ".svg"):
         raise fault("--out", "must end in .png or .svg", str(path))
@@ -275,17 +290,6 @@ def write_table(tables: Mapping[str, pd.DataFrame], path: Path) -> None:
     several = len(tables) > 1
     named = [table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()]
     write_text(path, pd.concat(named).to_csv(index=False))
-
-
-def summary(job: Job) -> str:
-    """A study in half a line."""
-    problem = job.problem
-    listed = job.frequencies if isinstance(job.frequencies, tuple) else None
-    where = "over a band" if listed is None else f"at {counted(len(listed), 'frequency', 'frequencies')}"
-    size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
-    harmonics = 'harmonics = "auto"' if job.harmonics == "auto" else counted(job.harmonics, "harmonic")
-    levels = counted(len(job.force_levels), "force level")
-    return f"{size}, {counted(len(problem.contacts), 'contact')}, {levels} {where}, {harmonics}, {job.samples} samples"
 
 
 def cores() -> int:
@@ -349,7 +353,7 @@ def carry_out(run: Run) -> None:
             say(f"Nothing is left to compute: the results in {run.folder} are complete.")
         else:
             say_kept(run, len(kept))
-            with progress("Forced response") as tell:
+            with progress(run.words) as tell:
                 datasets = run.computed(kept, tell)
         broken = finish(datasets, run.folder)
     kept.remove(kept.folder)
@@ -381,58 +385,31 @@ def hint_at_resuming(kept: FinishedFolder) -> Iterator[None]:
 
 
 def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> list[str]:
-    """Peaks to the screen, report and figures to the folder; returns what failed."""
+    """What came out to the screen, report and figures to the folder; returns what failed."""
+    from stickslip.report.presentation import presentation_of
+
+    broken = []
     for name, dataset in datasets.items():
-        say_harmonics(name, dataset)
-        say_peaks(name, dataset)
+        presentation = presentation_of(dataset)
+        for number, sentence in enumerate(presentation.sentences(dataset)):
+            say(f"{name}: {sentence}" if name and number == 0 else sentence)
+        broken += [f"{name} {message}".strip() for message in presentation.failures(dataset)]
     write_reports(datasets, folder)
-    broken = [message for name, dataset in datasets.items() for message in failures(name, dataset)]
     for message in broken:
         warn(message)
     return broken
 
 
-def say_harmonics(name: str, dataset: xr.Dataset) -> None:
-    """How many harmonics "auto" took, and why."""
-    if chosen := dataset.attrs.get("harmonics_chosen"):
-        say(f"{name + ': ' if name else ''}{chosen}.")
-
-
-def say_peaks(name: str, dataset: xr.Dataset) -> None:
-    """The highest peak of the first output at each force level, or the largest point where there is no peak."""
-    first = dataset.isel(output=0)
-    say(f"{name + ': ' if name else ''}highest peaks of {dataset['output'].values[0]}")
-    for case, level in enumerate(first["force_level"].values):
-        say(f"  force {level:<8g} {peak_words(first.isel(case=case))}")
-
-
-def peak_words(case: xr.Dataset) -> str:
-    """The highest peak of one curve."""
-    if case.sizes["peak"] and case["peak_amplitude"].notnull().any():
-        peak = case.isel(peak=0)
-        frequency, amplitude, loss = (float(peak[f"peak_{key}"]) for key in ("frequency", "amplitude", "loss_factor"))
-        return f"{frequency:12.6g} Hz   amplitude {amplitude:12.6g} m   loss factor {loss:.4g}"
-    if not case["amplitude"].notnull().any():
-        return "no point was found"
-    point = case.isel(point=int(case["amplitude"].argmax("point")))
-    return f"no peak; largest at {float(point['frequency']):.6g} Hz: amplitude {float(point['amplitude']):.6g} m"
-
-
-def failures(name: str, dataset: xr.Dataset) -> list[str]:
-    """A sentence for each case that did not reach the end of its band."""
-    cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
-    return [f"{name} force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
-
-
 def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
     """report.html for all, and the figures of each."""
-    from stickslip.plots.forced_response import save_figures
+    from stickslip.plots.files import write_figures
     from stickslip.report import write
+    from stickslip.report.presentation import presentation_of
 
     single = datasets.get("") if len(datasets) == 1 else None
     page = write(datasets if single is None else single, folder / "report.html")
     for name, dataset in datasets.items():
-        save_figures(dataset, folder / name / "figures")
+        write_figures(presentation_of(dataset).figures(dataset), dataset, folder / name / "figures")
     say(f"Report: {page}")
 
 

@@ -14,12 +14,12 @@ import numpy as np
 
 from stickslip.checks import Faults, InputError, fault
 from stickslip.files import replacing
-from stickslip.results_schema import FILE_FORMAT, SCHEMA, check_schema, labelled
+from stickslip.results_schema import FILE_FORMAT, SCHEMA, check_results, labelled, stamped
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SCHEMA", "labelled", "open_results", "save"]
+__all__ = ["SCHEMA", "labelled", "open_results", "save", "stamped"]
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _COMPRESS_FROM = 1024
@@ -28,7 +28,7 @@ _COMPRESS_FROM = 1024
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
     """Write `dataset` as NetCDF-4, whole or not at all; returns the path. Large variables are compressed and checksummed."""
-    check_schema(dataset)
+    check_results(dataset)
     content = _netcdf(dataset)
     with replacing(path) as temporary:
         temporary.write_bytes(content)
@@ -67,7 +67,7 @@ def open_results(path: str | Path) -> xr.Dataset:
             "Copy it again, or run the study again."
         ) from error
     try:
-        check_schema(dataset)
+        check_results(dataset)
     except Faults as faults:
         raise Faults([f"{path}: {line}" for line in faults.faults]) from None
     return dataset

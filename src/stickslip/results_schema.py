@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FILE_FORMAT = 1
-REQUIRED_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format", "harmonics", "samples", "cpu_seconds")
+COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
+"""What the results of every analysis carry."""
+REQUIRED_ATTRIBUTES = (*COMMON_ATTRIBUTES, "harmonics", "samples", "cpu_seconds")
+RESPONSES = ("forced_response", "response_bounds", "response_samples")
+"""The analyses whose results are curves of the forced response, with the variables of `SCHEMA`; others name their own."""
 
 
 @dataclass(frozen=True)
@@ -133,10 +137,38 @@ def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Map
     dataset = xr.Dataset(
         {v.name: (v.dims, arrays[v], _attributes(v)) for v in SCHEMA},
         {v.name: (v.dims, arrays[v], _attributes(v)) for v in COORDINATES},
-        {"title": "", "study": "", "stickslip_version": _version(), **attrs, "file_format": FILE_FORMAT},
+        dict(attrs),
     )
+    dataset = stamped(dataset)
     check_schema(dataset)
     return dataset
+
+
+def stamped(dataset: xr.Dataset, analysis: str = RESPONSES[0]) -> xr.Dataset:
+    """The dataset with what every results file says of itself; what it already says stays."""
+    said = {"title": "", "study": "", "analysis": analysis, "stickslip_version": _version(), "file_format": FILE_FORMAT}
+    return dataset.assign_attrs(said | dataset.attrs)
+
+
+def analysis_of(dataset: xr.Dataset) -> str:
+    """The analysis that a dataset came of."""
+    return str(dataset.attrs.get("analysis", RESPONSES[0]))
+
+
+def check_results(dataset: xr.Dataset) -> None:
+    """Refuse a dataset that is not what its analysis writes: the schema of responses, or variables with units and meaning."""
+    if analysis_of(dataset) in RESPONSES:
+        check_schema(dataset)
+        return
+    faults = [f"The attribute {name!r} must be there, but is missing." for name in COMMON_ATTRIBUTES if name not in dataset.attrs]
+    for name, variable in dataset.variables.items():
+        faults += [
+            f"The variable {name!r} must have the attribute {key!r}, but has none."
+            for key in ("units", "long_name")
+            if key not in variable.attrs
+        ]
+    if faults:
+        raise Faults(faults)
 
 
 def check_schema(dataset: xr.Dataset) -> None:

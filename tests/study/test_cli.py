@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 import stickslip
 from stickslip import console
 from stickslip.cli import app
+from stickslip.report.responses import PRESENTATION
 from stickslip.results import open_results
 
 COMMAND = [sys.executable, "-m", "stickslip"]
@@ -214,7 +216,8 @@ def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypa
 def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
     """Results are written all the same; the exit code tells scripts."""
     one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1"))
-    monkeypatch.setattr("stickslip.cli.failures", lambda name, dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
+    broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
+    monkeypatch.setattr("stickslip.report.responses.PRESENTATION", broken)
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
     refused(result, "force 0.5: the curve stopped at 0.2 Hz.", code=console.INCOMPLETE)
     assert (tmp_path / "out" / "results.nc").is_file()

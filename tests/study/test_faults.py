@@ -131,7 +131,7 @@ def test_a_structure_that_nothing_holds_is_refused(tmp_path):
     floating = text.replace('between = ["1.x", "ground"]', 'between = ["1.x", "2.x"]')
     with pytest.raises(InputError, match="held by nothing"):
         job(floating, tmp_path, "floating")
-    assert job(text, tmp_path, "held by its contact").problem
+    assert job(text, tmp_path, "held by its contact").sweep.problem
 
 
 def test_all_faults_are_named_at_once(tmp_path):
@@ -199,7 +199,7 @@ frequency = [0.08, 0.32]
     ],
 )
 def test_faults_beside_a_rig(tmp_path, old, new, said):
-    assert job(RIG, tmp_path, "rig").problem.contact_stiffness == pytest.approx([2.0])
+    assert job(RIG, tmp_path, "rig").sweep.problem.contact_stiffness == pytest.approx([2.0])
     with pytest.raises(InputError) as raised:
         job(RIG.replace(old, new, 1), tmp_path, "rig")
     assert said in str(raised.value)
@@ -229,4 +229,4 @@ def test_a_file_cut_or_scrambled_anywhere_is_refused_or_read(tmp_path, seed):
             ["", "[[contact]]", f"{key} = []", f"{key} = {{}}", f"{key} = [[[1]]]", f"{key} = 'x'", f"{key} = inf"]
         )
     with suppress(InputError):
-        assert job("\n".join(lines), tmp_path, "study").problem
+        assert job("\n".join(lines), tmp_path, "study").sweep.problem

@@ -44,18 +44,18 @@ def made(folder, contacts=SPRING, head=HEAD, tail=TAIL, structure=FOUR):
 
 def test_settings_forces_and_outputs(folder):
     study = made(folder)
-    assert (study.title, study.force_levels, study.harmonics, study.samples) == ("A title", (1.0, 2.5), 5, 256)
-    assert study.frequencies == (0.1, 0.2)
-    assert study.problem.load(1, 2.0)[0].tolist() == [3.0, 2.0, 4.0]
-    assert study.problem.output_names == ("1.x", "rim")
-    assert study.problem.output_rows.tolist() == [[1, 0, 0, 0], [0, 0, 1, 0.5]]
+    assert (study.title, study.sweep.force_levels, study.sweep.harmonics, study.sweep.samples) == ("A title", (1.0, 2.5), 5, 256)
+    assert study.sweep.frequencies == (0.1, 0.2)
+    assert study.sweep.problem.load(1, 2.0)[0].tolist() == [3.0, 2.0, 4.0]
+    assert study.sweep.problem.output_names == ("1.x", "rim")
+    assert study.sweep.problem.output_rows.tolist() == [[1, 0, 0, 0], [0, 0, 1, 0.5]]
     assert study.text == HEAD + FOUR + SPRING + TAIL
 
 
 def test_a_band_and_a_higher_harmonic(folder):
     study = made(folder, tail=TAIL.replace("at = [0.1, 0.2]", "frequency = [0.2, 0.1]").replace("static = 3.0", "harmonic = 3"))
-    assert study.frequencies == ss.hertz(0.2, 0.1)
-    assert study.problem.load(3)[0].tolist() == [0, 0, 0, 0, 0, 1.0, 2.0]
+    assert study.sweep.frequencies == ss.hertz(0.2, 0.1)
+    assert study.sweep.problem.load(3)[0].tolist() == [0, 0, 0, 0, 0, 1.0, 2.0]
 
 
 def test_contacts_of_every_law(folder):
@@ -92,7 +92,7 @@ normal = { "1.y" = -1.0 }
 kn = 5.0
 gap = 0.3
 """
-    slider, both, array, stop = made(folder, contacts).problem.contacts
+    slider, both, array, stop = made(folder, contacts).sweep.problem.contacts
     assert slider.name == "slider"
     assert slider.law == ss.Macroslip(2.0, 0.5, normal_load=3.0)
     assert slider.tangential == ({"1.x": 1.0, "2.x": -1.0},)
@@ -130,7 +130,7 @@ ONE, TWO = '["1.x", "ground"]', '[["1.x", "ground"], ["1.y", "ground"]]'
     ],
 )
 def test_start_rules(folder, tangential, elements, start, expected):
-    contact = made(folder, ARRAY.format(tangential=tangential, elements=elements, start=start)).problem.contacts[0]
+    contact = made(folder, ARRAY.format(tangential=tangential, elements=elements, start=start)).sweep.problem.contacts[0]
     assert list(contact.starts) == expected
 
 
@@ -162,8 +162,8 @@ rayleigh = [0.3, 0.01]
     np.savez(folder / "si.npz", M=1e3 * lever @ M @ lever, K=1e3 * lever @ K @ lever)
     np.savez(folder / "mm.npz", M=M, K=K)
     tail_mm = TAIL.replace('"2.rz" = 0.5', '"2.rz" = 500.0')
-    mm = made(folder, in_mm, 'units = "mm-t-s"' + HEAD, tail_mm, FOUR.replace("four", "mm")).problem
-    si = made(folder, in_si, HEAD, TAIL, FOUR.replace("four", "si")).problem
+    mm = made(folder, in_mm, 'units = "mm-t-s"' + HEAD, tail_mm, FOUR.replace("four", "mm")).sweep.problem
+    si = made(folder, in_si, HEAD, TAIL, FOUR.replace("four", "si")).sweep.problem
     for key in ("M", "K", "C", "B", "contact_stiffness", "output_rows"):
         ours, theirs = (getattr(problem if hasattr(problem, key) else problem.structure, key) for problem in (mm, si))
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-15, err_msg=key)
@@ -175,7 +175,7 @@ rayleigh = [0.3, 0.01]
 
 def test_units_one_by_one(folder):
     units = 'units = { length = "um", force = "kN", mass = "g", time = "ms" }'
-    problem = made(folder, head=units + HEAD).problem
+    problem = made(folder, head=units + HEAD).sweep.problem
     assert problem.structure.K[0, 0] == pytest.approx(9e9)
     assert problem.structure.M[0, 0] == pytest.approx(1e-3)
     assert problem.contacts[0].law.kn == pytest.approx(1e9)
@@ -184,7 +184,7 @@ def test_units_one_by_one(folder):
 
 @pytest.mark.parametrize(("damping", "expected"), [("modal = 0.01", 0.01), ("modal = [0.01, 0.02]\non = 'free'", (0.01, 0.02))])
 def test_modal_damping(folder, damping, expected):
-    rule = made(folder, SPRING + f"[damping]\n{damping}\n").problem.structure.damping
+    rule = made(folder, SPRING + f"[damping]\n{damping}\n").sweep.problem.structure.damping
     assert rule.ratio == expected
     assert rule.on == ("free" if "free" in damping else "stuck")
 
@@ -196,7 +196,7 @@ def test_matrices_from_files(folder, suffix):
         np.savez(folder / "m.npz", M=M.astype(np.float32), K=K, C=C)
     else:
         io.savemat(folder / f"m.{suffix}", {"M": M, "K": sparse.csc_array(K) if "sparse" in suffix else K, "C": C})
-    structure = made(folder, structure=FOUR.replace("four.npz", f"m.{suffix}")).problem.structure
+    structure = made(folder, structure=FOUR.replace("four.npz", f"m.{suffix}")).sweep.problem.structure
     for name, matrix in (("M", M), ("K", K), ("C", C)):
         np.testing.assert_array_equal(getattr(structure, name), matrix)
 

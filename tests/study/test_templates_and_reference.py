@@ -19,21 +19,21 @@ DOCS = Path(__file__).parents[2] / "docs"
 def test_templates_are_sound(tmp_path, kind):
     written = write_new(kind, tmp_path / "study.toml")
     assert all(path.is_file() for path in written)
-    assert read(tmp_path / "study.toml").problem.contacts
+    assert read(tmp_path / "study.toml").sweep.problem.contacts
 
 
 def test_the_template_of_the_rig_is_sound(tmp_path):
     write_new("forced_response", tmp_path / "study.toml")
     study = read(tmp_path / "study.toml")
-    assert study.force_levels == (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
-    assert len(study.problem.contacts) == 16
+    assert study.sweep.force_levels == (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
+    assert len(study.sweep.problem.contacts) == 16
 
 
 def test_a_rig_takes_a_start_rule(tmp_path):
     write_new("forced_response", tmp_path / "study.toml")
     text = (tmp_path / "study.toml").read_text()
     (tmp_path / "study.toml").write_text(text.replace("[sweep]", "start = { traction_ratio = 0.5 }\n[sweep]"))
-    contacts = read(tmp_path / "study.toml").problem.contacts
+    contacts = read(tmp_path / "study.toml").sweep.problem.contacts
     assert all(start == TractionRatio(0.5) for contact in contacts for start in contact.starts)
     (tmp_path / "study.toml").write_text(text.replace("[sweep]", "start = { traction_rato = 0.5 }\n[sweep]"))
     with pytest.raises(InputError, match="Did you mean 'traction_ratio'"):
@@ -43,7 +43,7 @@ def test_a_rig_takes_a_start_rule(tmp_path):
 def test_the_lumped_template_is_the_wedge_of_the_rigs(tmp_path):
     """Text and matrices of the template against the Python rig."""
     write_new("lumped", tmp_path / "study.toml")
-    ours, rig = read(tmp_path / "study.toml").problem, three_mass_wedge()
+    ours, rig = read(tmp_path / "study.toml").sweep.problem, three_mass_wedge()
     for key in ("stuck_stiffness", "C", "contact_stiffness"):
         np.testing.assert_allclose(getattr(ours, key), getattr(rig, key), rtol=1e-12, atol=1e-9)
     np.testing.assert_allclose(ours.load(1), rig.load(1))
@@ -68,4 +68,4 @@ def test_the_studies_in_the_documentation_are_sound(tmp_path):
     assert blocks
     for block in blocks:
         (tmp_path / "study.toml").write_text(block.split("```")[0])
-        assert read(tmp_path / "study.toml").problem.contacts
+        assert read(tmp_path / "study.toml").sweep.problem.contacts

@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 
 from stickslip.analyses.bounds_dataset import detached, has_bounds
 from stickslip.analyses.percentiles import has_percentiles
-from stickslip.files import replacing
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.energy import dissipation, loss_factor
-from stickslip.plots.look import house_style
+from stickslip.plots.files import Figures, write_figures
 from stickslip.plots.response_bounds import loss_factors, response_bounds
 from stickslip.plots.response_curves import peaks_over_force, response_curves
 from stickslip.plots.response_percentiles import response_percentiles
@@ -62,7 +61,7 @@ PERCENTILES_FIGURES: dict[str, Callable[[Any], Figure]] = {"percentiles": respon
 """The same for samples, and for samples at common frequencies."""
 
 
-def figures_of(dataset: xr.Dataset) -> dict[str, Callable[[Any], Figure]]:
+def figures_of(dataset: xr.Dataset) -> Figures:
     """The figures that a result has."""
     figures = FIGURES | (BOUNDS_FIGURES if has_bounds(dataset) else {})
     figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
@@ -70,19 +69,5 @@ def figures_of(dataset: xr.Dataset) -> dict[str, Callable[[Any], Figure]]:
 
 
 def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:
-    """Write every figure in every format, each file whole or not at all; returns the paths. The same data give the same files."""
-    paths = []
-    for name, draw in figures_of(dataset).items():
-        figure = draw(dataset)
-        for suffix in formats:
-            path = Path(directory) / f"{name}.{suffix}"
-            write_figure(figure, path, suffix)
-            paths.append(path)
-    return paths
-
-
-def write_figure(figure: Figure, path: Path, suffix: str) -> None:
-    """Save without the date, so that equal figures are equal files."""
-    dated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with house_style(), replacing(path) as temporary:
-        figure.savefig(temporary, format=suffix, metadata=dated.get(suffix))
+    """Write every figure in every format; returns the paths."""
+    return write_figures(figures_of(dataset), dataset, directory, formats)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -17,11 +17,12 @@ from stickslip.analyses.bounds_dataset import has_bounds
 from stickslip.analyses.percentiles import has_percentiles
 from stickslip.checks import fault
 from stickslip.files import write_text
-from stickslip.report import sections
+from stickslip.report import plain, sections
 from stickslip.report.bounds import bounds
 from stickslip.report.chart_data import chart_data
 from stickslip.report.markup import script_data, select, text
 from stickslip.report.percentiles import percentiles
+from stickslip.report.presentation import presentation_of
 
 Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset]], str]]
 
@@ -47,6 +48,17 @@ def always(dataset: xr.Dataset) -> bool:
     return True
 
 
+PLAIN_SECTIONS: tuple[Section, ...] = (
+    ("overview", "Overview", plain.overview),
+    ("figures", "Figures", plain.figures),
+    ("tables", "Tables", plain.tables),
+    ("failures", "Failures", plain.failures),
+    ("study", "Study", sections.study),
+    ("versions", "Versions", sections.versions),
+)
+"""Of analyses whose report needs no script."""
+
+
 def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> Path:
     """Write the report of one dataset, or of several by name, to `path`, whole or not at all; returns the path."""
     if isinstance(datasets, xr.Dataset):
@@ -56,25 +68,35 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
     return write_text(path, page(datasets))
 
 
+def interactive(datasets: Mapping[str, xr.Dataset]) -> bool:
+    """Whether the page is one of response curves."""
+    return all(presentation_of(dataset).interactive for dataset in datasets.values())
+
+
 def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
     """The sections that these results fill."""
+    if not interactive(datasets):
+        return PLAIN_SECTIONS
     return tuple(entry for entry in SECTIONS if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
 
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
     title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
-    scripts = (_plotly(), _resource("report.js"))
+    kinds = " and ".join(dict.fromkeys(presentation_of(dataset).title for dataset in datasets.values()))
+    drawn = interactive(datasets)
+    scripts = (_plotly(), _resource("report.js")) if drawn else ()
     style = _resource("report.css")
     body = "".join(build(datasets) for _, _, build in sections_of(datasets))
+    need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>" if drawn else ""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<title>{text(title)} – stickslip</title><style>{style}</style></head>\n<body>"
-        f"<header><h1>{text(title)}</h1><p>Forced response, computed with stickslip</p></header>{_navigation(datasets)}"
-        f"<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>\n<main>{body}</main>\n"
-        f"{script_data('data', chart_data(datasets))}\n"
+        f"<header><h1>{text(title)}</h1><p>{text(kinds)}, computed with stickslip</p></header>{_navigation(datasets)}"
+        f"{need}\n<main>{body}</main>\n"
+        f"{script_data('data', chart_data(datasets)) if drawn else ''}\n"
         + "\n".join(f"<script>{script}</script>" for script in scripts)
         + "</body></html>\n"
     )
@@ -82,14 +104,14 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
 
 def _navigation(datasets: Mapping[str, xr.Dataset]) -> str:
     links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in sections_of(datasets))
-    choice = select("result", "Charts show") if len(datasets) > 1 else ""
+    choice = select("result", "Charts show") if len(datasets) > 1 and interactive(datasets) else ""
     return f'<nav aria-label="Sections">{links}{choice}</nav>'
 
 
-def _policy(scripts: tuple[str, ...]) -> str:
+def _policy(scripts: Sequence[str]) -> str:
     """Nothing is loaded; only these scripts run. Styles are free, since plotly.js writes them; images are its exports."""
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
-    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     rest = "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
     return f"default-src 'none'; script-src {allowed}; {rest}"
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -18,40 +18,36 @@ from stickslip.loads import Force
 from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
 from stickslip.study import build
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.contacts import ContactTable, table_of
 from stickslip.study.faults import Found, Model, parsed
+from stickslip.study.fields import Table
+from stickslip.study.kinds import KEYS, KINDS, owners
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import DampingTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
-from stickslip.study.variability import BoundsTable, SamplesTable, law_of
-from stickslip.units import Band
 
-REQUIRED = ("study", "structure", "sweep")
 Tell = tuple[Progress, list[str]]
 """Whom to tell of long work, and the notes that gather what is to be said of the model."""
-KEYS = ("units", "study", "structure", "damping", "contact", "force", "sweep", "bounds", "samples")
+DEFAULT = KINDS["forced_response"]
+"""By what a file is checked when its analysis is unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What a study asks for: a problem, and where and how finely to compute it.
+    """What a study asks for, made ready.
 
-    `text` is the file as it stands; `matrices` tells apart what the file that it names holds, "" for a rig; `notes`: what
-    is to be said of the model, as where its places were found.
+    `text` is the file as it stands; `content` tells apart what the files that it names hold, "" where it names none.
+    `sweep` holds the problem of an analysis of one; `notes`: what is to be said of the model, as where its places were found.
     """
 
     title: str
     analysis: str
-    problem: Problem
-    frequencies: Band | tuple[float, ...]
-    force_levels: tuple[float, ...]
-    harmonics: int | Literal["auto"]
-    samples: int
-    tolerance: float
+    plan: Plan
     text: str
-    matrices: str = ""
-    variability: BoundsTable | SamplesTable | None = None
+    content: str = ""
+    sweep: Sweep | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -66,8 +62,7 @@ class Tables:
     contact: tuple[ContactTable | None, ...]
     force: tuple[ForceTable | None, ...]
     units: Units
-    bounds: BoundsTable | None = None
-    samples: SamplesTable | None = None
+    own: Mapping[str, Table]
 
 
 def read(path: Path, progress: Progress = quiet) -> Job:
@@ -81,57 +76,68 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     progress(share, text) is told of the reading and reduction of a large model.
     """
     document = toml(text)
+    kind = kind_of(document)
     found = Found()
-    tables = tables_of(document, found)
+    tables = tables_of(document, kind, found)
     notes: list[str] = []
     if tables.study:
         found.attempt("[study]", storable, "title", tables.study.title)
-    with threadpool_limits(1, user_api="blas"):
-        problem = problem_of(tables, document, folder, found, (progress, notes))
-    frequencies = found.attempt("[sweep]", build.frequencies, tables.sweep) if tables.sweep else None
-    if tables.sweep:
-        found.attempt("[sweep]", build.enough_samples, tables.sweep)
-        found.attempt("[sweep]", force_levels, tables.sweep.force_levels)
-    if tables.samples:
-        found.attempt("[samples]", law_of, tables.samples)
-    if tables.sweep and problem and tables.sweep.wanted_harmonics != "auto":
-        found.attempt("[sweep]", problem.load, tables.sweep.wanted_harmonics)
     misplaced(tables, document, found)
+    for key, table in tables.own.items():
+        found.attempt(f"[{key}]", kind.checks.get(key, sound), table)
+    with threadpool_limits(1, user_api="blas"):
+        sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
     found.stop()
-    if not (tables.study and tables.sweep and problem and frequencies):
+    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder))
+    found.stop()
+    if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
-    title = tables.study.title or problem.title or name
-    levels, sweep = tuple(tables.sweep.force_levels), tables.sweep
-    settings = (frequencies, levels, sweep.wanted_harmonics, sweep.samples, sweep.tolerance)
-    matrices = content(tables.structure, problem)
-    return Job(title, tables.study.analysis, problem, *settings, text, matrices, variability_of(tables), tuple(notes))
+    title = tables.study.title or (sweep.problem.title if sweep else "") or name
+    return Job(title, tables.study.analysis, plan, text, content(tables.structure, sweep), sweep, tuple(notes))
 
 
-def variability_of(tables: Tables) -> BoundsTable | SamplesTable | None:
-    """What the analysis asks for beyond the forced response; all of it has defaults."""
-    match tables.study.analysis if tables.study else "":
-        case "response_bounds":
-            return tables.bounds or BoundsTable()
-        case "response_samples":
-            return tables.samples or SamplesTable()
-    return None
+def sound(table: Table) -> None:
+    """A table that its model checks wholly."""
+
+
+def kind_of(document: Mapping[str, Any]) -> Kind:
+    """The analysis that a file asks for."""
+    study = document.get("study")
+    name = study.get("analysis") if isinstance(study, dict) else None
+    return KINDS.get(name, DEFAULT) if isinstance(name, str) else DEFAULT
+
+
+def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell) -> Sweep | None:
+    """The problem, and where and how finely to compute it."""
+    problem, table = problem_of(tables, document, folder, found, tell), tables.sweep
+    if table is None:
+        return None
+    frequencies = found.attempt("[sweep]", build.frequencies, table)
+    found.attempt("[sweep]", build.enough_samples, table)
+    found.attempt("[sweep]", force_levels, table.force_levels)
+    if problem and table.wanted_harmonics != "auto":
+        found.attempt("[sweep]", problem.load, table.wanted_harmonics)
+    if problem is None or frequencies is None:
+        return None
+    return Sweep(problem, frequencies, tuple(table.force_levels), table.wanted_harmonics, table.samples, table.tolerance)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
     """A table of another analysis than the one asked for is refused: it would have no effect."""
-    analysis = tables.study.analysis if tables.study else None
-    for key, owner in (("bounds", "response_bounds"), ("samples", "response_samples")):
-        if key in document and analysis is not None and analysis != owner:
-            found.messages.append(f'[{key}] must go with analysis = "{owner}", but the analysis is {analysis!r}.')
-    if tables.samples and tables.samples.points and tables.sweep and tables.sweep.at:
-        found.messages.append("[samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out.")
+    if tables.study is None:
+        return
+    for key in document:
+        names = owners(key)
+        if names and tables.study.analysis not in names:
+            rule = f"must go with analysis = {' or '.join(map(repr, names))}".replace("'", '"')
+            found.messages.append(f"[{key}] {rule}, but the analysis is {tables.study.analysis!r}.")
 
 
-def content(table: StructureTable | None, problem: Problem) -> str:
+def content(table: StructureTable | None, sweep: Sweep | None) -> str:
     """Tells apart the matrices that a study brings; a rig makes its own."""
-    if table is None or table.rig is not None:
+    if table is None or sweep is None or table.rig is not None:
         return ""
-    structure, digest = problem.structure, sha256()
+    structure, digest = sweep.problem.structure, sha256()
     for matrix in (structure.M, structure.K, structure.C):
         digest.update(b"" if matrix is None else matrix.tobytes())
     return digest.hexdigest()
@@ -172,12 +178,12 @@ def toml(text: str) -> dict[str, Any]:
         raise InputError("The study file must be valid TOML, but nests its values too deeply.") from None
 
 
-def tables_of(document: Mapping[str, Any], found: Found) -> Tables:
+def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     """Every table on its own, so that the faults of one do not hide those of another."""
     for key in document:
         if key not in KEYS:
             found.messages.append(str(fault("The study file, table", "must be a known one", key, nearest(key, KEYS))))
-    for key in REQUIRED:
+    for key in ("study", *(("structure", "sweep") if kind.on_problem else ()), *kind.required):
         if key not in document:
             found.messages.append(f"[{key}] must be given, but is missing.")
 
@@ -189,8 +195,8 @@ def tables_of(document: Mapping[str, Any], found: Found) -> Tables:
     contacts = tuple(found.attempt(place, contact_table, values) for place, values in repeated("contact", document, found))
     forces = tuple(found.attempt(place, parsed, ForceTable, values) for place, values in repeated("force", document, found))
     units = found.attempt("units", units_of, document.get("units", "SI")) or Units()
-    bounds, samples = single("bounds", BoundsTable), single("samples", SamplesTable)
-    return Tables(study, structure, damping, sweep, contacts, forces, units, bounds, samples)
+    own = {key: table for key, model in kind.tables.items() if (table := single(key, model)) is not None}
+    return Tables(study, structure, damping, sweep, contacts, forces, units, own)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:

@@ -17,6 +17,7 @@ from stickslip.files import write_text
 from stickslip.study.contacts import LAWS
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import Table, Words
+from stickslip.study.kinds import KINDS
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import (
     DampingTable,
@@ -29,7 +30,6 @@ from stickslip.study.tables import (
     SweepTable,
 )
 from stickslip.study.units import SYSTEMS, Dimension, Units
-from stickslip.study.variability import BoundsTable, SamplesTable
 
 SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[study]": (StudyTable,),
@@ -38,8 +38,7 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[[contact]]": (*LAWS.values(), StartTable),
     "[[force]]": (ForceTable,),
     "[sweep]": (SweepTable, OutputTable),
-    "[bounds]": (BoundsTable,),
-    "[samples]": (SamplesTable,),
+    **{f"[{key}]": (model,) for kind in KINDS.values() for key, model in kind.tables.items()},
     "[units]": (Units,),
 }
 TITLES: dict[type[Table], str] = {

@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING
 
 import stickslip
 from stickslip.analyses.cases import Progress, Together, all_cases
-from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.checks import InputError
 from stickslip.files import sweep
 from stickslip.finished import FinishedFolder
-from stickslip.results import open_results, save
+from stickslip.results import open_results, save, stamped
 from stickslip.study.read import Job
-from stickslip.study.variability import dataset_of, works_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,10 +36,15 @@ class Run:
     workers: int = 1
 
     @property
+    def words(self) -> str:
+        """What is computed, for people."""
+        return ", ".join(dict.fromkeys(job.analysis.replace("_", " ").capitalize() for job in self.jobs.values()))
+
+    @property
     def about(self) -> dict[str, str]:
         """What the results depend on, as short texts."""
         texts = "\n".join(f"{name}\n{job.text}" for name, job in self.jobs.items())
-        matrices = " ".join(job.matrices for job in self.jobs.values()).strip()
+        matrices = " ".join(job.content for job in self.jobs.values()).strip()
         return {
             "study": sha256(texts.encode()).hexdigest(),
             "content of the matrices": matrices,
@@ -81,24 +84,17 @@ class Run:
 
     def computed(self, kept: FinishedFolder, progress: Progress) -> dict[str, xr.Dataset]:
         """The results of all jobs, each saved."""
-        bases = {name: base_of(job) for name, job in self.jobs.items()}
-        works = {name: works_of(bases[name], job.variability) for name, job in self.jobs.items()}
+        works = {name: job.plan.works for name, job in self.jobs.items()}
         together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
         results = all_cases(together, kept if self.resume else _Anew(kept), self.workers, progress)
         progress(1.0, "linear curves and results.nc")
         parts, datasets = together.parted(results), {}
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
-            dataset = dataset_of(works[name], own)
-            said = {"title": job.title, "study": job.text, "harmonics_chosen": bases[name].choice}
-            datasets[name] = dataset.assign_attrs(said, input_key=self.key)
+            said = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
+            datasets[name] = stamped(job.plan.dataset(own)).assign_attrs(said)
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
-
-
-def base_of(job: Job) -> ForcedResponseWork:
-    """The forced response of a job, which other analyses go by."""
-    return ForcedResponseWork.of(job.problem, job.frequencies, job.force_levels, job.harmonics, job.samples, job.tolerance)
 
 
 class _Anew:

@@ -1,8 +1,10 @@
-"""Response variability in a study: the tables [bounds] and [samples], the work they ask for, and the dataset that comes of it."""
+"""Response variability in a study: the tables [bounds] and [samples], and what they ask for."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
@@ -14,8 +16,10 @@ from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_samples import SamplesWork
 from stickslip.analyses.start_draws import Law, draw, named_law
-from stickslip.checks import fault
+from stickslip.checks import InputError, fault
+from stickslip.study.analysis import Asked, Kind, Sweep
 from stickslip.study.fields import Number, Table
+from stickslip.study.forced_response import sweep_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,21 +91,72 @@ def bounds_work(base: ForcedResponseWork, table: BoundsTable) -> BoundsWork:
     return BoundsWork(base.problem, frequencies, base.levels, table.objective, 0, *search, base.harmonics, base.samples)
 
 
-def works_of(base: ForcedResponseWork, table: BoundsTable | SamplesTable | None) -> dict[str, Work]:
-    """The works of one job by kind; "" is the forced response itself."""
-    if isinstance(table, SamplesTable):
-        return {"samples": samples_work(base, table)}
-    works: dict[str, Work] = {"": base}
-    return works if table is None else works | {"bounds": bounds_work(base, table)}
+@dataclass(frozen=True, eq=False)
+class BoundsPlan:
+    """The forced response and its bounds."""
+
+    sweep: Sweep
+    table: BoundsTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> BoundsPlan:
+        """The plan of a study; every key of its table has a default."""
+        table = asked.tables.get("bounds", BoundsTable())
+        return cls(sweep_of(asked), BoundsTable.model_validate(table))
+
+    @property
+    def summary(self) -> str:
+        return self.sweep.summary
+
+    @cached_property
+    def base(self) -> ForcedResponseWork:
+        return self.sweep.forced_response()
+
+    @cached_property
+    def bounds(self) -> BoundsWork:
+        return bounds_work(self.base, self.table)
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.base, "bounds": self.bounds}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return attached(self.base.gathered(results[""]).dataset, self.bounds.gathered(results["bounds"]))
 
 
-def dataset_of(works: Mapping[str, Work], results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-    """The dataset of the results of all works of a job."""
-    if isinstance(samples := works.get("samples"), SamplesWork):
-        attrs = {"rule": samples.rule, "share": samples.share}
-        return samples.gathered(results["samples"], attrs).dataset
-    response, bounds = works[""], works.get("bounds")
-    if not isinstance(response, ForcedResponseWork):
-        raise TypeError(type(response).__name__)
-    dataset = response.gathered(results[""]).dataset
-    return attached(dataset, bounds.gathered(results["bounds"])) if isinstance(bounds, BoundsWork) else dataset
+@dataclass(frozen=True, eq=False)
+class SamplesPlan:
+    """Curves from drawn start states."""
+
+    sweep: Sweep
+    table: SamplesTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> SamplesPlan:
+        """The plan of a study; every key of its table has a default."""
+        table = SamplesTable.model_validate(asked.tables.get("samples", SamplesTable()))
+        sweep = sweep_of(asked)
+        if table.points and isinstance(sweep.frequencies, tuple):
+            raise InputError("[samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out.")
+        return cls(sweep, table)
+
+    @property
+    def summary(self) -> str:
+        return self.sweep.summary
+
+    @cached_property
+    def base(self) -> ForcedResponseWork:
+        return self.sweep.forced_response()
+
+    @cached_property
+    def works(self) -> Mapping[str, SamplesWork]:
+        return {"samples": samples_work(self.base, self.table)}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        work = self.works["samples"]
+        said = {"rule": work.rule, "share": work.share, "harmonics_chosen": self.base.choice}
+        return work.gathered(results["samples"], said).dataset
+
+
+RESPONSE_BOUNDS = Kind(BoundsPlan.of, {"bounds": BoundsTable})
+RESPONSE_SAMPLES = Kind(SamplesPlan.of, {"samples": SamplesTable}, checks={"samples": law_of})

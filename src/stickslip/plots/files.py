@@ -1,0 +1,38 @@
+"""Figures in files: PNG and SVG, each whole or not at all; the same data give the same files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.files import replacing
+from stickslip.plots.look import house_style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Figures = Mapping[str, Callable[[Any], "Figure"]]
+"""Name of the file: function that draws it from a dataset."""
+
+
+def write_figures(
+    figures: Figures, dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")
+) -> list[Path]:
+    """Every figure of a dataset in every format; returns the paths."""
+    paths = []
+    for name, draw in figures.items():
+        figure = draw(dataset)
+        for suffix in formats:
+            path = Path(directory) / f"{name}.{suffix}"
+            write_figure(figure, path, suffix)
+            paths.append(path)
+    return paths
+
+
+def write_figure(figure: Figure, path: Path, suffix: str) -> None:
+    """Save without the date, so that equal figures are equal files."""
+    dated: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with house_style(), replacing(path) as temporary:
+        figure.savefig(temporary, format=suffix, metadata=dated.get(suffix))

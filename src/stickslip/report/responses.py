@@ -1,0 +1,58 @@
+"""How forced responses are told, with bounds or samples where they have them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from stickslip.plots.files import Figures
+from stickslip.plots.forced_response import figures_of
+from stickslip.quantities import peak_table, quantity_table
+from stickslip.report.presentation import Presentation
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """What "auto" took, and the highest peak of the first output at each force level, or the largest point without a peak."""
+    first = dataset.isel(output=0)
+    chosen = dataset.attrs.get("harmonics_chosen")
+    lines = [f"{chosen}."] if chosen else []
+    lines += [f"highest peaks of {dataset['output'].values[0]}"]
+    lines += [
+        f"  force {level:<8g} {peak_words(first.isel(case=case))}" for case, level in enumerate(first["force_level"].values)
+    ]
+    return lines
+
+
+def peak_words(case: xr.Dataset) -> str:
+    """The highest peak of one curve."""
+    if case.sizes["peak"] and case["peak_amplitude"].notnull().any():
+        peak = case.isel(peak=0)
+        frequency, amplitude, loss = (float(peak[f"peak_{key}"]) for key in ("frequency", "amplitude", "loss_factor"))
+        return f"{frequency:12.6g} Hz   amplitude {amplitude:12.6g} m   loss factor {loss:.4g}"
+    if not case["amplitude"].notnull().any():
+        return "no point was found"
+    point = case.isel(point=int(case["amplitude"].argmax("point")))
+    return f"no peak; largest at {float(point['frequency']):.6g} Hz: amplitude {float(point['amplitude']):.6g} m"
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each case that did not reach the end of its band."""
+    cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
+    return [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Curves and peaks as displacements."""
+    return {"curves": quantity_table(dataset), "peaks": peak_table(dataset)}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Those of the curves, and of the bounds where there are any."""
+    return figures_of(dataset)
+
+
+PRESENTATION = Presentation("Forced response", sentences, failures, figures, tables, interactive=True)

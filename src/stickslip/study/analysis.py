@@ -1,0 +1,92 @@
+"""What a study file may ask for. An analysis states here how its tables become a `Plan`; reading and running go by that alone.
+
+`kinds.py` lists the analyses. The tables, the plan and the template of one stand together in `study/<analysis>.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+from stickslip.analyses.cases import Arrays, Work
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.checks import counted
+from stickslip.problem import Problem
+from stickslip.study.fields import Table
+from stickslip.study.units import Units
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Plan(Protocol):
+    """A study made ready to be computed."""
+
+    @property
+    def summary(self) -> str:
+        """What will be computed, in half a line."""
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        """What is to be computed, in independent cases, by a name for each kind of work; "" for the only one."""
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        """The labelled results of all works."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A problem with where and how finely to compute it: what [structure], [[contact]], [[force]] and [sweep] say."""
+
+    problem: Problem
+    frequencies: Band | tuple[float, ...]
+    force_levels: tuple[float, ...]
+    harmonics: int | Literal["auto"]
+    samples: int
+    tolerance: float
+
+    @property
+    def summary(self) -> str:
+        """The sweep in half a line."""
+        problem = self.problem
+        listed = self.frequencies if isinstance(self.frequencies, tuple) else None
+        where = "over a band" if listed is None else f"at {counted(len(listed), 'frequency', 'frequencies')}"
+        size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
+        harmonics = 'harmonics = "auto"' if self.harmonics == "auto" else counted(self.harmonics, "harmonic")
+        levels = counted(len(self.force_levels), "force level")
+        return f"{size}, {counted(len(problem.contacts), 'contact')}, {levels} {where}, {harmonics}, {self.samples} samples"
+
+    def forced_response(self) -> ForcedResponseWork:
+        """Its forced response, which other analyses go by; "auto" has become a number there."""
+        settings = (self.frequencies, self.force_levels, self.harmonics, self.samples, self.tolerance)
+        return ForcedResponseWork.of(self.problem, *settings)
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What a sound study file holds: its own tables by key, the sweep where the analysis has one, units, and its folder."""
+
+    tables: Mapping[str, Table]
+    sweep: Sweep | None
+    units: Units
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An analysis of study files.
+
+    plan: what the file asks for, made ready; it raises the faults it sees.
+    tables: the tables that only this analysis has, by key, and `required`: those of them that must be given.
+    checks: what of a table its model cannot check, by key; they raise the faults.
+    on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
+    """
+
+    plan: Callable[[Asked], Plan]
+    tables: Mapping[str, type[Table]] = field(default_factory=dict)
+    required: tuple[str, ...] = ()
+    checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)
+    on_problem: bool = True

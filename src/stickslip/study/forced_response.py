@@ -1,0 +1,48 @@
+"""The forced response in a study: no tables of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from stickslip.analyses.cases import Arrays
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.study.analysis import Asked, Kind, Sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class ForcedResponsePlan:
+    """Curves over the band for every force level."""
+
+    sweep: Sweep
+
+    @classmethod
+    def of(cls, asked: Asked) -> ForcedResponsePlan:
+        """The plan of a study."""
+        return cls(sweep_of(asked))
+
+    @property
+    def summary(self) -> str:
+        return self.sweep.summary
+
+    @cached_property
+    def works(self) -> Mapping[str, ForcedResponseWork]:
+        return {"": self.sweep.forced_response()}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.works[""].gathered(results[""]).dataset
+
+
+def sweep_of(asked: Asked) -> Sweep:
+    """The sweep of an analysis that has one."""
+    if asked.sweep is None:
+        raise AssertionError("an analysis of a problem has a sweep")
+    return asked.sweep
+
+
+FORCED_RESPONSE = Kind(ForcedResponsePlan.of)

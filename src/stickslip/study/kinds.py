@@ -1,0 +1,23 @@
+"""The analyses that a study may ask for, by the name that stands in [study] analysis. A new one adds its line here."""
+
+from __future__ import annotations
+
+from stickslip.study.analysis import Kind
+from stickslip.study.forced_response import FORCED_RESPONSE
+from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
+
+KINDS: dict[str, Kind] = {
+    "forced_response": FORCED_RESPONSE,
+    "response_bounds": RESPONSE_BOUNDS,
+    "response_samples": RESPONSE_SAMPLES,
+}
+
+PROBLEM_KEYS = ("structure", "damping", "contact", "force", "sweep")
+"""Tables that state a problem and where to compute it, for every analysis of one."""
+COMMON_KEYS = ("units", "study", *PROBLEM_KEYS)
+KEYS = (*COMMON_KEYS, *dict.fromkeys(key for kind in KINDS.values() for key in kind.tables))
+
+
+def owners(key: str) -> list[str]:
+    """The analyses that a table belongs to."""
+    return [name for name, kind in KINDS.items() if key in kind.tables or (key in PROBLEM_KEYS and kind.on_problem)]
