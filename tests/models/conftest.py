@@ -1,17 +1,20 @@
 """One model in every format: a chain of masses with names, coordinates and a set."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+from models import nastran_files
 from scipy import io, sparse
 
 
 class Chain:
-    """Six masses along x; node k at (0.01 k, 0, 0) m."""
+    """Six masses along x. Its numbers have few digits, which every format holds."""
 
     def __init__(self):
         generator = np.random.default_rng(3)
-        self.M = np.diag(generator.uniform(0.1, 0.2, 6))
-        stiffness = generator.uniform(1e5, 2e5, 7)
+        self.M = np.diag(generator.uniform(0.1, 0.2, 6).round(6))
+        stiffness = generator.uniform(1e5, 2e5, 7).round()
         self.K = np.diag(stiffness[:-1] + stiffness[1:]) - np.diag(stiffness[1:-1], 1) - np.diag(stiffness[1:-1], -1)
         self.C = 1e-5 * self.K
         self.dofs = tuple(f"{node}.x" for node in range(1, 7))
@@ -71,8 +74,63 @@ class Chain:
             sparse.save_npz(folder / f"chain_{name}.npz", sparse.csr_array(getattr(self, name)))
         return folder / "chain_K.npz"
 
+    def _abaqus(self, folder):
+        """FORMAT=MATRIX INPUT: node, direction, node, direction, value of one triangle."""
+        for name, kind in (("M", "MASS"), ("K", "STIF"), ("C", "DMPV")):
+            matrix = getattr(self, name)
+            lines = [f"{i + 1},1, {j + 1},1, {matrix[i, j]:.17e}" for i in range(6) for j in range(i + 1) if matrix[i, j]]
+            (folder / f"job_{kind}1.mtx").write_text("** a comment\n" + "\n".join(lines) + "\n")
+        return folder / "job_STIF1.mtx"
 
-KINDS = [name[1:] for name in vars(Chain) if name.startswith("_") and not name.startswith("__")]
+    def _abaqus_coordinate(self, folder):
+        for name, kind in (("M", "MASS"), ("K", "STIF"), ("C", "DMPV")):
+            rows = sparse.coo_array(getattr(self, name))
+            lines = [f"{i + 1}  {j + 1}  {value:.17e}" for i, j, value in zip(*rows.coords, rows.data, strict=True)]
+            (folder / f"job_{kind}2.mtx").write_text("\n".join(lines) + "\n")
+        return folder / "job_STIF2.mtx"
+
+    def _abaqus_substructure(self, folder):
+        """*USER ELEMENT with its nodes in comments, and the columns up to the diagonal, four entries a line."""
+        lines = [
+            "*USER ELEMENT, NODES=6, LINEAR",
+            "** ELEMENT NODES",
+            "** 1, 2, 3, 4,",
+            "** 5, 6,",
+            "1,",
+            "*MATRIX, TYPE=STIFFNESS",
+        ]
+        for matrix, kind in ((self.K, None), (self.M, "MASS"), (self.C, "DAMPING")):
+            lines += [f"*MATRIX, TYPE={kind}"] if kind else []
+            packed = matrix[np.tril_indices(6)]
+            lines += [", ".join(f"{value:.17e}" for value in packed[k : k + 4]) + "," for k in range(0, packed.size, 4)]
+        (folder / "substructure.mtx").write_text("\n".join(lines) + "\n")
+        return folder / "substructure.mtx"
+
+    def _nastran(self, folder, name, content):
+        path = folder / name
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return path
+
+    @property
+    def _named(self):
+        return {"KAA": self.K, "MAA": self.M, "BAA": self.C}
+
+
+for _style in nastran_files.STYLES:
+    for _name, _write in {
+        "text": nastran_files.op4_text,
+        "text_wide": partial(nastran_files.op4_text, width=16),
+        "binary": nastran_files.op4_binary,
+        "binary_big_endian": partial(nastran_files.op4_binary, order=">"),
+        "binary_64": partial(nastran_files.op4_binary, word=8),
+    }.items():
+        _save = lambda self, folder, write=_write, style=_style: self._nastran(folder, "chain.op4", write(self._named, style))  # noqa: E731
+        setattr(Chain, f"_op4_{_name}_{_style}", _save)
+for _style in ("large", "free"):
+    _save = lambda self, folder, style=_style: self._nastran(folder, "chain.pch", nastran_files.dmig(self._named, style))  # noqa: E731
+    setattr(Chain, f"_dmig_{_style}", _save)
+
+KINDS = [name[1:] for name in vars(Chain) if name.startswith("_") and not name.startswith(("__", "_nam", "_nas"))]
 
 
 @pytest.fixture

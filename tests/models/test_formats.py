@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from models import nastran_files
 from models.conftest import KINDS
 
 import stickslip as ss
@@ -105,3 +106,59 @@ def test_an_unknown_ending_and_units(tmp_path):
     np.savez(tmp_path / "a.npz", M=np.eye(1), K=np.eye(1))
     with pytest.raises(InputError, match="Did you mean 'mm-t-s'"):
         ss.read_structure(tmp_path / "a.npz", units="mm-t")
+
+
+def test_names_of_abaqus_and_nastran(chain, tmp_path):
+    for kind in ("abaqus", "abaqus_substructure", "dmig_large", "dmig_free"):
+        assert ss.read_structure(chain.save(tmp_path, kind)).dofs == chain.dofs
+
+
+def test_dmig_in_small_fields(chain, tmp_path):
+    """Three digits fit into eight characters; Nastran leaves out the E."""
+    (tmp_path / "small.pch").write_text(nastran_files.dmig({"K2": chain.K, "M2": chain.M}, "small"))
+    structure = ss.read_structure(tmp_path / "small.pch", variables={"K": "K2", "M": "M2"})
+    np.testing.assert_allclose(structure.K, chain.K, rtol=6e-3)
+    np.testing.assert_allclose(structure.M, chain.M, rtol=6e-3)
+
+
+def test_a_mass_with_fewer_rows_than_the_stiffness(chain, tmp_path):
+    """Abaqus leaves out what is zero: rows are put together by their names."""
+    chain.save(tmp_path, "abaqus")
+    lines = (tmp_path / "job_MASS1.mtx").read_text().splitlines()
+    (tmp_path / "job_MASS1.mtx").write_text("\n".join(line for line in lines if not line.startswith("4,")))
+    model = ss.read_model(tmp_path / "job_STIF1.mtx")
+    expected = chain.M.copy()
+    expected[3, 3] = 0.0
+    np.testing.assert_allclose(model.M.toarray(), expected)
+    np.testing.assert_allclose(model.K.toarray(), chain.K)
+
+
+def test_coordinates_and_sets_of_an_abaqus_deck(chain, tmp_path):
+    nodes = "\n".join(f"{k}, {10 * k}., 0., {k % 3}" for k in range(1, 7))
+    sets = "*Nset, nset=Ends\n1, 6\n*Nset, nset=even, generate\n2, 6, 2\n*NSET, NSET=ALL\nENDS, EVEN"
+    (tmp_path / "job.inp").write_text(f"*Heading\n*Node\n{nodes}\n{sets}\n*Step\n")
+    model = ss.read_model(chain.save(tmp_path, "abaqus"), units="mm-t-s")
+    assert model.nodes["2"] == pytest.approx((0.02, 0.0, 0.002))
+    assert model.sets == {"ENDS": ("1", "6"), "EVEN": ("2", "4", "6"), "ALL": ("1", "6", "2", "4")}
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.startswith("op4")])
+def test_truncated_output4(chain, tmp_path, kind):
+    path = chain.save(tmp_path, kind)
+    content = path.read_bytes()
+    path.write_bytes(content[: 2 * len(content) // 3])
+    with pytest.raises(InputError):
+        ss.read_model(path)
+
+
+def test_an_empty_and_a_wrong_dmig(tmp_path):
+    for text, said in (
+        ("$ nothing\n", "must hold DMIG entries"),
+        ("DMIG,KAA,0,2,2\n", "must be 1 .square. or 6 .symmetric., but is 2"),
+        ("DMIG,KAA,1,1,,1,1,2.0\n", "must begin with its header"),
+        ("DMIG,KAA,0,6,2\nDMIG,KAA,x,1,,1,1,2.0\n", "must be a whole number, but is 'x'"),
+        ("DMIG,KAA,0,6,2\nDMIG,KAA,1,1,,1,1,2.0.0\n", "must be a number, but is '2.0.0'"),
+    ):
+        (tmp_path / "wrong.pch").write_text(text)
+        with pytest.raises(InputError, match=said):
+            ss.read_model(tmp_path / "wrong.pch")

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import InputError, fault
-from stickslip.models import abaqus, calculix, exchange, matlab, numpy_archive
+from stickslip.models import abaqus, ansys, calculix, exchange, matlab, nastran_dmig, nastran_op4, numpy_archive
 from stickslip.models.content import NEEDED, Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
@@ -48,6 +48,9 @@ FORMATS = (
     Format("Abaqus matrix", (".mtx",), abaqus.read),
     Format("Matrix Market", (".mtx", ".mm"), exchange.read_matrix_market, exchange.MATRIX_MARKET),
     Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb"), exchange.read_harwell_boeing),
+    Format("Nastran OUTPUT4", (".op4",), nastran_op4.read),
+    Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_dmig.read),
+    Format("Ansys .full file", (".full",), ansys.read),
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
 )
 

@@ -1,0 +1,129 @@
+"""Nastran DMIG entries (.pch, .dmig, .bdf): matrices by grid point and component, with GRID entries for coordinates.
+
+DMIG, NAME, 0, IFO, TIN, ... is the header; DMIG, NAME, GJ, CJ, , G1, C1, A1, B1 with continuations G2, C2, A2, B2, ... a column;
+IFO 6 is symmetric, with one triangle. Small fields of 8, large ones of 16 (DMIG*) and free format with commas are read.
+(MSC Nastran Quick Reference Guide, DMIG.)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.checks import fault
+from stickslip.models.content import Content, Point, dof
+from stickslip.models.limits import within_memory
+from stickslip.structure.sparse import both_triangles
+
+SYMMETRIC, SQUARE = 6, 1
+COMPLEX = (3, 4)
+EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
+GridComponent = tuple[int, int]
+CARD = 10
+"""Fields of an entry and its continuation mark in small format."""
+
+
+@dataclass
+class Matrix:
+    """A matrix as it is read: its form and type, and entries by (grid point, component) of row and column."""
+
+    form: int
+    kind: int
+    rows: list[GridComponent] = field(default_factory=list)
+    columns: list[GridComponent] = field(default_factory=list)
+    values: list[complex] = field(default_factory=list)
+
+
+def read(path: Path) -> Content:
+    """Every DMIG matrix of the file, over the degrees of freedom of all of them in ascending order."""
+    within_memory(path.name, 60 * path.stat().st_size)
+    matrices: dict[str, Matrix] = {}
+    nodes: dict[str, Point] = {}
+    with path.open(encoding="ascii", errors="replace") as file:
+        for entry in _entries(file):
+            if entry[0] == "DMIG":
+                _take(entry, matrices)
+            elif entry[0] == "GRID" and entry[2] in ("", "0"):
+                nodes[str(_integer(entry[1]))] = (_number(entry[3]), _number(entry[4]), _number(entry[5]))
+    if not matrices:
+        raise fault(path.name, "must hold DMIG entries", "none")
+    keys = sorted({key for matrix in matrices.values() for key in (*matrix.rows, *matrix.columns)})
+    row = {key: index for index, key in enumerate(keys)}
+    dofs = tuple(dof(*key) for key in keys)
+    return Content("Nastran DMIG", {name: _assembled(matrix, row) for name, matrix in matrices.items()}, dofs, nodes)
+
+
+def _assembled(matrix: Matrix, row: dict[GridComponent, int]) -> sparse.csc_array:
+    values = np.array(matrix.values)
+    places = [row[key] for key in matrix.rows], [row[key] for key in matrix.columns]
+    data = values if matrix.kind in COMPLEX else values.real
+    stored = sparse.coo_array((data, places), (len(row), len(row))).tocsc()
+    return both_triangles(stored) if matrix.form == SYMMETRIC else stored
+
+
+def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
+    """A header, or a column with its terms."""
+    name = entry[1]
+    if _integer(entry[2]) == 0 and name not in matrices:
+        form, kind = _integer(entry[3]), _integer(entry[4])
+        if form not in (SYMMETRIC, SQUARE):
+            raise fault(f"IFO of {name}", "must be 1 (square) or 6 (symmetric)", form)
+        matrices[name] = Matrix(form, kind)
+        return
+    if name not in matrices:
+        raise fault(f"DMIG {name}", "must begin with its header (0 in the third field)", entry[2])
+    matrix, column = matrices[name], (_integer(entry[2]), _integer(entry[3]))
+    for start in range(5, len(entry), 4):
+        grid, component, real, imaginary = (*entry[start : start + 4], "", "", "")[:4]
+        if grid:
+            matrix.rows.append((_integer(grid), _integer(component)))
+            matrix.columns.append(column)
+            matrix.values.append(complex(_number(real), _number(imaginary)))
+
+
+def _entries(lines: Iterator[str]) -> Iterator[list[str]]:
+    """Each bulk data entry with its continuations as fields; the name without its star."""
+    entry: list[str] = []
+    for raw in lines:
+        line = raw.split("$")[0].rstrip("\r\n").expandtabs()
+        if not line.strip():
+            continue
+        first, *rest = _fields(line)
+        if first in ("", "*") or first[0] in "+*":
+            entry += rest
+            continue
+        if entry:
+            yield entry
+        entry = [first.rstrip("*").upper(), *rest]
+    if entry:
+        yield entry
+
+
+def _fields(line: str) -> list[str]:
+    """The first field, and eight small or four large ones; blanks where the line ends early."""
+    if "," in line:
+        words = [word.strip() for word in line.split(",")]
+        return (words + [""] * (CARD - 1))[: CARD - 1]
+    width, number = (16, 4) if "*" in line[:8] else (8, 8)
+    places = range(8, 8 + width * number, width)
+    return [line[:8].strip(), *(line[place : place + width].strip() for place in places)]
+
+
+def _integer(word: str) -> int:
+    if not re.fullmatch(r"[+-]?\d{1,10}", word):
+        raise fault("A field of an entry", "must be a whole number", word[:20])
+    return int(word)
+
+
+def _number(word: str) -> float:
+    """A number as Nastran writes it: 1.0+5 and 1.0D+5 are 1e5, a blank is 0."""
+    text = EXPONENT.sub(r"\1E\2", word.upper().replace("D", "E"))
+    try:
+        return float(text or 0.0)
+    except ValueError:
+        raise fault("A field of an entry", "must be a number", word[:20]) from None
