@@ -61,6 +61,8 @@ _HOME = {
     "friction_freedom": "stickslip.analyses.friction_freedom",
     "PerformanceCurve": "stickslip.analyses.performance_curve",
     "performance_curve": "stickslip.analyses.performance_curve",
+    "PerformanceBand": "stickslip.analyses.performance_band",
+    "performance_band": "stickslip.analyses.performance_band",
     "PeakPath": "stickslip.analyses.peak_path",
     "follow_peaks": "stickslip.analyses.peak_path",
     "force_plane": "stickslip.analyses.force_plane",
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.peak_path import PeakPath, follow_peaks
+    from stickslip.analyses.performance_band import PerformanceBand, performance_band
     from stickslip.analyses.performance_curve import PerformanceCurve, performance_curve
     from stickslip.analyses.response_bounds import ResponseBounds, response_bounds
     from stickslip.analyses.response_history import ResponseHistory, response_history

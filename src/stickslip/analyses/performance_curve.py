@@ -39,6 +39,21 @@ class PerformanceCurve:
         """What happened to peaks along a curve: born, ended, merged, swapped."""
         return [str(words) for words in self.dataset["event"].values[case] if words]
 
+    def collapse(self) -> tuple[float, float]:
+        """How far the curves are from falling together over μ F_C/F_E, as they do for one mass: the largest spread between them,
+        relative to their mean, of the peak amplitude per force and of the frequency, where all of them reach.
+        """
+        dataset = self.dataset
+        x = [np.log(float(mu) * dataset["force_ratio"].values) for mu in dataset["friction"].values]
+        common = np.linspace(max(row[0] for row in x), min(row[-1] for row in x), 200)
+        if len(x) < 2 or not common[0] < common[-1]:
+            raise fault("The curves", "must be of two or more friction coefficients that overlap in μ F_C/F_E", len(x))
+        spreads = []
+        for name in ("amplitude_per_force", "frequency"):
+            rows = [np.interp(common, at, row) for at, row in zip(x, np.log(dataset[name].values), strict=True)]
+            spreads.append(float(np.max(np.ptp(rows, axis=0))))
+        return spreads[0], spreads[1]
+
     def plot(self, **options: Any) -> Any:
         """The figure of the curves."""
         from stickslip.plots import plot

@@ -20,6 +20,7 @@ FIGURES = {
     "ResponseHistory": "stickslip.plots.response_history:before_and_after",
     "FrictionFreedom": "stickslip.plots.friction_freedom:freedom",
     "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
+    "PerformanceBand": "stickslip.plots.performance_curve:performance_band",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }

@@ -55,6 +55,21 @@ def dissipation(dataset: xr.Dataset, case: int = 0) -> Figure:
     return figure
 
 
+def performance_band(dataset: xr.Dataset) -> Figure:
+    """Lowest and highest peak per force over the start states, and that of virgin contacts."""
+    x = dataset["force_ratio"].values
+    low, high = dataset["amplitude_per_force"].values.T
+    with house_style():
+        figure = Figure(figsize=(7.6, 3.8), layout="constrained")
+        axes = figure.add_subplot()
+        axes.fill_between(x, low, high, color=CONTACTS[4], alpha=0.4, label="all start states")
+        axes.plot(x, dataset["virgin_amplitude_per_force"].values, ".-", color="black", label="virgin contacts")
+        axes.set(xscale="log", yscale="log", xlabel="F_C/F_E", ylabel="peak per force in m/N")
+        axes.set_title(f"Band of the performance curve: {plain(dataset.attrs['title'])}")
+        axes.legend()
+    return figure
+
+
 def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> np.ndarray:
     factor = float(dataset["friction"].values[case]) if collapsed else 1.0
     return np.asarray(dataset["force_ratio"].values * (1.0 if np.isnan(factor) else factor))

@@ -11,11 +11,13 @@ from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, sin
 from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.octopus_blisk import octopus_blisk
 from stickslip.rigs.single_blade import single_blade
+from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
 
 RIGS: dict[str, Callable[..., Problem]] = {
     rig.__name__: rig
     for rig in (
         single_blade,
+        two_semi_cylinders,
         single_mass,
         chain,
         chain_varying_load,
@@ -37,4 +39,5 @@ __all__ = [
     "single_blade",
     "single_mass",
     "three_mass_wedge",
+    "two_semi_cylinders",
 ]

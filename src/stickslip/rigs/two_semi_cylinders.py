@@ -1,0 +1,93 @@
+"""One blade between two semi-cylindrical dampers, dry or oiled: the rig of "Effect of Variation in Contact Friction on the
+Performance of the Under-Platform Dampers".
+
+The paper publishes its loads (26, 56 and 206 N on each damper) and measured trends, but neither the blade nor the dampers nor
+contact parameters. All dimensions here are this project's choice: a straight steel blade and half cylinders of 8 mm radius, flat
+side on the blade, round side on a fixed platform, pulled (by wires, as there) midway between the two contacts, so that both sides
+carry the same load; contact stiffness after the published values of the same laboratory.
+"""
+
+from __future__ import annotations
+
+from math import hypot, pi
+
+from stickslip.checks import not_negative, positive
+from stickslip.contact.start import Start
+from stickslip.dampers.flat_cylinder import FlatCylinder
+from stickslip.loads import Force
+from stickslip.problem import Problem
+from stickslip.rigs.platform_blade import PlatformBlade, reduced_blade
+from stickslip.rigs.single_blade import PUBLISHED, ContactParameters, damper_contacts, pads, placed_dampers
+from stickslip.structure.assembly import assemble
+from stickslip.structure.damping import ModalDamping
+from stickslip.structure.solid import STEEL
+from stickslip.units import STANDARD_GRAVITY
+
+DRY, OILED = 0.5, 0.2
+"""Friction coefficients that stand for the dry and the oiled contacts: ours, the paper gives none."""
+
+RADIUS, DEPTH = 8e-3, 40e-3
+HALF_CYLINDER_MASS = 0.5 * pi * RADIUS**2 * DEPTH * STEEL.density
+
+GROWTH = {"flat_kt": 0.60, "flat_kn": 0.44, "cylinder_kn": 0.075}
+"""Exponents with which stiffness grows with the normal load: of a power law through the flats of 2.6 and 6.6 kg (Table 1 of the
+paper on response variability), and Brändlein's for a line contact. The tangential stiffness of the line stays.
+"""
+
+
+def two_semi_cylinders(
+    pull: float = 56.0,
+    friction: float = DRY,
+    *,
+    platform_angle: float = 45.0,
+    damper_mass: float = HALF_CYLINDER_MASS,
+    stiffness_factor: float = 1.0,
+    damping: float = 0.003,
+    force: float = 1.0,
+    gap_factor: float = 0.7,
+    length: float = 240e-3,
+    modes: int = 40,
+    start: Start | None = None,
+) -> Problem:
+    """The blade, clamped at its root, with a semi-cylinder under each side of its platform; output is the tip, laterally.
+
+    pull: static load F_C on each damper [N], published 26, 56, 206; friction: of all contacts, say DRY 0.5 or OILED 0.2;
+    platform_angle [degrees]; damper_mass [kg]; stiffness_factor: on all contact stiffnesses, which follow the normal load
+    F_C/(2 cos α) as `GROWTH` says; damping: ratio of every stuck mode; force: amplitude near the root along x [N]; gap_factor:
+    as of `single_blade`; length of the blade [m]; modes: fixed-interface modes kept; start: one start rule for all contacts.
+    """
+    blade = PlatformBlade(length=length, platform_angle=platform_angle)
+    shape = FlatCylinder(
+        platform_angle=platform_angle,
+        flat_width=2.0 / 3.0 * hypot(blade.platform_reach, blade.rise),
+        depth=DEPTH,
+        centre_offset=RADIUS / 2.0**0.5,
+        cylinder_offset=RADIUS * 2.0**0.5,
+        mass=damper_mass,
+        sides=(2.0 * RADIUS, RADIUS, DEPTH),
+    )
+    load = shape.normal_load(positive("pull", pull))
+    parameters = contact_stiffness(load, friction, stiffness_factor)
+    dampers = placed_dampers(blade, shape, pull)
+    largest_gap = 2.0 * gap_factor * load / parameters.cylinder_kn
+    contacts = [contact for damper in dampers for contact in damper_contacts(damper, parameters, largest_gap, start)]
+    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
+    structure = assemble({"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers})
+    return Problem(
+        structure.with_damping(ModalDamping(damping, on="stuck")),
+        tuple(contacts),
+        (Force("blade/force.x", force, name="shaker"), *(load for damper in dampers for load in damper.forces())),
+        ("blade/tip.x",),
+        f"Blade with two semi-cylinders, {pull:g} N, friction {friction:g}",
+    )
+
+
+def contact_stiffness(load: float, friction: float, factor: float = 1.0) -> ContactParameters:
+    """Totals of one damper at a normal load [N] on each side, scaled from those of 4.6 kg at 45 degrees."""
+    mass = 4.6
+    published = PUBLISHED[mass]
+    share = load / (mass * STANDARD_GRAVITY / 2.0**0.5)
+    mu = not_negative("friction", friction)
+    positive("stiffness_factor", factor)
+    grown = {name: factor * getattr(published, name) * share**exponent for name, exponent in GROWTH.items()}
+    return ContactParameters(**grown, cylinder_kt=factor * published.cylinder_kt, flat_mu=mu, cylinder_mu=mu)
