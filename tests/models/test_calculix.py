@@ -111,8 +111,8 @@ def test_the_study_of_the_tutorial(run):
     (run / "study.toml").write_text(page.split("```toml\n")[1].split("```")[0])
     job = read(run / "study.toml")
     assert job.notes == ("left: node 76", "right: node 86", "tip: node 162")
-    assert job.problem.frequencies(stuck=True)[0] == pytest.approx(563.69815, rel=1e-6)
-    assert job.problem.load(1)[job.problem.structure.index("tip.x"), 1] == 1.0
+    assert job.sweep.problem.frequencies(stuck=True)[0] == pytest.approx(563.69815, rel=1e-6)
+    assert job.sweep.problem.load(1)[job.sweep.problem.structure.index("tip.x"), 1] == 1.0
 
 
 def test_info_at_the_command_line(run):
