@@ -78,6 +78,15 @@ _HOME = {
     "as_quantity": "stickslip.quantities",
     "quantity_table": "stickslip.quantities",
     "peak_table": "stickslip.quantities",
+    "read_record": "stickslip.measurement.records",
+    "Record": "stickslip.measurement.records",
+    "whole_cycles": "stickslip.measurement.cycles",
+    "reconstruct": "stickslip.measurement.reconstruction",
+    "RigErrors": "stickslip.measurement.rig_errors",
+    "ContactLoop": "stickslip.analyses.loop_law",
+    "identify_law": "stickslip.analyses.loop_law",
+    "Identification": "stickslip.analyses.identification",
+    "identify": "stickslip.analyses.identification",
 }
 _MODULES = ("dampers", "rigs", "units")
 
@@ -90,6 +99,8 @@ if TYPE_CHECKING:
     from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
+    from stickslip.analyses.identification import Identification, identify
+    from stickslip.analyses.loop_law import ContactLoop, identify_law
     from stickslip.analyses.peak_path import PeakPath, follow_peaks
     from stickslip.analyses.performance_band import PerformanceBand, performance_band
     from stickslip.analyses.performance_curve import PerformanceCurve, performance_curve
@@ -108,6 +119,10 @@ if TYPE_CHECKING:
     from stickslip.disk import FullDisk, TunedDisk
     from stickslip.finished import FinishedFolder
     from stickslip.loads import Force, Output
+    from stickslip.measurement.cycles import whole_cycles
+    from stickslip.measurement.reconstruction import reconstruct
+    from stickslip.measurement.records import Record, read_record
+    from stickslip.measurement.rig_errors import RigErrors
     from stickslip.models.read import read_model, read_structure
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem

@@ -1,0 +1,173 @@
+"""How well a damper with given contact parameters explains measured cycles: the misfit that an identification makes small.
+
+The computed cycle is smoothed to the harmonics of the measured one. Gains of the channels are unknown, with a prior, the same in
+all cases; so are the zeros of the cells, one a case; lasers have no zero. All are linear and are solved for inside the misfit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.checks import Array, InputError, fault
+from stickslip.dampers.between_platforms import BetweenPlatforms
+from stickslip.measurement.cycles import CycleSet, analysis, synthesis
+from stickslip.measurement.rig_errors import SIGNALS, RigErrors
+from stickslip.solve.platform_relaxation import Elements, elements_of, relaxed_cycle
+
+PARTS = ("kt", "kn", "mu")
+FLOOR = {"force": 0.12, "rotation": 8e-6, "damper": 0.06e-6}
+"""Standard deviation of one harmonic's amplitude that no model of a rig is held to: N, rad, m."""
+
+COLUMNS = {"force_x": 0, "force_y": 1, "damper_y": 3, "rotation": 4}
+"""Where a computed cycle holds each channel."""
+
+UNSOLVED = 1e3
+"""Residual where no steady cycle was found."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An unknown: its name (kt, kn or mu, then _ and how the names of its lines begin: mu_L1, mu_L, kt), and its bounds."""
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def part(self) -> str:
+        """kt, kn or mu."""
+        return self.name.split("_")[0]
+
+    def lines(self, names: Sequence[str]) -> list[int]:
+        """Which lines of contact it belongs to."""
+        start = self.name.partition("_")[2]
+        return [i for i, name in enumerate(names) if name.startswith(start)]
+
+
+BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2)}
+"""Range in which an unknown is looked for, N/m and 1, unless given."""
+
+
+def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str, tuple[float, float]]) -> tuple[Parameter, ...]:
+    """The unknowns by name, checked."""
+    lines, found = [point.name for point in rig.points], []
+    for name in names:
+        part = name.split("_")[0]
+        if part not in PARTS:
+            raise fault("unknown", "must begin with kt, kn or mu", name)
+        low, high = bounds.get(name, BOUNDS[part])
+        if not 0.0 < low < high:
+            raise fault(f"Bounds of {name}", "must be positive and ascending", (low, high))
+        one = Parameter(name, low, high)
+        if not one.lines(lines):
+            raise fault("unknown", f"must name lines of contact among {', '.join(lines)}", name)
+        found.append(one)
+    if not found or len({p.name for p in found}) < len(found):
+        raise fault("unknown", "must be at least one, each once", list(names))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class DamperFit:
+    """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
+    that resampled ones can be put in their place."""
+
+    cases: tuple[CycleSet, ...]
+    elements: Elements
+    pulls: tuple[float, ...]
+    drives: tuple[Array, ...]
+    unknowns: tuple[Parameter, ...]
+    lines: tuple[str, ...]
+    channels: tuple[str, ...]
+    data: Array
+    spread: Array
+    errors: RigErrors
+
+    @classmethod
+    def of(
+        cls, cases: Sequence[CycleSet], rig: BetweenPlatforms, unknowns: tuple[Parameter, ...], errors: RigErrors, steps: int
+    ) -> DamperFit:
+        """The fit of cases to a damper with macroslip contacts, marched in so many steps a cycle."""
+        if any(len(law.elements(1, True).friction[0].stiffness) != 1 for law in rig.laws):
+            raise InputError(
+                "Every law of the damper must be macroslip to be fitted. Choose a law of single contacts by their loops."
+            )
+        channels = tuple(name for name in SIGNALS if all(case.has(name) for case in cases))
+        pulls = tuple(float(rig.pull[1]) if case.pull is None else case.pull for case in cases)
+        data = np.stack([[case.channel(name) for name in channels] for case in cases])
+        noise = np.stack([[case.standard_error[case.channels.index(name)] for name in channels] for case in cases])
+        floor = np.array([FLOOR[name.split("_")[0]] for name in channels])
+        spread = np.sqrt(floor[:, None] ** 2 + noise**2)
+        for c, name in enumerate(channels):
+            spread[:, c, 0] = np.sqrt(spread[:, c, 0] ** 2 + errors.zero**2) if name.startswith("force") else np.inf
+        names = tuple(point.name for point in rig.points)
+        drives = tuple(_drive(case, steps) for case in cases)
+        return cls(tuple(cases), elements_of(rig), pulls, drives, unknowns, names, channels, data, spread, errors)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Of the logarithms of the unknowns."""
+        return np.log([p.low for p in self.unknowns]), np.log([p.high for p in self.unknowns])
+
+    def steps(self, count: int) -> DamperFit:
+        """A copy marched in so many steps a cycle."""
+        drives = tuple(_drive(case, count) for case in self.cases)
+        return replace(self, drives=drives)
+
+    def with_cases(self, cases: Sequence[CycleSet], data: Array) -> DamperFit:
+        """A copy driven by other cycles of the same cases, with other data (cases, channels, 2H+1)."""
+        drives = tuple(_drive(case, drive.shape[0]) for case, drive in zip(cases, self.drives, strict=True))
+        return replace(self, cases=tuple(cases), drives=drives, data=data)
+
+    def values(self, theta: Array) -> dict[str, Array]:
+        """kt, kn, mu of every line, (lines,), from logarithms of the unknowns."""
+        found = {part: np.array(getattr(self.elements, part)) for part in PARTS}
+        for p, value in sorted(zip(self.unknowns, np.exp(theta), strict=True), key=lambda pair: len(pair[0].name)):
+            found[p.part][p.lines(self.lines)] = value
+        return found
+
+    def _elements(self, theta: Array) -> Elements:
+        values = self.values(theta)
+        return self.elements._replace(kt=values["kt"], kn=values["kn"], mu=values["mu"])
+
+    def predicted(self, theta: Array) -> Array | None:
+        """Harmonics (cases, channels, 2H+1) of the computed cycles; None where a case has no steady one."""
+        elements, found, count = self._elements(theta), [], (self.data.shape[2] - 1) // 2
+        for pull, drive in zip(self.pulls, self.drives, strict=True):
+            cycle = relaxed_cycle(elements, pull, drive)
+            if cycle is None:
+                return None
+            found.append(analysis(cycle[:, [COLUMNS[name] for name in self.channels]].T, count))
+        return np.asarray(found)
+
+    def gains(self, computed: Array) -> Array:
+        """The most likely gain errors of the channels, (channels,)."""
+        weight = 1.0 / self.spread**2
+        prior = np.array([1.0 / max(self.errors.gain(name), 1e-9) ** 2 for name in self.channels])
+        above = np.sum(weight * computed * (self.data - computed), axis=(0, 2))
+        return np.asarray(above / (np.sum(weight * computed**2, axis=(0, 2)) + prior))
+
+    def residuals(self, theta: Array) -> Array:
+        """Weighted differences (cases × channels × (2H+1) + channels,): measured less computed with the best gains; gains."""
+        computed = self.predicted(theta)
+        if computed is None:
+            return np.full(self.data.size + len(self.channels), UNSOLVED)
+        gains = self.gains(computed)
+        left = (self.data - (1.0 + gains[:, None]) * computed) / self.spread
+        scale = np.array([max(self.errors.gain(name), 1e-9) for name in self.channels])
+        return np.concatenate([left.ravel(), gains / scale])
+
+    def cost(self, theta: Array) -> float:
+        """Half the sum of squared residuals."""
+        return 0.5 * float(np.sum(self.residuals(theta) ** 2))
+
+
+def _drive(case: CycleSet, steps: int) -> Array:
+    """Motion of the left platform in equal steps, (steps, 2) [m]; a direction that was not recorded is at rest."""
+    table = synthesis(steps, (case.harmonics.shape[2] - 1) // 2)
+    return np.stack(
+        [table @ case.channel(name) if case.has(name) else np.zeros(steps) for name in ("platform_x", "platform_y")], axis=1
+    )

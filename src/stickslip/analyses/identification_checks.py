@@ -1,0 +1,118 @@
+"""Whether measured cycles can be those of the damper: signs, sizes and what is missing, before a fit and after it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stickslip.analyses.damper_fit import DamperFit
+from stickslip.checks import Array, InputError, fault
+from stickslip.dampers.between_platforms import BetweenPlatforms
+from stickslip.measurement.cycles import CycleSet, synthesis, whole_cycles
+from stickslip.measurement.records import Record
+from stickslip.measurement.rig_errors import RigErrors
+
+REFUSED, POOR = 0.25, 0.06
+"""Misfit of forces, relative to their varying part, from which a fit is refused, and from which it is called poor."""
+
+WIDE = 0.3
+"""Standard deviation of a logarithm from which a parameter counts as unknown still."""
+
+
+def checked_cases(
+    loops: Sequence[CycleSet | Record] | CycleSet | Record, rig: BetweenPlatforms, errors: RigErrors
+) -> tuple[CycleSet, ...]:
+    """The cases as cycles, refused where they cannot be those of this damper."""
+    several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
+    if not several:
+        raise fault("loops", "must be at least one", 0)
+    cases = tuple(whole_cycles(one) if isinstance(one, Record) else one for one in several)
+    if len({case.name for case in cases}) < len(cases):
+        raise fault("Names of the loops", "must differ", [case.name for case in cases])
+    if len({case.harmonics.shape[2] for case in cases}) > 1:
+        raise fault("All loops", "must be smoothed to the same number of harmonics", [c.harmonics.shape[2] for c in cases])
+    for case in cases:
+        for name in ("force_x", "force_y"):
+            case.channel(name)
+        _check_forces(case, float(rig.pull[1]) if case.pull is None else case.pull, errors)
+        _check_work(case)
+        _check_rotation(case, rig)
+    return cases
+
+
+def _check_forces(case: CycleSet, pull: float, errors: RigErrors) -> None:
+    """Zeroed cells of a damper under its pull press both ways, and by no more than a few times the pull."""
+    if errors.zero > 0.2 * pull:
+        return
+    x, y = float(case.channel("force_x")[0]), float(case.channel("force_y")[0])
+    remedy = "Are signs, units and zeros of the cells right?"
+    if y <= -3.0 * errors.zero or x <= -3.0 * errors.zero:
+        raise fault(f"Mean force_x, force_y of {case.name}", "must press the right platform", (round(x, 3), round(y, 3)), remedy)
+    if not 0.02 * pull <= y <= 3.0 * pull or x > 20.0 * pull:
+        raise fault(
+            f"Mean forces of {case.name}", f"must be of the size of the pull, {pull:g} N", (round(x, 4), round(y, 4)), remedy
+        )
+
+
+def _check_work(case: CycleSet) -> None:
+    """A damper takes energy out: the loop ∮(H dh + V dw) runs one way, against the package's sense of the axes."""
+    done, scale = 0.0, 0.0
+    for axis in "xy":
+        if case.has(f"platform_{axis}"):
+            u, f = case.cycle(f"platform_{axis}"), case.cycle(f"force_{axis}")
+            done += float(np.sum(f * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
+            scale += float(np.ptp(u) * np.ptp(f))
+    if done < -0.01 * scale:
+        rule = "must be taken out of the platforms, a positive area"
+        raise fault(f"The energy of {case.name}", rule, float(f"{done:.3g}"), "Is a sign reversed, or time?")
+
+
+def _check_rotation(case: CycleSet, rig: BetweenPlatforms) -> None:
+    """Rotation cannot exceed a few times the platform's motion over the size of the damper."""
+    if not case.has("rotation"):
+        return
+    motion = max(float(np.ptp(case.cycle(f"platform_{a}"))) for a in "xy" if case.has(f"platform_{a}"))
+    size = float(np.mean([np.hypot(*point.arm) for point in rig.points]))
+    found = float(np.ptp(case.cycle("rotation")))
+    if found > 10.0 * motion / size:
+        rule = f"must be below {10.0 * motion / size:.3g} rad for this motion"
+        raise fault(f"rotation of {case.name}", rule, float(f"{found:.3g}"), "Is its unit right?")
+
+
+def misfits(fit: DamperFit, computed: Array) -> Array:
+    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal."""
+    left = fit.data - (1.0 + fit.gains(computed)[:, None]) * computed
+    return np.asarray(np.sqrt(np.sum(left[..., 1:] ** 2, axis=2) / np.sum(fit.data[..., 1:] ** 2, axis=2)))
+
+
+def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
+    """What must be known of the result; a fit that explains the loops badly is refused."""
+    computed = fit.predicted(theta)
+    assert computed is not None
+    found, said = misfits(fit, computed), []
+    table = synthesis(200, (fit.data.shape[2] - 1) // 2)
+    for k, case in enumerate(fit.cases):
+        for c, channel in enumerate(fit.channels):
+            a, b = table @ fit.data[k, c], table @ computed[k, c]
+            alike = float(np.corrcoef(a, b)[0, 1])
+            if alike < -0.5:
+                raise InputError(
+                    f"{channel} of {case.name} runs against the model (correlation {alike:.2f}). Is its sign reversed?"
+                )
+            if channel.startswith("force") and found[k, c] > REFUSED:
+                raise InputError(
+                    f"The best contact parameters miss {channel} of {case.name} by {found[k, c]:.0%} of its varying part. "
+                    "Check geometry, pull, signs and units; no parameters are given."
+                )
+            if found[k, c] > (POOR if channel.startswith("force") else 0.3):
+                said.append(f"{case.name}: {channel} is missed by {found[k, c]:.0%} of its varying part.")
+    low, high = fit.bounds
+    for p, t, s, a, b in zip(fit.unknowns, theta, scatter, low, high, strict=True):
+        if min(t - a, b - t) < 1e-3:
+            said.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
+        elif s > WIDE:
+            said.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
+    if "rotation" not in fit.channels:
+        said.append("No rotation was measured: another minimum may fit as well.")
+    return tuple(said)

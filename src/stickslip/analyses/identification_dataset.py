@@ -1,0 +1,70 @@
+"""An identification with labels: parameters with intervals, replicates, and loops measured and fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.damper_fit import DamperFit
+from stickslip.analyses.identification_checks import misfits
+from stickslip.checks import Array
+from stickslip.measurement.cycles import synthesis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SAMPLES = 400
+
+
+def identification_dataset(
+    fit: DamperFit, theta: Array, intervals: Mapping[str, tuple[float, float]], replicates: Array, warnings: tuple[str, ...]
+) -> xr.Dataset:
+    """The result as a dataset: everything that figures and report need."""
+    import xarray as xr
+
+    computed = fit.predicted(theta)
+    assert computed is not None
+    table, gains = synthesis(SAMPLES, (fit.data.shape[2] - 1) // 2), fit.gains(computed)
+    shown = (1.0 + gains[:, None]) * computed
+    shift = fit.data[..., 0] - shown[..., 0]
+    platform = [
+        [case.cycle(f"platform_{a}", SAMPLES) if case.has(f"platform_{a}") else np.zeros(SAMPLES) for a in "xy"]
+        for case in fit.cases
+    ]
+    units = ["1" if p.part == "mu" else "N/m" for p in fit.unknowns]
+    bounds = np.array([intervals[p.name] for p in fit.unknowns])
+    loop = ("case", "channel", "sample")
+    variables = {
+        "value": ("parameter", np.exp(theta), {"units": "parameter_units", "long_name": "identified value"}),
+        "interval": (("parameter", "end"), bounds, {"units": "parameter_units", "long_name": "95 % interval"}),
+        "replicates": (
+            ("replicate", "parameter"),
+            np.exp(replicates),
+            {"units": "parameter_units", "long_name": "values of refits"},
+        ),
+        "measured": (loop, fit.data @ table.T, {"units": "N, rad, m", "long_name": "measured cycle"}),
+        "fitted": (loop, shown @ table.T, {"units": "N, rad, m", "long_name": "computed cycle, with the gains found"}),
+        "platform_motion": (
+            ("case", "axis", "sample"),
+            np.array(platform),
+            {"units": "m", "long_name": "motion of the left platform"},
+        ),
+        "zero": (("case", "channel"), shift, {"units": "N, rad, m", "long_name": "measured less fitted mean"}),
+        "gain": (("channel",), gains, {"units": "1", "long_name": "gain error of the channel"}),
+        "misfit": (
+            ("case", "channel"),
+            misfits(fit, computed),
+            {"units": "1", "long_name": "misfit, relative"},
+        ),
+    }
+    coordinates = {
+        "parameter": [p.name for p in fit.unknowns],
+        "parameter_units": ("parameter", units),
+        "case": [case.name for case in fit.cases],
+        "channel": list(fit.channels),
+        "axis": ["x", "y"],
+        "end": ["low", "high"],
+    }
+    return xr.Dataset(variables, coordinates, {"title": "Contact parameters", "warnings": list(warnings)})

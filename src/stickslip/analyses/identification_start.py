@@ -1,0 +1,66 @@
+"""First values of contact parameters, read from the loops without a model of the cycle: plateaux of T/N and stuck slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import InputError
+from stickslip.dampers.between_platforms import BetweenPlatforms
+from stickslip.measurement.cycles import CycleSet
+from stickslip.measurement.friction import Plateau, friction_from_ratios
+from stickslip.measurement.reconstruction import feet_loads, reconstructed
+from stickslip.measurement.rig_errors import RigErrors
+from stickslip.measurement.stuck import StuckStiffness, StuckStretch, stiffness_from_slopes, stuck_stretch
+
+
+@dataclass(frozen=True, eq=False)
+class Clues:
+    """Plateaux by case and line ("R", "L", "L1", "L2"), stuck slopes by case, the stiffness that they give, and why not."""
+
+    plateaux: dict[str, dict[str, Plateau]]
+    slopes: dict[str, StuckStretch]
+    stiffness: StuckStiffness | None
+    remarks: tuple[str, ...]
+
+    def guess(self, name: str, otherwise: float) -> float:
+        """A first value of an unknown."""
+        part, _, line = name.partition("_")
+        if part == "mu":
+            levels = [p.level for case in self.plateaux.values() for key, p in case.items() if key in (line, line[:1])]
+            return float(np.median(levels)) if levels else 0.25
+        return float(getattr(self.stiffness, part)) if self.stiffness is not None else otherwise
+
+
+def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -> Clues:
+    """What the mean cycles show; what they do not show is said in `remarks`."""
+    plateaux, slopes, remarks = {}, {}, []
+    directions: dict[str, list[float]] = {"x": [], "y": []}
+    for case in cases:
+        signals = {name: case.cycle(name) for name in case.channels}
+        values = reconstructed(rig, signals, float(rig.pull[1]) if case.pull is None else case.pull)
+        feet = feet_loads(rig, values["left_normal"], values["left_place"])
+        plateaux[case.name] = friction_from_ratios(values["left_ratio"], values["right_ratio"], feet)
+        axis = max("xy", key=lambda a: float(np.ptp(signals.get(f"platform_{a}", np.zeros(2)))))
+        sign = 1.0 if axis == "x" else -1.0
+        try:
+            slopes[case.name] = stuck_stretch(signals[f"platform_{axis}"], sign * _rising(signals, axis, sign))
+            directions[axis].append(slopes[case.name].slope)
+        except InputError as missing:
+            remarks.append(f"{case.name}: no stuck slope. {missing}")
+    stiffness = None
+    try:
+        if directions["x"] and directions["y"]:
+            stiffness = stiffness_from_slopes(rig, max(directions["x"]), max(directions["y"]))
+    except InputError as missing:
+        remarks.append(f"No stiffness from slopes. {missing}")
+    return Clues(plateaux, slopes, stiffness, tuple(remarks))
+
+
+def _rising(signals: dict[str, np.ndarray], axis: str, sign: float) -> np.ndarray:
+    """The force that resists the motion, turned so that it rises with it."""
+    force = signals[f"force_{axis}"] * sign
+    other = signals[f"platform_{axis}"]
+    return force if np.corrcoef(force * sign, other)[0, 1] >= 0.0 else -force

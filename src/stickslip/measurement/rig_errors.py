@@ -1,0 +1,56 @@
+"""The errors of a damper rig: what its cells and lasers are worth, for synthetic records, reconstruction and fits alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from stickslip.checks import Array, not_negative
+
+SIGNALS = ("force_x", "force_y", "rotation", "damper_y")
+"""The channels that a damper answers with."""
+
+
+@dataclass(frozen=True)
+class RigErrors:
+    """Standard deviations. Of each cell: gain, shape (linearity, greatest deviation) [N], zero after load removal [N], noise of
+    a sample [N]; of lasers: noise of a sample [m]; of rotation and damper motion: gain (from distances on photographs).
+
+    Defaults follow Gola and Gastaldi (ASME GT2014-25240): cell 1 %, linearity 2 % (1 N, here a bound of two deviations),
+    calibration at load removal 0.7 to 0.9 N, laser 0.08 µm, rotation and contact motion 5 %. The noise of a force sample is
+    this project's.
+    """
+
+    cell_gain: float = 0.01
+    linearity: float = 0.5
+    zero: float = 0.8
+    force_noise: float = 0.05
+    laser_noise: float = 0.08e-6
+    motion_gain: float = 0.05
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            not_negative(field.name, getattr(self, field.name))
+
+    def gain(self, channel: str) -> float:
+        """Standard deviation of the gain of a channel."""
+        return self.cell_gain if channel.startswith("force") else self.motion_gain
+
+    def draw(self, generator: np.random.Generator) -> dict[str, tuple[float, float, float]]:
+        """One draw of the systematic errors: {channel: (gain error, linearity [N], zero [N])}."""
+        return {channel: self._of(channel, generator) for channel in SIGNALS}
+
+    def _of(self, channel: str, generator: np.random.Generator) -> tuple[float, float, float]:
+        gain, shape, zero = generator.normal(size=3)
+        if channel.startswith("force"):
+            return gain * self.cell_gain, shape * self.linearity, zero * self.zero
+        return gain * self.motion_gain, 0.0, 0.0
+
+
+def distorted(values: Array, systematic: tuple[float, float, float]) -> Array:
+    """What a channel shows instead of `values` (n,): (1 + gain) values + linearity × bow + zero, the bow being 0 at both ends
+    of the range and 1 in its middle."""
+    gain, linearity, zero = systematic
+    middle, half = 0.5 * (values.max() + values.min()), max(0.5 * float(np.ptp(values)), 1e-300)
+    return np.asarray((1.0 + gain) * values + linearity * (1.0 - ((values - middle) / half) ** 2) + zero)

@@ -1,0 +1,59 @@
+"""Loops of a single contact: the law that made them is chosen, and its kt and mu are found to 3 %."""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.loop_law import ContactLoop, array_weights, identify_law
+from stickslip.checks import InputError
+from stickslip.measurement.synthetic import loop_of
+
+PLACE = (np.arange(400) + 0.5) / 400
+ELLIPSE = np.sqrt(1.0 - PLACE**2) / np.mean(np.sqrt(1.0 - PLACE**2))
+TRUTHS = {"jenkins": np.ones(1), "iwan": ELLIPSE, "array": array_weights(np.array([0.8]))}
+
+
+def loops(law, seed, amplitudes=(2e-6, 4e-6, 8e-6, 16e-6)):
+    """Four loops with the errors of a rig: gain 1 %, zeros 0.8 N, noise of cell and laser after the mean of 20 cycles."""
+    generator = np.random.default_rng(seed)
+    gain, found = 1.0 + 0.01 * generator.standard_normal(), []
+    for amplitude in amplitudes:
+        u, f = loop_of(TRUTHS[law], 20e6, 0.4, 100.0, amplitude)
+        u = u + 0.08e-6 / np.sqrt(20.0) * generator.standard_normal(u.size)
+        f = gain * f + 0.05 * generator.standard_normal(u.size) + 0.8 * generator.standard_normal()
+        found.append(ContactLoop(u, f, 100.0, f"{amplitude * 1e6:g} um"))
+    return found
+
+
+@pytest.mark.parametrize("law", TRUTHS)
+def test_the_law_and_its_parameters_are_found(law):
+    choice = identify_law(loops(law, 1))
+    assert choice.best == law
+    assert choice.fits[law].kt == pytest.approx(20e6, rel=0.03)
+    assert choice.fits[law].mu == pytest.approx(0.4, rel=0.03)
+
+
+def test_too_little_motion_is_said():
+    choice = identify_law(loops("iwan", 2, (1e-6, 2e-6)))
+    assert any("gross slip" in sentence for sentence in choice.warnings)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda u, f: (u, -f, 100.0), "sign reversed"),
+        (lambda u, f: (1e6 * u, f, 100.0), "Is its unit right"),
+        (lambda u, f: (u, 1e3 * f, 100.0), "Is a unit wrong"),
+        (lambda u, f: (u, 0.0 * f, 100.0), "constant"),
+        (lambda u, f: (u, f * np.nan, 100.0), "finite"),
+        (lambda u, f: (u[:20], f[:20], 100.0), "at least 40"),
+        (lambda u, f: (u, f, -3.0), "Normal load"),
+    ],
+)
+def test_bad_loops_are_refused(change, words):
+    with pytest.raises(InputError, match=words):
+        ContactLoop(*change(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 8e-6)))
+
+
+def test_one_loop_cannot_be_held_out():
+    with pytest.raises(InputError, match="at least two"):
+        identify_law(loops("jenkins", 0)[:1])
