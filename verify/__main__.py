@@ -27,6 +27,7 @@ TOPICS = (
     "wedge",
     "single_blade",
     "variability",
+    "hostile_input",
 )
 
 

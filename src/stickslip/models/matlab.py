@@ -1,4 +1,4 @@
-"""MATLAB files: version 5 to 7 (SciPy reads them) and 7.3, which is HDF5 (h5py). M, K, C dense or sparse, `dofs`, `nodes`."""
+"""MATLAB files: version 5 to 7 (`matlab_5`) and 7.3, which is HDF5 (h5py). M, K, C dense or sparse, `dofs`, `nodes`."""
 
 from __future__ import annotations
 
@@ -6,51 +6,30 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import io, sparse
+from scipy import sparse
 
 from stickslip.checks import fault
+from stickslip.models import matlab_5
 from stickslip.models.content import Content
 from stickslip.models.limits import MOST_DEFLATED, rows_with_entries, within_file, within_memory
 from stickslip.models.named_rows import from_tables
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 USER_BLOCKS = (0, 512, 1024, 2048)
-NUMBERS = {"double", "single", "sparse", "logical", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))}
-TEXTS = {"char", "cell"}
 
 
 def read(path: Path) -> Content:
     """The numeric arrays of a MATLAB file, of whatever version."""
-    return from_tables("MATLAB 7.3 file", _hdf5(path)) if _is_hdf5(path) else from_tables("MATLAB file", _version_5(path))
+    if _is_hdf5(path):
+        return from_tables("MATLAB 7.3 file", _hdf5(path))
+    within_memory(path.name, 3 * path.stat().st_size)
+    return from_tables("MATLAB file", matlab_5.read(path.read_bytes()))
 
 
 def _is_hdf5(path: Path) -> bool:
     with path.open("rb") as file:
         start = file.read(USER_BLOCKS[-1] + len(HDF5))
     return any(start[place : place + len(HDF5)] == HDF5 for place in USER_BLOCKS)
-
-
-def _version_5(path: Path) -> dict[str, Any]:
-    size = path.stat().st_size
-    found = io.whosmat(path)
-    wanted = [name for name, _, kind in found if kind in NUMBERS or (kind in TEXTS and name == "dofs")]
-    for name, shape, kind in found:
-        if name in wanted and kind != "sparse":
-            entries = int(np.prod([int(length) for length in shape], dtype=object))
-            within_file(f"{name}, entries", entries, size, 1.0 / MOST_DEFLATED)
-            within_memory(name, 8 * entries)
-    content = io.loadmat(path, variable_names=wanted, squeeze_me=False)
-    arrays = {name: content[name] for name in wanted}
-    for value in arrays.values():
-        if sparse.issparse(value):
-            value.check_format(full_check=True)  # type: ignore[attr-defined]
-    if "dofs" in arrays and arrays["dofs"].dtype.kind == "O":
-        arrays["dofs"] = [_text(cell) for cell in arrays["dofs"].ravel()]
-    return arrays
-
-
-def _text(cell: Any) -> str:
-    return str(np.asarray(cell).ravel()[0]) if np.size(cell) else ""
 
 
 def _hdf5(path: Path) -> dict[str, Any]:

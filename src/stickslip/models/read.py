@@ -16,7 +16,17 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import InputError, fault
-from stickslip.models import abaqus, ansys, calculix, exchange, matlab, nastran_dmig, nastran_op4, numpy_archive
+from stickslip.models import (
+    abaqus,
+    ansys,
+    calculix,
+    harwell_boeing,
+    matlab,
+    matrix_market,
+    nastran_dmig,
+    nastran_op4,
+    numpy_archive,
+)
 from stickslip.models.content import NEEDED, Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
@@ -46,8 +56,8 @@ FORMATS = (
     Format("NumPy archive", (".npz",), numpy_archive.read),
     Format("MATLAB file", (".mat",), matlab.read),
     Format("Abaqus matrix", (".mtx",), abaqus.read),
-    Format("Matrix Market", (".mtx", ".mm"), exchange.read_matrix_market, exchange.MATRIX_MARKET),
-    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb"), exchange.read_harwell_boeing),
+    Format("Matrix Market", (".mtx", ".mm"), matrix_market.read, matrix_market.START),
+    Format("Harwell-Boeing", (".rb", ".rsa", ".rua", ".hb"), harwell_boeing.read),
     Format("Nastran OUTPUT4", (".op4",), nastran_op4.read),
     Format("Nastran DMIG", (".pch", ".dmig", ".bdf"), nastran_dmig.read),
     Format("Ansys .full file", (".full",), ansys.read),

@@ -1,4 +1,4 @@
-"""One matrix a file: Matrix Market (.mtx, .mm) and Harwell-Boeing (.rb, .rsa, .rua, .hb). SciPy reads both."""
+"""Harwell-Boeing files (.rb, .rsa, .rua, .hb), one matrix a file, read by SciPy."""
 
 from __future__ import annotations
 
@@ -10,27 +10,11 @@ from scipy import io
 
 from stickslip.checks import fault
 from stickslip.models.content import Content
-from stickslip.models.limits import rows_with_entries, within_file, within_memory
+from stickslip.models.limits import rows_with_entries, within_file
 from stickslip.structure.sparse import both_triangles
 
-MATRIX_MARKET = b"%%MatrixMarket"
-SMALLEST_ENTRY = {"coordinate": 4.0, "array": 2.0}
-"""Bytes of the shortest line of an entry: "1 1\\n", "1\\n"."""
 
-
-def read_matrix_market(path: Path) -> Content:
-    """A matrix in coordinate or array form; symmetric ones come out with both triangles."""
-    rows, columns, entries, form, kind, symmetry = io.mminfo(path)
-    if kind == "pattern":
-        raise fault(path.name, "must hold numbers", "a pattern")
-    stored = entries if form == "coordinate" or symmetry == "general" else entries // 2
-    within_file(f"{path.name}, entries", stored, path.stat().st_size, SMALLEST_ENTRY[form])
-    within_memory(path.name, 24 * entries)
-    rows_with_entries(path.name, max(rows, columns), entries)
-    return Content("Matrix Market", {"": io.mmread(path, spmatrix=False)})
-
-
-def read_harwell_boeing(path: Path) -> Content:
+def read(path: Path) -> Content:
     """An assembled matrix; of symmetric ones (second letter S of the type) the file holds one triangle."""
     kind, counts = _header(path)
     size = path.stat().st_size
