@@ -28,6 +28,7 @@ TOPICS = (
     "single_blade",
     "variability",
     "hostile_input",
+    "disks",
 )
 
 

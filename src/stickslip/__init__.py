@@ -35,6 +35,8 @@ _HOME = {
     "Force": "stickslip.loads",
     "Output": "stickslip.loads",
     "Problem": "stickslip.problem",
+    "NodalDiameters": "stickslip.analyses.nodal_diameters",
+    "nodal_diameters": "stickslip.analyses.nodal_diameters",
     "TunedDisk": "stickslip.disk",
     "FullDisk": "stickslip.disk",
     "CyclicStructure": "stickslip.structure.cyclic",
@@ -101,6 +103,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.identification import Identification, identify
     from stickslip.analyses.loop_law import ContactLoop, identify_law
+    from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters
     from stickslip.analyses.peak_path import PeakPath, follow_peaks
     from stickslip.analyses.performance_band import PerformanceBand, performance_band
     from stickslip.analyses.performance_curve import PerformanceCurve, performance_curve

@@ -113,7 +113,10 @@ def new(
     ctx: typer.Context,
     kind: Annotated[
         str,
-        typer.Argument(help="forced_response (a ready rig), lumped (matrices and contacts), bounds or samples (start states)."),
+        typer.Argument(
+            help="forced_response (a ready rig), lumped (matrices and contacts), blisk (a bladed disk), bounds or samples (start "
+            "states)."
+        ),
     ],
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,

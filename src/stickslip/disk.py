@@ -24,6 +24,7 @@ from stickslip.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, circ
 from stickslip.structure.damping import ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import Modes, natural_modes
+from stickslip.structure.sector_surface import SectorSurface
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +33,11 @@ class TunedDisk(Problem):
 
     structure: a `CyclicStructure`. Contacts, forces and outputs are those of the first sector; a contact between a sector and the
     following one names the latter's degrees of freedom with the prefix "next/". Its `load` is that on the first sector.
+    surface: of a meshed sector, for pictures.
     """
 
     engine_order: int = 1
+    surface: SectorSurface | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
+from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.checks import InputError, fault, positive, unique
@@ -195,7 +196,7 @@ class ForcedResponseWork:
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _around(low)
         with threadpool_limits(1, user_api="blas"):
-            dataset = response_dataset(self.balance, self.levels, curves, ends, attrs)
+            dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs), self.problem)
         return ForcedResponse(dataset, self.problem)
 
 

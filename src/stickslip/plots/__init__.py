@@ -19,6 +19,7 @@ FIGURES = {
     "ResponseBounds": "stickslip.plots.response_bounds:response_bounds",
     "ResponseHistory": "stickslip.plots.response_history:before_and_after",
     "FrictionFreedom": "stickslip.plots.friction_freedom:freedom",
+    "NodalDiameters": "stickslip.plots.disk:nodal_diameter_diagram",
     "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
     "PerformanceBand": "stickslip.plots.performance_curve:performance_band",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.figure import Figure
 
 from stickslip.analyses.bounds_dataset import detached, has_bounds
+from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.percentiles import has_percentiles
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.contacts import contact_states, hysteresis_loops
+from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.files import Figures, write_figures
 from stickslip.plots.response_bounds import loss_factors, response_bounds
@@ -56,6 +58,10 @@ BOUNDS_FIGURES: dict[str, Callable[[Any], Figure]] = {
 }
 """The same for results that hold bounds."""
 
+DISK_FIGURES: dict[str, Callable[[Any], Figure]] = {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
+TUNED_DISK_FIGURES: dict[str, Callable[[Any], Figure]] = {"nodal_diameters": nodal_diameter_diagram, "campbell": campbell}
+"""The same for disks, and for disks with one sector for all."""
+
 SAMPLES_FIGURES: dict[str, Callable[[Any], Figure]] = {"samples": response_cloud}
 PERCENTILES_FIGURES: dict[str, Callable[[Any], Figure]] = {"percentiles": response_percentiles}
 """The same for samples, and for samples at common frequencies."""
@@ -64,6 +70,9 @@ PERCENTILES_FIGURES: dict[str, Callable[[Any], Figure]] = {"percentiles": respon
 def figures_of(dataset: xr.Dataset) -> Figures:
     """The figures that a result has."""
     figures = FIGURES | (BOUNDS_FIGURES if has_bounds(dataset) else {})
+    figures |= DISK_FIGURES if has_disk(dataset) else {}
+    figures |= TUNED_DISK_FIGURES if "disk_frequency" in dataset.variables else {}
+    figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
     figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
     return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
 

@@ -14,12 +14,14 @@ from pathlib import Path
 import xarray as xr
 
 from stickslip.analyses.bounds_dataset import has_bounds
+from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.percentiles import has_percentiles
 from stickslip.checks import fault
 from stickslip.files import write_text
 from stickslip.report import plain, sections
 from stickslip.report.bounds import bounds
 from stickslip.report.chart_data import chart_data
+from stickslip.report.disk import disk
 from stickslip.report.markup import script_data, select, text
 from stickslip.report.percentiles import percentiles
 from stickslip.report.presentation import presentation_of
@@ -35,11 +37,12 @@ SECTIONS: tuple[Section, ...] = (
     ("energy", "Energy", sections.energies),
     ("bounds", "Bounds", bounds),
     ("percentiles", "Percentiles", percentiles),
+    ("disk", "Disk", disk),
     ("failures", "Failures", sections.failures),
     ("study", "Study", sections.study),
     ("versions", "Versions", sections.versions),
 )
-NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {"bounds": has_bounds, "percentiles": has_percentiles}
+NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {"bounds": has_bounds, "percentiles": has_percentiles, "disk": has_disk}
 """Sections that only some results fill."""
 
 

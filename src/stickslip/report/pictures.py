@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from stickslip.plots.look import house_style
 from stickslip.report.markup import text
@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def picture(figure: Figure, description: str) -> str:
-    """A figure as an SVG image; the same figure gives the same text."""
+def picture(figure: Figure, description: str, kind: Literal["svg", "png"] = "svg") -> str:
+    """A figure as an SVG image, or as PNG where it has thousands of faces; the same figure gives the same text."""
     buffer = io.BytesIO()
     with house_style():
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        figure.savefig(buffer, format=kind, metadata={"Date": None} if kind == "svg" else None)
     data = base64.b64encode(buffer.getvalue()).decode()
-    return f'<img alt="{text(description)}" style="max-width:100%" src="data:image/svg+xml;base64,{data}">'
+    media = {"svg": "svg+xml", "png": "png"}[kind]
+    return f'<img alt="{text(description)}" style="max-width:100%" src="data:image/{media};base64,{data}">'

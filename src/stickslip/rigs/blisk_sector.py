@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from stickslip.checks import Array, InputError, fault, not_negative, positive
 from stickslip.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
+from stickslip.structure.sector_surface import SectorSurface, sector_surface
 from stickslip.structure.solid import Material, Solid, box_mesh, solid
 
 POINTS = 5
@@ -225,9 +226,19 @@ def among(points: Array, chosen: Array) -> NDArray[np.bool_]:
     return np.asarray(cKDTree(chosen).query(points)[0] < 1e-9)
 
 
-@lru_cache(maxsize=8)
 def reduced_sector(sector: BliskSector, modes: int) -> CyclicReduction:
     """Cyclic Craig-Bampton that keeps all contact nodes and the tip (x, y, z); kept in memory."""
+    return _reduced(sector, modes)[1]
+
+
+@lru_cache(maxsize=8)
+def surface(sector: BliskSector, modes: int) -> SectorSurface:
+    """The outer surface of the reduced sector, for pictures."""
+    return sector_surface(sector.mesh(), *_reduced(sector, modes))
+
+
+@lru_cache(maxsize=8)
+def _reduced(sector: BliskSector, modes: int) -> tuple[Sector, CyclicReduction]:
     meshed = sector.sector()
     kept = meshed.solid.named(sector.contact_nodes() | {"tip": sector.tip()})
-    return cyclic_craig_bampton(meshed, kept, modes)
+    return meshed, cyclic_craig_bampton(meshed, kept, modes)

@@ -20,7 +20,7 @@ from stickslip.contact.start import Start
 from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
 from stickslip.disk import TunedDisk
 from stickslip.loads import Force
-from stickslip.rigs.blisk_sector import POINTS, BliskSector, reduced_sector
+from stickslip.rigs.blisk_sector import POINTS, BliskSector, reduced_sector, surface
 from stickslip.structure.assembly import Spring
 from stickslip.structure.cyclic import NEXT, with_bodies
 from stickslip.structure.cyclic_reduction import rotation
@@ -95,6 +95,7 @@ def octopus_blisk(
         f"Octopus bladed disk, {contact} contact stiffness, engine order {engine_order}",
         gauge_springs(shape),
         engine_order,
+        surface(shape, modes),
     )
 
 

@@ -95,6 +95,31 @@ samples = 256
 outputs = ["2.y", "1.y"]
 """
 
+BLISK = """\
+# Forced response of a bladed disk with a damper between all neighbours under engine-order excitation. One sector of finite
+# elements stands for all 24; meshing and reducing it takes some seconds.
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
+
+[study]
+title = "Bladed disk with cylindrical dampers, engine order 2"
+analysis = "forced_response"
+
+[structure]
+rig = "octopus_blisk"             # finite elements; or "lumped_blisk": three masses a sector, seconds for everything
+
+[structure.parameters]            # arguments of the rig, in SI; leave one out for its default
+contact = "measured"              # published contact stiffness: "measured" or "analytic"; or ktx, kty, kn = totals of a line, N/m
+engine_order = 2                  # blade j is forced by F cos(wt - 2 pi EO j/24); at most the number of sectors
+pull = 147.0                      # centrifugal force of each damper, N
+mu = 0.6
+
+[sweep]
+frequency = [138.0, 150.0]        # Hz: continue over this band
+force_levels = [0.2, 0.4]         # N on each blade
+harmonics = 3                     # highest harmonic H; harmonic h has nodal diameter h EO modulo 24
+samples = 96                      # of a period; raised until the delay between neighbours is a whole number of them
+"""
+
 VARIABILITY = """\
 # {about}
 # `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
@@ -154,6 +179,11 @@ def write_lumped(path: Path) -> list[Path]:
     return [write_text(path, text), matrices]
 
 
+def write_blisk(path: Path) -> list[Path]:
+    """The bladed disk of finite elements."""
+    return [write_text(path, BLISK)]
+
+
 def write_bounds(path: Path) -> list[Path]:
     """Bounds of the wedge over all start states."""
     about = "The highest and lowest response over all states from which friction contacts may start, beside the response itself."
@@ -171,6 +201,7 @@ def write_samples(path: Path) -> list[Path]:
 KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "forced_response": write_forced_response,
     "lumped": write_lumped,
+    "blisk": write_blisk,
     "bounds": write_bounds,
     "samples": write_samples,
 }

@@ -1,0 +1,81 @@
+"""Natural frequencies of a disk over the nodal diameters, and what a forced response of a disk keeps for its figures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.disk import FullDisk, TunedDisk
+from stickslip.problem import Problem
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STATES = ("free", "stuck")
+
+
+@dataclass(frozen=True, eq=False)
+class NodalDiameters:
+    """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz], without contacts and with all of them stuck."""
+
+    dataset: xr.Dataset
+    problem: TunedDisk
+
+    def plot(self, **options: Any) -> Any:
+        """The nodal-diameter diagram."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
+    """Natural frequencies of the first `modes` modes of every nodal diameter 0..N//2; rigid motions of free dampers left out."""
+    import xarray as xr
+
+    frequencies = np.full((2, disk.sectors // 2 + 1, modes), np.nan)
+    for state in range(2):
+        for n in range(frequencies.shape[1]):
+            found = disk.modes(n, stuck=state == 1).frequencies
+            lowest = found[found > 1e-3 * found[-1] ** 0.5][:modes]
+            frequencies[state, n, : lowest.size] = lowest
+    variable = (("state", "nodal_diameter", "mode"), frequencies, {"units": "Hz", "long_name": "natural frequency"})
+    coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}
+    attrs = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.title}
+    return NodalDiameters(xr.Dataset({"disk_frequency": variable}, coords, attrs), disk)
+
+
+def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """A forced response with what the figures of its disk need; of any other problem as it is.
+
+    disk_frequency; where the rig has a surface, disk_points (node, axis) [m], disk_quads (quad, corner) and disk_shape (node,
+    axis, part), the first stuck mode at the excited nodal diameter, largest motion 1; attributes sectors and engine_order.
+    """
+    if isinstance(problem, FullDisk | TunedDisk):
+        dataset = dataset.assign_attrs(sectors=problem.sectors, engine_order=problem.engine_order)
+    if not isinstance(problem, TunedDisk):
+        return dataset
+    found = nodal_diameters(problem).dataset.rename(state="disk_state", mode="disk_mode")
+    dataset = dataset.assign(disk_frequency=found["disk_frequency"])
+    if problem.surface is None:
+        return dataset
+    n = problem.engine_order % problem.sectors
+    folded = min(n, problem.sectors - n)
+    shape = problem.surface.shape(problem.modes(folded).shapes[:, 0], folded)
+    shape = shape if n == folded else shape.conj()
+    shape = shape / np.abs(shape).max()
+    return dataset.assign(
+        disk_points=(("disk_node", "axis"), problem.surface.points, {"units": "m", "long_name": "surface of one sector"}),
+        disk_quads=(("disk_quad", "corner"), problem.surface.quads, {"units": "1", "long_name": "faces of the surface"}),
+        disk_shape=(
+            ("disk_node", "axis", "part"),
+            np.stack([shape.real, shape.imag], axis=-1),
+            {"units": "1", "long_name": "first stuck mode of the excited nodal diameter"},
+        ),
+    )
+
+
+def has_disk(dataset: xr.Dataset) -> bool:
+    """Whether a result is that of a disk."""
+    return "sectors" in dataset.attrs

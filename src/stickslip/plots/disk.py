@@ -1,0 +1,188 @@
+"""Figures of a bladed disk: its mode as a picture, dampers around it, nodal diameters, Campbell diagram, mean normal loads."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Wedge
+from numpy.typing import NDArray
+
+from stickslip.checks import Array
+from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, house_style, level_colours, plain, state_colour
+from stickslip.results_view import level_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+EXAGGERATION = 0.06
+"""Largest displacement in a picture, relative to the radius of the disk."""
+
+
+def placed_sectors(dataset: xr.Dataset) -> tuple[Array, Array]:
+    """Surface of all sectors in space at one instant: corners (faces, 4, 3) [m] and the size of their motion (faces,), 0 to 1."""
+    points, quads, parts = (dataset[f"disk_{name}"].values for name in ("points", "quads", "shape"))
+    shape: NDArray[np.complex128] = parts[..., 0] + 1j * parts[..., 1]
+    sectors, order = int(dataset.attrs["sectors"]), int(dataset.attrs["engine_order"])
+    scale = EXAGGERATION * float(np.hypot(points[:, 0], points[:, 1]).max())
+    corners, sizes = [], []
+    for j in range(sectors):
+        angle = 2.0 * np.pi * j / sectors
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        moved = (shape * np.exp(-1j * order * angle)).real
+        corners.append(((points + scale * moved) @ turn.T)[quads])
+        sizes.append(np.linalg.norm(moved, axis=1)[quads].mean(axis=1))
+    return np.concatenate(corners), np.concatenate(sizes)
+
+
+def disk_mode(dataset: xr.Dataset) -> Figure:
+    """The disk in its first stuck mode at the excited nodal diameter, at one instant, coloured by the size of the motion."""
+    from matplotlib import colormaps
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    corners, sizes = placed_sectors(dataset)
+    order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
+    with house_style():
+        figure = Figure(figsize=(7.0, 6.2), layout="constrained")
+        axes: Any = figure.add_subplot(projection="3d")
+        colours = colormaps["viridis"](sizes)
+        axes.add_collection3d(Poly3DCollection(corners, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.15))
+        reach = float(np.abs(corners[..., :2]).max())
+        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-0.45 * reach, 0.45 * reach))
+        axes.set_box_aspect((1.0, 1.0, 0.45))
+        axes.set_proj_type("ortho")
+        axes.view_init(elev=50.0, azim=-60.0)
+        axes.set_axis_off()
+        axes.set_title(f"First stuck mode, nodal diameter {min(order % sectors, -order % sectors)}, motion exaggerated")
+    return figure
+
+
+def disk_mode_3d(dataset: xr.Dataset) -> Any:
+    """The same as a plotly figure that can be turned: `.show()` or `.write_html(path)`."""
+    from plotly.graph_objects import Figure as Interactive
+    from plotly.graph_objects import Mesh3d
+
+    corners, sizes = placed_sectors(dataset)
+    x, y, z = corners.reshape(-1, 3).T
+    first = 4 * np.arange(sizes.size)
+    i, j, k = (np.concatenate([first + a, first + b]) for a, b in ((0, 0), (1, 2), (2, 3)))
+    mesh = Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, intensity=np.tile(sizes, 2), intensitymode="cell", colorscale="Viridis")
+    return Interactive(mesh).update_layout(scene_aspectmode="data", scene_xaxis_visible=False, scene_yaxis_visible=False)
+
+
+def damper_ring(dataset: xr.Dataset) -> Figure:
+    """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
+    levels, sectors = dataset.sizes["case"], int(dataset.attrs["sectors"])
+    columns = min(levels, 4)
+    with house_style():
+        figure = Figure(figsize=(2.6 * columns + 0.4, 2.9 * -(-levels // columns)), layout="constrained")
+        panels = figure.subplots(-(-levels // columns), columns, squeeze=False).ravel()
+        for case, axes in enumerate(panels):
+            axes.set_axis_off()
+            if case < levels and dataset["amplitude"][case].notnull().any():
+                _ring(axes, _shares(dataset, case), sectors)
+                axes.set_title(level_text(dataset, case))
+        handles = [Wedge((0.0, 0.0), 1.0, 0.0, 90.0, facecolor=c, edgecolor=GREY) for c in (STICK, SLIP, OPEN)]
+        figure.legend(handles, ["stick", "slip", "open"], loc="outside lower center", ncols=3)
+    return figure
+
+
+def _shares(dataset: xr.Dataset, case: int) -> Array:
+    """Shares of stick, slip and open of each damper's contacts (dampers, contacts of one, 3), tangential directions averaged."""
+    point = int(dataset["amplitude"].isel(case=case, output=0).argmax("point"))
+    here = dataset.isel(case=case, point=point)
+    shares = [here[f"share_{name}"].sel(direction=["t1", "t2"]).mean("direction").values for name in ("stick", "slip", "open")]
+    sectors = int(dataset.attrs["sectors"])
+    rows = np.stack(shares, axis=-1)
+    whole = all(re.match(r"\d+ ", str(name)) for name in dataset["contact"].values) and len(rows) % sectors == 0
+    return rows.reshape(sectors, -1, 3) if whole else np.broadcast_to(rows, (sectors, *rows.shape))
+
+
+def _ring(axes: Axes, shares: Array, sectors: int) -> None:
+    """Each damper a sector of the ring, its contacts one outside another."""
+    contacts = shares.shape[1]
+    width = 0.45 / contacts
+    for j in range(sectors):
+        ends = np.degrees(2.0 * np.pi / sectors * np.array([j + 0.06, j + 0.94]))
+        for c in range(contacts):
+            colour = state_colour(*shares[j, c])
+            axes.add_patch(
+                Wedge((0.0, 0.0), 1.0 - c * width, *ends, width=0.96 * width, facecolor=colour, edgecolor=GREY, lw=0.2)
+            )
+    axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
+
+
+def nodal_diameter_diagram(dataset: xr.Dataset) -> Figure:
+    """Natural frequencies over the nodal diameter, without contacts and with all of them stuck, and what is excited."""
+    frequencies = dataset["disk_frequency"].values
+    with house_style():
+        figure = Figure(figsize=(7.6, 4.4), layout="constrained")
+        axes = figure.add_subplot()
+        for mode in range(frequencies.shape[2]):
+            for state, (marker, style) in enumerate((("o", ":"), ("s", "-"))):
+                label = ("without contacts", "contacts stuck")[state] if mode == 0 else None
+                colour = CONTACTS[state]
+                axes.plot(frequencies[state, :, mode], style, marker=marker, ms=3.5, lw=1.0, color=colour, label=label)
+        axes.axvline(_folded(dataset), color=GREY, lw=0.9, label=f"engine order {int(dataset.attrs['engine_order'])}")
+        axes.set(title="Nodal diameters", xlabel="nodal diameter", ylabel="natural frequency in Hz", yscale="log")
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    return figure
+
+
+def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Figure:
+    """Stuck natural frequencies (not stiffened by rotation) over the speed; dots where an engine order meets its own wave."""
+    stuck = dataset["disk_frequency"].values[1]
+    order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
+    shown = orders or tuple(k for k in range(max(order - 2, 1), order + 4))
+    highest = 1.3 * float(np.nanmax(stuck[:, 0]))
+    speed = 60.0 * highest / min(max(order, 1), max(shown))
+    with house_style():
+        figure = Figure(figsize=(7.6, 4.6), layout="constrained")
+        axes = figure.add_subplot()
+        for n, frequency in enumerate(stuck[:, 0]):
+            axes.axhline(frequency, color=CONTACTS[0], lw=0.6, alpha=0.35 + 0.5 * (n == _folded(dataset)))
+        for k, colour in zip(shown, level_colours(len(shown)), strict=True):
+            axes.plot([0.0, speed], [0.0, k * speed / 60.0], color=colour, lw=1.0, label=f"engine order {k}")
+            met = stuck[min(k % sectors, -k % sectors), 0]
+            axes.plot(60.0 * met / k, met, "o", ms=5, color=colour)
+        axes.set(title="Campbell diagram, first family", xlabel="speed in rev/min", ylabel="frequency in Hz")
+        axes.set(xlim=(0.0, speed), ylim=(0.0, highest))
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    return figure
+
+
+def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Figure:
+    """Mean normal load of each contact line at the largest amplitude over the force level; reference: F_C/(2 cos α), N."""
+    names = [re.sub(r"\s+\d+$", "", str(name)) for name in dataset["contact"].values]
+    lines = list(dict.fromkeys(names))[: len(CONTACTS)]
+    levels = dataset["force_level"].values
+    mean, first = (np.full((len(lines), levels.size), np.nan) for _ in range(2))
+    for case in range(levels.size):
+        if not dataset["amplitude"][case].notnull().any():
+            continue
+        point = int(dataset["amplitude"].isel(case=case, output=0).argmax("point"))
+        force = dataset["contact_force"].isel(case=case, point=point).sel(direction="n").values
+        for i, line in enumerate(lines):
+            total = force[[name == line for name in names]].sum(axis=0)
+            mean[i, case], first[i, case] = total[0, 0], np.hypot(*total[1])
+    with house_style():
+        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
+        axes = figure.add_subplot()
+        for i, (line, colour) in enumerate(zip(lines, CONTACTS, strict=False)):
+            axes.fill_between(levels, mean[i] - first[i], mean[i] + first[i], color=colour, alpha=0.12, linewidth=0)
+            axes.plot(levels, mean[i], "o-", ms=4, color=colour, label=plain(line))
+        if reference is not None:
+            axes.axhline(reference, color=GREY, lw=1.0, ls="--", label="F_C/(2 cos α)")
+        axes.set(
+            title="Mean normal load under vibration (band: first harmonic)", xlabel="force level", ylabel="N in N", xscale="log"
+        )
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    return figure
+
+
+def _folded(dataset: xr.Dataset) -> int:
+    order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
+    return min(order % sectors, -order % sectors)

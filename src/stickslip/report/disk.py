@@ -1,0 +1,37 @@
+"""The section of a bladed disk: its mode, dampers around it, mean normal loads, nodal diameters and Campbell diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from stickslip.analyses.nodal_diameters import has_disk
+from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
+from stickslip.report.markup import section, text
+from stickslip.report.pictures import picture
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NOTE = (
+    '<p class="note">Dampers at the largest amplitude; of a tuned disk all are alike, each later than the one before. The mean '
+    "normal load under vibration differs from the static one where slip lets friction carry less of the pull.</p>"
+)
+
+
+def disk(datasets: Mapping[str, xr.Dataset]) -> str:
+    """All figures of every disk."""
+    found = {label: dataset for label, dataset in datasets.items() if has_disk(dataset)}
+    return section("disk", "Disk", NOTE, *(_part(label, dataset, len(found) > 1) for label, dataset in found.items()))
+
+
+def _part(label: str, dataset: xr.Dataset, several: bool) -> str:
+    parts = [f"<h3>{text(label)}</h3>"] if several else []
+    if "disk_shape" in dataset.variables:
+        parts.append(picture(disk_mode(dataset), "The disk in its first mode", "png"))
+    parts.append(picture(damper_ring(dataset), "States of the dampers around the disk"))
+    parts.append(picture(mean_normal_load(dataset), "Mean normal load over the force level"))
+    if "disk_frequency" in dataset.variables:
+        parts.append(picture(nodal_diameter_diagram(dataset), "Natural frequencies over the nodal diameter"))
+        parts.append(picture(campbell(dataset), "Campbell diagram"))
+    return "".join(parts)

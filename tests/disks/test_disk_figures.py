@@ -1,0 +1,67 @@
+"""Figures and report of a disk, from a coarse meshed one and from a whole lumped one."""
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.nodal_diameters import nodal_diameters
+from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
+from stickslip.plots.forced_response import figures_of
+from stickslip.report.disk import disk as disk_section
+from stickslip.results import open_results, save
+from stickslip.rigs import lumped_blisk
+from stickslip.rigs.blisk_sector import BliskSector
+from stickslip.rigs.octopus_blisk import octopus_blisk
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    disk = octopus_blisk(sector=BliskSector(sectors=6, cells=(1, 1, 1)), engine_order=4, modes=8)
+    frequency = float(disk.frequencies(stuck=True)[0])
+    return forced_response(disk, [frequency - 1.0, frequency], [0.5, 2.0], harmonics=1, samples=24).dataset
+
+
+def test_the_disk_is_kept_with_the_results(dataset, tmp_path):
+    again = open_results(save(dataset, tmp_path / "results.nc"))
+    assert (again.attrs["sectors"], again.attrs["engine_order"]) == (6, 4)
+    assert again["disk_shape"].equals(dataset["disk_shape"])
+    assert set(figures_of(again)) >= {"disk_mode", "dampers", "mean_normal_load", "nodal_diameters", "campbell"}
+
+
+def test_the_picture_closes_round_the_disk(dataset):
+    """Undeformed edges of neighbouring sectors coincide, and so does the wave: nodal diameter 2 repeats after half a turn."""
+    corners, sizes = placed_sectors(dataset)
+    faces = dataset.sizes["disk_quad"]
+    assert corners.shape == (6 * faces, 4, 3)
+    assert sizes[:faces] == pytest.approx(sizes[3 * faces : 4 * faces], rel=1e-9)
+    points = np.round(corners.reshape(6, -1, 3), 6)
+    first, second = ({tuple(p) for p in points[j]} for j in (0, 1))
+    assert len(first & second) >= 4
+
+
+@pytest.mark.parametrize("draw", [disk_mode, damper_ring, mean_normal_load, nodal_diameter_diagram, campbell])
+def test_figures_are_drawn(dataset, draw, tmp_path):
+    draw(dataset).savefig(tmp_path / "figure.png", dpi=50)
+    assert (tmp_path / "figure.png").stat().st_size > 5000
+
+
+def test_the_section_of_the_report(dataset):
+    page = disk_section({"disk": dataset})
+    assert page.count("<img") == 5
+
+
+def test_a_whole_disk_shows_each_damper(tmp_path):
+    disk = lumped_blisk(sectors=4, engine_order=1)
+    frequency = float(disk.frequencies(stuck=True)[0])
+    dataset = forced_response(disk.full([1]), [frequency - 1.0], [2.0], harmonics=1, samples=24).dataset
+    assert "disk_frequency" not in dataset
+    damper_ring(dataset).savefig(tmp_path / "ring.png", dpi=50)
+
+
+def test_nodal_diameters_of_the_lumped_disk():
+    """The ring of the disk's masses alone: f_n of the sector matrices in closed form, here by a ring of real matrices."""
+    disk = lumped_blisk(sectors=6, engine_order=2)
+    found = np.sort(nodal_diameters(disk, modes=3).dataset["disk_frequency"].sel(state="free").values[:4].ravel())
+    whole = disk.full().frequencies(stuck=False)
+    whole = whole[whole > 1.0]
+    assert np.unique(np.round(whole, 6)) == pytest.approx(np.unique(np.round(found, 6)), abs=2e-6)
