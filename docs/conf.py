@@ -16,7 +16,7 @@ release = version = stickslip.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "gallery"]
+exclude_patterns = ["_build", "gallery", "variability_numbers.md"]
 html_theme = "furo"
 html_title = "stickslip"
 nitpicky = True

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.response_history import response_history
 from stickslip.analyses.start_draws import search_cloud
@@ -44,6 +45,7 @@ def rows() -> Iterator[Row]:
     yield from six_slider_rows(numbers)
     numbers["peaks"] = {mass: peak_bounds(mass) for mass in ("4.6", "2.6", "6.6")}
     numbers["history"] = history()
+    numbers["variants"] = variants()
     yield from proxy_rows(numbers)
     numbers["cpu_seconds_here"] = time.process_time() - started
     (ROOT / "results").mkdir(exist_ok=True)
@@ -171,6 +173,7 @@ def peak_bounds(mass: str) -> dict[str, Any]:
     print(f"  peaks at {mass} kg: {found.attrs['cpu_seconds']:.0f} s CPU", flush=True)
     return {
         "force": list(LEVELS),
+        "search": "cloud 20, starts 2",
         "cpu_seconds": found.attrs["cpu_seconds"],
         **{name: found[name].values[:, :, 0].tolist() for name in ("amplitude", "resonance", "loss_factor")},
         "virgin": found.sampled_amplitude.values[:, 0, 0].tolist(),
@@ -191,6 +194,37 @@ def history() -> dict[str, Any]:
         "amplitude": peaks.largest_amplitude.values[:, 0].tolist(),
         "change": {str(level): found.change(level) for level in LEVELS[:-1]},
     }
+
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "rigid support, array on the cylinder, five flat points": {},
+    "separators on load cells, 500 N/µm, 0.3 kg": {"separators": True},
+    "load cells 150 N/µm": {"separators": True, "cell_stiffness": 150e6},
+    "load cells 1500 N/µm": {"separators": True, "cell_stiffness": 1500e6},
+    "separators 0.09 kg": {"separators": True, "separator_mass": 0.09},
+    "separators 0.9 kg": {"separators": True, "separator_mass": 0.9},
+    "Jenkins elements on both sides": {"cylinder_elements": 1},
+    "four flat points": {"flat_points": 4},
+    "nine flat points": {"flat_points": 9},
+    "fifteen flat points": {"flat_points": 15},
+    "stinger 30 N/µm, 0.2 kg": {"stinger_stiffness": 30e6},
+    "stinger 10 N/µm, 0.2 kg": {"stinger_stiffness": 10e6},
+    "stinger 3 N/µm, 0.2 kg": {"stinger_stiffness": 3e6},
+    "stinger 10 N/µm, 3 kg": {"stinger_stiffness": 10e6, "stinger_mass": 3.0},
+}
+"""Models of the rig: what the paper leaves open, times 0.3 and 3, and what it compares or names."""
+
+
+def variants() -> dict[str, Any]:
+    """The virgin peak of every model of the rig."""
+    levels, models = (1.0, 20.0, 80.0, 100.0), {}
+    for name, arguments in VARIANTS.items():
+        rig = single_blade(4.6, **arguments)
+        found = forced_response(rig, hertz(490.0, 590.0), levels).dataset
+        models[name] = {"stuck": float(rig.frequencies(stuck=True)[0])} | {
+            key: found[f"peak_{key}"].values[:, 0, 0].tolist() for key in ("frequency", "amplitude")
+        }
+    return {"force": list(levels), "models": models}
 
 
 def proxy_rows(numbers: dict[str, Any]) -> Iterator[Row]:

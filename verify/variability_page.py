@@ -11,16 +11,18 @@ def tables(numbers: dict[str, Any]) -> str:
     """All tables as Markdown."""
     parts = ["<!-- Written by `make verify`. Do not edit. -->"]
     parts += [peak_table(mass, found) for mass, found in numbers["peaks"].items()]
-    parts += [history_table(numbers["history"]), proxy_table(numbers), cost(numbers)]
+    parts += [history_table(numbers["history"]), proxy_table(numbers), variants_table(numbers["variants"]), cost(numbers)]
     return "\n\n".join(parts) + "\n"
 
 
 def peak_table(mass: str, found: dict[str, Any]) -> str:
+    effort = f"{found['search']}; {found['cpu_seconds'] / 60:.0f} minutes CPU"
+    heads = ("force, N", "virgin", "sampled start states", "lower bound, at Hz, η", "upper bound, at Hz, η", "spread, µm")
     lines = [
-        f"**Resonance peak, {mass} kg** (amplitudes in nm per N of force; {found['cpu_seconds'] / 60:.1f} minutes CPU)",
+        f"**Resonance peak, {mass} kg** (amplitudes in nm per N of force; {effort})",
         "",
-        "| force, N | virgin | 20 sampled start states | lower bound, at Hz, η | upper bound, at Hz, η | spread | published Hz |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| " + " | ".join((*heads, "of the virgin", "published Hz")) + " |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for k, force in enumerate(found["force"]):
         nm = 1e9 / force
@@ -32,6 +34,7 @@ def peak_table(mass: str, found: dict[str, Any]) -> str:
             f"{nm * found['cloud'][0][k]:.0f} to {nm * found['cloud'][1][k]:.0f}",
             f"{nm * low:.0f}, {f_low:.1f}, {e_low:.4f}",
             f"{nm * high:.0f}, {f_high:.1f}, {e_high:.4f}",
+            f"{1e6 * (high - low):.3f}",
             f"{100 * spread:.0f} %",
             PUBLISHED.get((mass, force), ""),
         )
@@ -50,6 +53,22 @@ def history_table(found: dict[str, Any]) -> str:
     for k, force in enumerate(found["force"][: last // 2]):
         first, second = (f"{1e9 * found['amplitude'][i] / force:.0f}, {found['frequency'][i]:.0f}" for i in (k, last - k))
         lines.append(f"| {force:g} | {first} | {second} | {found['change'][str(force)]['mean_force']:.3f} |")
+    return "\n".join(lines)
+
+
+def variants_table(found: dict[str, Any]) -> str:
+    """Other models of the rig: stuck frequency and virgin peaks."""
+    levels = found["force"]
+    lines = [
+        "**Other models of the same rig, 4.6 kg, virgin contacts**: peak in Hz, µm",
+        "",
+        "| model | stuck, Hz | " + " | ".join(f"{level:g} N" for level in levels) + " |",
+        "| --- | --- |" + " --- |" * len(levels),
+    ]
+    for name, model in found["models"].items():
+        pairs = zip(model["frequency"], model["amplitude"], strict=True)
+        peaks = (f"{f:.1f}, {1e6 * a:.3f}" if f == f else "none in 490 to 590 Hz" for f, a in pairs)
+        lines.append(f"| {name} | {model['stuck']:.1f} | " + " | ".join(peaks) + " |")
     return "\n".join(lines)
 
 

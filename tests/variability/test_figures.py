@@ -1,5 +1,7 @@
 """Every figure of response variability draws what it says, from small results."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from stickslip.checks import InputError
 from stickslip.plots import MORE
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.cycles import Cycles, sample_cycles
+from stickslip.plots.force_plane import paths_in
 from stickslip.plots.response_bounds import loss_factors, start_states
 from stickslip.plots.response_samples import response_cloud
 from stickslip.rigs import three_mass_wedge
@@ -120,3 +123,23 @@ def test_a_figure_by_its_name(bounds):
             assert bounds.plot(figure=name).axes
     with pytest.raises(InputError, match="figure must be a known one"):
         bounds.plot(figure="loop")
+
+
+def light_wedge():
+    """The wedge with next to no mass and no other spring than its contacts: what the static picture is about."""
+    wedge = three_mass_wedge()
+    M, K = wedge.structure.M.copy(), wedge.structure.K.copy()
+    M[4:, 4:] *= 1e-6
+    K[4:, 4:] = 0.0
+    return wedge.with_structure(replace(wedge.structure, M=M, K=K))
+
+
+@pytest.mark.parametrize("problem", [light_wedge(), three_mass_wedge()], ids=["light", "heavy"])
+def test_the_plane_is_right_for_a_light_damper_only(problem):
+    """Without inertia and other springs the normal forces are those of the plane, and nothing leaves its lines."""
+    plane = force_plane(problem, ("D.x", "D.y"), ("blade 1", "blade 2"))
+    samples = sample_cycles(response_samples(problem, [222.0], 1.0, 3, harmonics=15).dataset, 1.0)
+    paths = paths_in(samples, plane)
+    loads = np.stack([samples.force[:, samples.row(f"{side} n")] for side in plane.sides], axis=-1)
+    error = float(np.abs(plane.normal(paths) - loads).max()) / 120.0
+    assert error < 0.01 if problem.structure.M[4, 4] < 0.01 else error > 0.1

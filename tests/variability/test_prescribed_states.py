@@ -3,11 +3,18 @@
 import numpy as np
 import pytest
 
+from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.response_samples import response_samples
 from stickslip.checks import InputError
+from stickslip.contact.friction_disc import FrictionDisc
+from stickslip.contact.point import Contact
+from stickslip.contact.start import SliderOffset, TractionRatio
+from stickslip.loads import Force
 from stickslip.outcome import Outcome
+from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge
+from stickslip.structure.matrices import Structure
 from stickslip.units import hertz
 
 
@@ -52,3 +59,37 @@ def test_a_ratio_without_equilibrium_is_said():
 def test_wrong_arguments_are_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         response_bounds(three_mass_wedge(), [222.0], **{"force": 1.0, **arguments})
+
+
+def discs():
+    """Two stiff directions: a mass on a disc whose pressure is constant, pushed along x with a weaker push along y."""
+    return Problem(
+        Structure(np.eye(2), np.eye(2), ("m.x", "m.y"), C=0.02 * np.eye(2)),
+        (Contact("pad", FrictionDisc(kt=1.0, mu=1.0, normal_load=1.0), ({"m.x": 1.0}, {"m.y": 1.0})),),
+        (Force({"m.x": 1.0, "m.y": 0.4}, 1.0),),
+        ("m.x",),
+    )
+
+
+@pytest.mark.parametrize("rule", ["slider_offset", "traction_ratio"])
+def test_friction_discs_are_sampled(rule):
+    """Each sample is what a problem that starts there gives; a ratio beyond the disc is put onto its edge."""
+    variables = np.array([[0.0, 0.0], [0.3, -0.5], [0.9, 0.8]])
+    found = response_samples(discs(), [0.1], 0.4, variables, rule=rule).dataset
+    assert np.all(found.case_outcome == Outcome.CONVERGED)
+    values = found.start_value.values[1]
+    rules = {"slider_offset": SliderOffset, "traction_ratio": TractionRatio}
+    starts = tuple(rules[rule](float(value)) for value in values)
+    single = forced_response(discs().with_contacts(lambda contact: contact.with_start(starts)), [0.1], 0.4).dataset
+    mean = [d.contact_force.values[k, 0, 0, :2, 0, 0] for d, k in ((found, 1), (single, 0))]
+    np.testing.assert_allclose(mean[0], mean[1], rtol=1e-8)
+    assert np.hypot(*mean[0]) > 0.1
+    edge = found.contact_force.values[2, 0, 0, :2, 0, 0]
+    assert np.hypot(*edge) <= 1.0
+
+
+def test_friction_discs_are_not_searched():
+    with pytest.raises(InputError, match="derivative by its start state"):
+        response_bounds(discs(), [0.1])
+    with pytest.raises(InputError, match="slider_offset or traction_ratio"):
+        response_samples(discs(), [0.1], 1.0, 3, rule="mean_traction")

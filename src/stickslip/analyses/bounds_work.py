@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.start_draws import search_cloud
-from stickslip.checks import Array
+from stickslip.checks import Array, InputError
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -60,6 +60,9 @@ class BoundsWork:
     seed: int
     harmonics: int
     samples: int
+
+    def __post_init__(self) -> None:
+        refuse_discs(self.problem)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -149,6 +152,16 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "solves": (("frequency",), "1", "solutions computed"),
     "unsolved": (("frequency",), "1", "sampled start states without a solution"),
 }
+
+
+def refuse_discs(problem: Problem) -> None:
+    """A search goes by the derivative with respect to the start state, which a friction disc does not have in closed form."""
+    discs = [contact.name for contact in problem.contacts if contact.elements.coupled]
+    if discs:
+        raise InputError(
+            f"Bounds must be of contacts with independent directions, but {discs[0]!r} is a friction disc: the derivative by its "
+            "start state is not available. Use macroslip, or sample start states with response_samples."
+        )
 
 
 class Search:

@@ -35,7 +35,7 @@ def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
             for end in (0.0, 100.0):
                 axes.plot(hertz, here[end], ":", color=GREY, linewidth=1.0, label="extremes" if end else None)
             fewest, cases = int(table["solved"].sel(force_level=level).min()), int(np.sum(dataset["force_level"].values == level))
-            axes.set(title=f"force {level:g}, {fewest} of {cases} start states or more", ylabel="amplitude |X₁| in µm")
+            axes.set(title=f"force {level:g}, at least {fewest} of {cases} start states solved", ylabel="amplitude |X₁| in µm")
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")

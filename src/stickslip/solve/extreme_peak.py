@@ -21,6 +21,9 @@ from stickslip.solve.start_space import StartSpace
 TOLERANCE = 1e-6
 """Relative amplitude to which a peak is found."""
 
+LONGEST = 400
+"""Points of the longest curve that is traced for its peak; a virgin one takes about forty."""
+
 STRIDE, STRIDES, TIGHTENINGS = 1e-3, 12, 40
 """First step in frequency towards a peak, relative; how many growing steps may follow; how many narrowings of the bracket."""
 
@@ -31,7 +34,7 @@ def highest_peak(curve_start: Evaluation, balance: HarmonicBalance, output: int,
     if not first.converged:
         return None
     try:
-        curve = list(trace(balance, first, "omega", end, StepControl()))
+        curve = list(trace(balance, first, "omega", end, StepControl(points=LONGEST)))
     except LostCurveError:
         return None
     row = balance.rows + output
@@ -76,8 +79,8 @@ class AtPeak:
         """The peak near the one of the nearest known start state."""
         if not self.known:
             return None
-        _, point = min(self.known, key=lambda item: float(np.linalg.norm(item[0] - variables)))
-        low = self._solved(balance, point, point.omega)
+        origin, point = min(self.known, key=lambda item: float(np.linalg.norm(item[0] - variables)))
+        low = self._reached(balance, variables, origin, point)
         if low is None:
             return None
         high, step = low, STRIDE * np.sign(low[1])
@@ -91,6 +94,20 @@ class AtPeak:
                 return self._narrowed(balance, low, high)
             step *= 1.5
         return None
+
+    def _reached(
+        self, balance: HarmonicBalance, variables: Array, origin: Array, point: Point
+    ) -> tuple[Evaluation, float] | None:
+        """The solution at the frequency of a known peak: at once, else by way of start states between its own and this one."""
+        there = self._solved(balance, point, point.omega)
+        if there is not None:
+            return there
+        way = StartSolutions(self.begin.balance, self.space, point.omega, point.level)
+        way.remember(origin, point.forces)
+        try:
+            return self._solved(balance, way.solve(variables)[1].point, point.omega)
+        except UnsolvedError:
+            return None
 
     def _narrowed(
         self, balance: HarmonicBalance, low: tuple[Evaluation, float], high: tuple[Evaluation, float]

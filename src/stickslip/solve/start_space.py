@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.checks import Array, Index, InputError, fault
+from stickslip.checks import Array, Index, fault
 from stickslip.contact.start import STARTS
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import friction_reach
@@ -58,11 +58,8 @@ def start_space(
     """
     if rule not in RULES:
         raise fault("rule", f"must be one of {', '.join(RULES)}", rule)
-    if balance.table.coupled.any():
-        raise InputError(
-            "Start states of friction discs must be given one by one, but a search over them was asked for: their derivative "
-            "is not available. Use macroslip with two independent directions."
-        )
+    if balance.table.coupled.any() and rule == "mean_traction":
+        raise fault("rule", "must be slider_offset or traction_ratio with friction discs", rule)
     reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
     scale = {"slider_offset": reach, "traction_ratio": np.ones_like(reach), "mean_traction": limit}[rule]
     return StartSpace(rule, _groups(balance, share), scale)

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from stickslip.analyses.bounds_dataset import attached
-from stickslip.analyses.bounds_work import BoundsWork
+from stickslip.analyses.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.response_samples import SamplesWork
@@ -101,8 +101,9 @@ class BoundsPlan:
     @classmethod
     def of(cls, asked: Asked) -> BoundsPlan:
         """The plan of a study; every key of its table has a default."""
-        table = asked.tables.get("bounds", BoundsTable())
-        return cls(sweep_of(asked), BoundsTable.model_validate(table))
+        table, sweep = asked.tables.get("bounds", BoundsTable()), sweep_of(asked)
+        refuse_discs(sweep.problem)
+        return cls(sweep, BoundsTable.model_validate(table))
 
     @property
     def summary(self) -> str:
