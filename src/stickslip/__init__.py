@@ -24,6 +24,9 @@ _HOME = {
     "MicroslipArray": "stickslip.contact.microslip",
     "FrictionDisc": "stickslip.contact.friction_disc",
     "Gap": "stickslip.contact.gap",
+    "CubicSpring": "stickslip.contact.cubic",
+    "Dashpot": "stickslip.structure.damping",
+    "BaseMotion": "stickslip.loads",
     "SliderOffset": "stickslip.contact.start",
     "TractionRatio": "stickslip.contact.start",
     "MeanTraction": "stickslip.contact.start",
@@ -112,6 +115,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.response_samples import ResponseSamples, response_samples
     from stickslip.analyses.time_response import time_response
     from stickslip.checks import InputError
+    from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.friction_disc import FrictionDisc
     from stickslip.contact.gap import Gap
     from stickslip.contact.macroslip import Macroslip
@@ -121,7 +125,7 @@ if TYPE_CHECKING:
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
     from stickslip.disk import FullDisk, TunedDisk
     from stickslip.finished import FinishedFolder
-    from stickslip.loads import Force, Output
+    from stickslip.loads import BaseMotion, Force, Output
     from stickslip.measurement.cycles import whole_cycles
     from stickslip.measurement.reconstruction import reconstruct
     from stickslip.measurement.records import Record, read_record
@@ -133,7 +137,7 @@ if TYPE_CHECKING:
     from stickslip.results import open_results
     from stickslip.structure.assembly import Spring
     from stickslip.structure.cyclic import CyclicStructure, cyclic, sector_chain
-    from stickslip.structure.damping import ModalDamping, RayleighDamping
+    from stickslip.structure.damping import Dashpot, ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure
     from stickslip.time.methods import GeneralisedAlpha, Newmark
     from stickslip.units import Band, hertz, logspace, radians_per_second

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import TractionRatio
-from stickslip.loads import Force, Output
+from stickslip.loads import BaseMotion, Force, Output
 from stickslip.problem import LinearSystem, Problem, modal_damping_matrix
 from stickslip.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, circulant, sector_name
 from stickslip.structure.damping import ModalDamping, RayleighDamping
@@ -45,6 +45,8 @@ class TunedDisk(Problem):
         if not 0 <= self.engine_order <= self.sectors:
             rule = f"must lie between 0 and the number of sectors, {self.sectors}"
             raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
+        if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
+            raise InputError("A tuned disk must be without dashpots and base motion. Put dampers into the sector's C.")
         for what, names in (("A force", [f.direction for f in self.forces]), ("An output", self._output_directions())):
             beyond = sorted(dof for direction in names for dof in direction if dof.startswith(NEXT))
             if beyond:

@@ -46,6 +46,16 @@ class Force:
 
 
 @dataclass(frozen=True)
+class BaseMotion(Force):
+    """A moving base: all that is grounded, contacts and springs, moves by x_b along a direction, and is at rest in the equations.
+
+    at: how each degree of freedom moves when the base moves by 1 m as a rigid whole, {"1.x": 1, "2.x": 1}; amplitude and static:
+    of the acceleration ẍ_b, m/s². The degrees of freedom then are motions relative to the base, and the load is −M r ẍ_b, r the
+    row of `at`. A base displacement X_b at ω is the acceleration −ω² X_b. `ForcedResponse.absolute` adds the motion of the base.
+    """
+
+
+@dataclass(frozen=True)
 class Output:
     """A displacement to report: a name and its direction as coefficients of degrees of freedom."""
 

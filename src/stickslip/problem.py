@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import Any, NamedTuple
@@ -16,9 +16,9 @@ from stickslip.checks import SMALLEST, Array, InputError, fault, storable, uniqu
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
-from stickslip.loads import Force, Output
+from stickslip.loads import BaseMotion, Force, Output
 from stickslip.structure.assembly import Spring
-from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
+from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import natural_modes
 
@@ -39,7 +39,7 @@ class Problem:
 
     structure: M, C, K with names; contacts: laws with directions, whose rows make up B; forces: loads;
     outputs: names of degrees of freedom, or `Output`s. mean_springs: springs that act on the mean (harmonic 0) alone, for
-    motions that only friction restrains: once the contacts slip, their mean could be anything.
+    motions that only friction restrains: once the contacts slip, their mean could be anything. dashpots: viscous dampers.
     """
 
     structure: Structure
@@ -48,9 +48,10 @@ class Problem:
     outputs: tuple[str | Output, ...]
     title: str = ""
     mean_springs: tuple[Spring, ...] = ()
+    dashpots: tuple[Dashpot, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
-        for key in ("contacts", "forces", "outputs", "mean_springs"):
+        for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         unique("Names of contacts", [contact.name for contact in self.contacts])
         storable("The title", self.title)
@@ -64,6 +65,7 @@ class Problem:
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""
         _ = (self.B, self.output_rows, [self.structure.row(force.direction) for force in self.forces], self.mean_stiffness)
+        self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 
     def _check_held(self) -> None:
         eigenvalues, vectors = linalg.eigh(self.stuck_stiffness)
@@ -110,7 +112,12 @@ class Problem:
 
     @cached_property
     def C(self) -> Array:
-        """The viscous damping matrix after the damping rule, (n, n)."""
+        """The viscous damping matrix of damping rule and dashpots, (n, n)."""
+        rows = self.structure.rows([dashpot.direction for dashpot in self.dashpots])
+        sizes = np.array([dashpot.c for dashpot in self.dashpots])
+        return np.asarray(self._structural_damping() + rows.T @ (sizes[:, None] * rows))
+
+    def _structural_damping(self) -> Array:
         structure = self.structure
         if structure.C is not None:
             return structure.C
@@ -160,7 +167,7 @@ class Problem:
         damping = np.zeros(0) if structure.C is None else structure.C
         for array in (structure.M, structure.K, damping, self.B, self.output_rows, *contact_table(self.contacts)):
             digest.update(np.ascontiguousarray(array).tobytes())
-        rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts], self.mean_springs)
+        rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts], self.mean_springs, self.dashpots)
         digest.update(repr(rest).encode())
         return digest.hexdigest()[:16]
 
@@ -168,7 +175,7 @@ class Problem:
         """Loads in real storage (n, 2H+1): static (with the counter-force of balanced contacts), then a_h, b_h."""
         load = np.zeros((self.structure.size, 2 * harmonics + 1))
         for force in self.forces:
-            row = self.structure.row(force.direction)
+            row = self._row_of_load(force)
             load[:, 0] += force.static * row
             for harmonic, amplitude in force.amplitudes.items():
                 if harmonic > harmonics:
@@ -180,6 +187,11 @@ class Problem:
             if contact.balanced and contact.normal is not None and normal is not None:
                 load[:, 0] += float(normal.forces(0.0).sum()) * self.structure.row(contact.normal)
         return load
+
+    def _row_of_load(self, force: Force) -> Array:
+        """The load per unit amplitude, (n,): the direction of a force, −M r of a moving base."""
+        row = self.structure.row(force.direction)
+        return -self.structure.M @ row if isinstance(force, BaseMotion) else row
 
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""

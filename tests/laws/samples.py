@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import stickslip.contact
+from stickslip.contact.cubic import CubicSpring
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.law import Law
@@ -66,7 +67,7 @@ def every_law() -> list[type[Law]]:
 
 def samples_of(law: type[Law]) -> list[Sample]:
     """The samples of one law, of independent directions or on a disc."""
-    return [sample for sample in (*SAMPLES, *DISC_SAMPLES) if type(sample.law) is law]
+    return [sample for sample in (*SAMPLES, *DISC_SAMPLES, *SPRING_SAMPLES) if type(sample.law) is law]
 
 
 def _array(kts: tuple[float, ...], mu: float, **others: tuple[float, ...]) -> tuple[Element, ...]:
@@ -107,3 +108,9 @@ DISC_SAMPLES = (
     Sample("disc with gap", FrictionDisc(1.2, 0.6, 2.0, 0.1, 0.2), 2, (Element(1.2, 0.6, 2.0, 0.2, 0.1),)),
 )
 """Laws whose two directions are coupled: `test_friction_disc` referees them."""
+
+SPRING_SAMPLES = (
+    Sample("stiffening", CubicSpring(0.7), 1, ()),
+    Sample("softening, plane", CubicSpring(-0.2), 2, ()),
+)
+"""Springs without friction and without a linear part: `test_cubic_spring` referees them."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
@@ -78,6 +79,10 @@ class ForcedResponse:
     def as_quantity(self, name: str, per_force: bool = False) -> xr.Dataset:
         """Response, amplitude and rms as displacement, velocity or acceleration, absolute or per force."""
         return as_quantity(self.dataset, name, per_force)
+
+    def absolute(self) -> xr.Dataset:
+        """Response and amplitude with the motion of the base added (`BaseMotion`); those of `dataset` are relative to it."""
+        return absolute(self.dataset, self.problem)
 
     def plot(self, **options: Any) -> Any:
         """The figure of the curves."""

@@ -19,6 +19,7 @@ from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.linear_response import linear_amplitudes, linear_frequencies
 from stickslip.harmonic.trigonometric import largest_absolute
+from stickslip.loads import BaseMotion
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results_schema import SCHEMA, Variable, labelled
@@ -65,7 +66,7 @@ def response_dataset(
 def levels_are_newtons(problem: Problem) -> bool:
     """Whether the only harmonic force has amplitude 1 N along one degree of freedom, so that a level is that force in N."""
     harmonic = [force for force in problem.forces if any(force.amplitudes.values())]
-    if len(harmonic) != 1:
+    if len(harmonic) != 1 or isinstance(harmonic[0], BaseMotion):
         return False
     sizes = [abs(amplitude) for amplitude in harmonic[0].amplitudes.values() if amplitude]
     along = [abs(coefficient) for coefficient in harmonic[0].direction.values() if coefficient]

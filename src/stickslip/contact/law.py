@@ -52,12 +52,14 @@ class FrictionElements:
 class Elements:
     """The whole table of a contact: one set of friction elements per tangential direction, and the normal elements.
 
-    coupled: the two directions, of one equal element each, share one friction disc.
+    coupled: the two directions, of one equal element each, share one friction disc. cubic: k3 of a spring k3 w³ along each
+    tangential direction, N/m³, which then has no friction elements; 0 without one.
     """
 
     friction: tuple[FrictionElements, ...]
     normal: NormalElements | None
     coupled: bool = False
+    cubic: float = 0.0
 
 
 class Law(ABC):

@@ -23,6 +23,7 @@ class ContactTable(NamedTuple):
     friction_first (rows + 1): friction elements of each row (none for a normal row); stiffness kt, friction μ,
     constant_limit; load_first, load_last: the normal elements that load it; start_kind, start_value: the start state.
     coupled (contacts): 1 where the two tangential directions share a friction disc.
+    cubic (rows): k3 of a spring k3 w³ in place of friction elements, 0 without one.
     """
 
     first_row: Index
@@ -39,6 +40,7 @@ class ContactTable(NamedTuple):
     start_kind: Index
     start_value: Array
     coupled: Index
+    cubic: Array
 
     @property
     def rows(self) -> int:
@@ -50,6 +52,7 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
     first_row, normal_row, normal_first, friction_first = [0], [], [0], [0]
     normal: list[tuple[float, float]] = []
     friction: list[tuple[float, float, float, int, int, int, float]] = []
+    cubic: list[float] = []
     for contact in contacts:
         elements = contact.elements
         base = len(normal)
@@ -66,6 +69,7 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         if elements.normal is not None:
             friction_first.append(len(friction))
         first_row.append(first_row[-1] + len(contact.directions))
+        cubic += [elements.cubic] * len(elements.friction) + [0.0] * (elements.normal is not None)
         normal_first.append(len(normal))
     springs = np.array(normal, dtype=float).reshape(len(normal), 2)
     sliders = np.array(friction, dtype=float).reshape(len(friction), 7)
@@ -91,4 +95,5 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         start_kind=integers(sliders[:, 5]),
         start_value=floats(sliders[:, 6]),
         coupled=integers([contact.elements.coupled for contact in contacts]),
+        cubic=floats(np.array(cubic)),
     )

@@ -1,7 +1,7 @@
 """Contact forces in the frequency domain: from motion w to λ̂(w) = F(w) − K_c w and its exact derivative.
 
 Only what slips, opens, or is tied to the normal load at one sample differs from a linear spring, so λ̂ of a held row is a
-constant, and the derivative E = dλ̂/dw is zero there. Element laws only; every sum over samples goes through running sums.
+constant, and the derivative E = dλ̂/dw is zero there. Sums over samples of element laws go through running sums.
 """
 
 from __future__ import annotations
@@ -38,7 +38,9 @@ def contact_forces(
             _disc_forces(table, c, w, tables, loads, slopes, target, unknown, own, normal, cross)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
-            if r != row:
+            if table.cubic[r] != 0.0:
+                unknown[r] = _cubic_forces(table.cubic[r], w[r], tables, target[r], own[r], normal[r])
+            elif r != row:
                 unknown[r] = _friction_forces(
                     table, r, w[r], tables, table.normal_first[c], loads, slopes, target[r], own[r], normal[r]
                 )
@@ -129,6 +131,16 @@ def _friction_forces(
         add_product_sums(normal, normal_sums, samples)
     target[0] += constant
     return unknown
+
+
+@njit(cache=True)
+def _cubic_forces(k3: float, motion: Array, tables: Fourier, target: Array, own: Array, normal: Array) -> int:
+    """λ̂ = P (k3 u³) of a cubic spring and its derivative P 3 k3 u² E; every harmonic is unknown at all times."""
+    u = tables.E @ motion
+    target[:] = tables.P @ (k3 * u**3)
+    own[:, :] = tables.P @ (np.reshape(3.0 * k3 * u**2, (u.size, 1)) * tables.E)
+    normal[:, :] = 0.0
+    return SLIPPING
 
 
 @njit(cache=True)

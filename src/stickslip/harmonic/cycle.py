@@ -71,6 +71,10 @@ def _fill_cycle(
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
                 continue
+            if table.cubic[r] != 0.0:
+                state[r, :] = STICK
+                force[r] = table.cubic[r] * displacement[r] ** 3
+                continue
             state[r, :] = OPEN
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
                 kt = table.stiffness[e]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from stickslip.checks import fault, not_negative, vector
+from stickslip.checks import fault, finite, not_negative, positive, vector
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,24 @@ class RayleighDamping:
     def __post_init__(self) -> None:
         not_negative("mass_factor", self.mass_factor)
         not_negative("stiffness_factor", self.stiffness_factor)
+
+
+@dataclass(frozen=True)
+class Dashpot:
+    """A viscous damper along a direction, force c ẇ with w = Σ coefficient × dof; c [N s/m].
+
+    It adds c rowᵀ row to C, whatever the damping of the structure is, and to the viscous part of all energies.
+    """
+
+    direction: Mapping[str, float]
+    c: float
+
+    def __post_init__(self) -> None:
+        positive("c of a dashpot", self.c)
+        for dof, coefficient in self.direction.items():
+            finite(f"A dashpot, coefficient of {dof}", coefficient)
+        if not any(self.direction.values()):
+            raise fault("A dashpot", "must have a direction", dict(self.direction))
 
 
 Damping = ModalDamping | RayleighDamping

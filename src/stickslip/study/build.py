@@ -9,14 +9,15 @@ from typing import Any
 from stickslip import rigs
 from stickslip.checks import Faults, InputError, fault, nearest, positive, unique
 from stickslip.contact.point import Contact
-from stickslip.loads import Force, Output
+from stickslip.contact.start import SliderOffset
+from stickslip.loads import BaseMotion, Force, Output
 from stickslip.problem import Problem
-from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
+from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.study.contacts import ContactTable, FrictionTable
 from stickslip.study.faults import parsed
 from stickslip.study.names import Names
 from stickslip.study.starts import StartTable, start_rules
-from stickslip.study.tables import DampingTable, ForceTable, StructureTable, SweepTable
+from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import Units, in_si
 from stickslip.units import Band
 
@@ -70,7 +71,7 @@ def contact(table: ContactTable, number: int, names: Names, units: Units) -> Con
     tangential, normal = directions(table, names)
     friction = law.elements(len(tangential), normal is not None).friction
     size = friction[0].stiffness.size if friction else 1
-    start = start_rules(table.start, units, len(tangential), size) if isinstance(table, FrictionTable) else ()
+    start = start_rules(table.start, units, len(tangential), size) if isinstance(table, FrictionTable) else SliderOffset()
     return Contact(table.name or f"contact {number}", law, tangential, normal, start, getattr(table, "balanced", False))
 
 
@@ -97,6 +98,24 @@ def force(table: ForceTable, names: Names, units: Units) -> Force:
     amplitude = values["amplitude"]
     complex_amplitude = complex(*amplitude) if isinstance(amplitude, list) else complex(amplitude)
     return Force(names.coefficients(place), {table.harmonic: complex_amplitude}, values["static"])
+
+
+def dashpot(table: DashpotTable, names: Names, units: Units) -> Dashpot:
+    """A viscous damper in SI."""
+    return Dashpot(names.coefficients(table.between), in_si(table, units)["c"])
+
+
+def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:
+    """A moving base in SI; a letter stands for every degree of freedom in that direction."""
+    place = table.direction
+    if isinstance(place, str):
+        along = {dof: 1.0 for dof in names.lever if dof.rpartition(".")[2] == place}
+        if not along:
+            raise fault("direction", "must be that of some degree of freedom", place, "Write a letter as in NODE.x, or a table.")
+        place = along
+    acceleration = in_si(table, units)["acceleration"]
+    amplitude = complex(*acceleration) if isinstance(acceleration, list) else complex(acceleration)
+    return BaseMotion(names.coefficients(place), {table.harmonic: amplitude})
 
 
 def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from stickslip.checks import fault, nearest
+from stickslip.contact.cubic import CubicSpring
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.law import Law
@@ -27,7 +28,7 @@ from stickslip.study.fields import (
     Table,
 )
 from stickslip.study.starts import Starts
-from stickslip.study.units import FORCE, LENGTH, STIFFNESS, Units, in_si
+from stickslip.study.units import CUBIC_STIFFNESS, FORCE, LENGTH, STIFFNESS, Units, in_si
 
 
 class ContactTable(Table):
@@ -149,11 +150,27 @@ class GapTable(ContactTable):
         return Gap(**{key: values[key] for key in ("kn", "gap", "preload")})
 
 
+class CubicSpringTable(ContactTable):
+    """A spring k3 w³ without friction; its linear part belongs in K."""
+
+    exactly_one: ClassVar[Groups] = (("between", "tangential"),)
+
+    law: Annotated[Literal["cubic_spring"], Field(description="the contact law")]
+    tangential: Annotated[
+        Directions | None, Field(description="its direction, or two; a direction is [A, B] or a table of coefficients")
+    ] = None
+    k3: Annotated[Number, CUBIC_STIFFNESS, Field(description="force per displacement cubed; negative softens")]
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        return CubicSpring(values["k3"])
+
+
 LAWS: dict[str, type[ContactTable]] = {
     "macroslip": MacroslipTable,
     "friction_disc": FrictionDiscTable,
     "microslip_array": MicroslipArrayTable,
     "gap": GapTable,
+    "cubic_spring": CubicSpringTable,
 }
 
 

@@ -12,7 +12,7 @@ KINDS: dict[str, Kind] = {
     "response_samples": RESPONSE_SAMPLES,
 }
 
-PROBLEM_KEYS = ("structure", "damping", "contact", "force", "sweep")
+PROBLEM_KEYS = ("structure", "damping", "contact", "force", "dashpot", "base", "sweep")
 """Tables that state a problem and where to compute it, for every analysis of one."""
 COMMON_KEYS = ("units", "study", *PROBLEM_KEYS)
 KEYS = (*COMMON_KEYS, *dict.fromkeys(key for kind in KINDS.values() for key in kind.tables))

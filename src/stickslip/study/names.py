@@ -40,12 +40,15 @@ def dofs_in(document: Mapping[str, Any]) -> list[str]:
 
 def names_in(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Places and names, read from the document as it stands, so that other faults do not hide a wrong name."""
-    for key, places in (("contact", ("between", "tangential", "normal")), ("force", ("at",))):
+    for key, places in (("contact", ("between", "tangential", "normal")), ("force", ("at",)), ("dashpot", ("between",))):
         tables = document.get(key)
         for number, table in enumerate(tables if isinstance(tables, list) else (), start=1):
             if isinstance(table, dict):
                 for place in places:
                     yield from ((f"[[{key}]] {number}: {place}", name) for name in words(table.get(place)))
+    base = document.get("base")
+    if isinstance(base, dict) and isinstance(base.get("direction"), dict):
+        yield from (("[base]: direction", name) for name in base["direction"])
     sweep = document.get("sweep")
     outputs = sweep.get("outputs") if isinstance(sweep, dict) else None
     for output in outputs if isinstance(outputs, list) else ():

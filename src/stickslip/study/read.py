@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from stickslip.contact.point import Contact
 from stickslip.loads import Force
 from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
+from stickslip.structure.damping import Dashpot
 from stickslip.study import build
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.contacts import ContactTable, table_of
@@ -25,7 +27,7 @@ from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, owners
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.structure import structure as structure_of_table
-from stickslip.study.tables import DampingTable, ForceTable, StructureTable, StudyTable, SweepTable
+from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 
 Tell = tuple[Progress, list[str]]
@@ -61,6 +63,8 @@ class Tables:
     sweep: SweepTable | None
     contact: tuple[ContactTable | None, ...]
     force: tuple[ForceTable | None, ...]
+    dashpot: tuple[DashpotTable | None, ...]
+    base: BaseTable | None
     units: Units
     own: Mapping[str, Table]
 
@@ -194,9 +198,11 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     damping, sweep = single("damping", DampingTable), single("sweep", SweepTable)
     contacts = tuple(found.attempt(place, contact_table, values) for place, values in repeated("contact", document, found))
     forces = tuple(found.attempt(place, parsed, ForceTable, values) for place, values in repeated("force", document, found))
+    dashpots = tuple(found.attempt(place, parsed, DashpotTable, values) for place, values in repeated("dashpot", document, found))
     units = found.attempt("units", units_of, document.get("units", "SI")) or Units()
     own = {key: table for key, model in kind.tables.items() if (table := single(key, model)) is not None}
-    return Tables(study, structure, damping, sweep, contacts, forces, units, own)
+    base = single("base", BaseTable)
+    return Tables(study, structure, damping, sweep, contacts, forces, dashpots, base, units, own)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:
@@ -223,7 +229,7 @@ def units_of(value: Any) -> Units:
 
 def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found) -> Problem | None:
     """A ready rig; it brings contacts, forces and damping itself."""
-    for key in ("contact", "force", "damping", "units"):
+    for key in ("contact", "force", "dashpot", "base", "damping", "units"):
         if key in document:
             found.messages.append(
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
@@ -248,13 +254,14 @@ def from_model(
     names = Names(table.dofs or (structure.dofs if structure else ()), units)
     found.messages += names.faults(document) if structure and not table.dofs else []
     contacts, forces = contacts_of(tables, names, found), forces_of(tables, names, found)
+    dashpots = dashpots_of(tables, names, found)
     if tables.sweep and tables.sweep.outputs is None:
         found.messages.append("[sweep]: outputs must be given, but is missing. Name degrees of freedom to report.")
     outputs = build.outputs(tables.sweep, names) if tables.sweep else ()
     if structure is None or found.messages:
         return None
     title = tables.study.title if tables.study else ""
-    return found.attempt("The study", Problem, structure, contacts, forces, outputs, title)
+    return found.attempt("The study", partial(Problem, dashpots=dashpots), structure, contacts, forces, outputs, title)
 
 
 def contacts_of(tables: Tables, names: Names, found: Found) -> tuple[Contact, ...]:
@@ -267,5 +274,14 @@ def contacts_of(tables: Tables, names: Names, found: Found) -> tuple[Contact, ..
 
 def forces_of(tables: Tables, names: Names, found: Found) -> tuple[Force, ...]:
     numbered = [(number, table) for number, table in enumerate(tables.force, start=1) if table is not None]
-    made = [found.attempt(f"[[force]] {number}", build.force, table, names, tables.units) for number, table in numbered]
+    made: list[Force | None] = [
+        found.attempt(f"[[force]] {number}", build.force, table, names, tables.units) for number, table in numbered
+    ]
+    made.append(found.attempt("[base]", build.base, tables.base, names, tables.units) if tables.base else None)
     return tuple(force for force in made if force is not None)
+
+
+def dashpots_of(tables: Tables, names: Names, found: Found) -> tuple[Dashpot, ...]:
+    numbered = [(number, table) for number, table in enumerate(tables.dashpot, start=1) if table is not None]
+    made = [found.attempt(f"[[dashpot]] {number}", build.dashpot, table, names, tables.units) for number, table in numbered]
+    return tuple(dashpot for dashpot in made if dashpot is not None)

@@ -20,7 +20,9 @@ from stickslip.study.fields import Table, Words
 from stickslip.study.kinds import KINDS
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import (
+    BaseTable,
     DampingTable,
+    DashpotTable,
     FilesTable,
     ForceTable,
     MatricesTable,
@@ -37,6 +39,8 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[damping]": (DampingTable,),
     "[[contact]]": (*LAWS.values(), StartTable),
     "[[force]]": (ForceTable,),
+    "[base]": (BaseTable,),
+    "[[dashpot]]": (DashpotTable,),
     "[sweep]": (SweepTable, OutputTable),
     **{f"[{key}]": (model,) for kind in KINDS.values() for key, model in kind.tables.items()},
     "[units]": (Units,),

@@ -6,8 +6,20 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field, Tag, WrapValidator, field_validator
 
-from stickslip.study.fields import Amplitude, Coefficients, Groups, NotNegatives, Number, Place, Positive, Table, Words, by_form
-from stickslip.study.units import FORCE, FREQUENCY, Dimension
+from stickslip.study.fields import (
+    Amplitude,
+    Coefficients,
+    Direction,
+    Groups,
+    NotNegatives,
+    Number,
+    Place,
+    Positive,
+    Table,
+    Words,
+    by_form,
+)
+from stickslip.study.units import ACCELERATION, FORCE, FREQUENCY, VISCOSITY, Dimension
 
 Two = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 Ends = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair of numbers")]
@@ -113,6 +125,23 @@ class ForceTable(Table):
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0
+
+
+class DashpotTable(Table):
+    """A viscous damper, force c ẇ, beside whatever damping the structure has."""
+
+    between: Annotated[Direction, Field(description="[A, B]: A relative to B, of which one may be ground; or coefficients")]
+    c: Annotated[Positive, VISCOSITY, Field(description="force per velocity")]
+
+
+class BaseTable(Table):
+    """A base that moves with a given acceleration. Degrees of freedom, outputs and contacts to ground are relative to it."""
+
+    direction: Annotated[
+        Place, Field(description='"x": every degree of freedom NODE.x moves with the base; or a table of coefficients')
+    ]
+    acceleration: Annotated[Amplitude, ACCELERATION, Field(description="A for A cos ωt, or [re, im]; force levels multiply it")]
+    harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
 
 
 class OutputTable(Table):

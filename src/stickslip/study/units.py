@@ -25,6 +25,9 @@ class Dimension:
 
 
 STIFFNESS = Dimension("N/m", force=1, length=-1)
+CUBIC_STIFFNESS = Dimension("N/m3", force=1, length=-3)
+VISCOSITY = Dimension("N s/m", force=1, length=-1, time=1)
+ACCELERATION = Dimension("m/s2", length=1, time=-2)
 FORCE = Dimension("N", force=1)
 LENGTH = Dimension("m", length=1)
 TIME = Dimension("s", time=1)

@@ -70,7 +70,9 @@ def contact_law(table: ContactTable, w: Array, before: Array, intercept: Array, 
             _disc_rows(table, table.first_row[c], w, z, before, intercept, limit, slopes)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
-            if r != row:
+            if table.cubic[r] != 0.0:
+                slopes.target[r], slopes.own[r] = table.cubic[r] * w[r] ** 3, 3.0 * table.cubic[r] * w[r] ** 2
+            elif r != row:
                 _friction_row(table, r, w[r], z, before, intercept, limit, slopes)
 
 

@@ -1,0 +1,30 @@
+"""From motions relative to a moving base to absolute ones: X + r X_b, X_b = −A/(hω)² from the acceleration A of the base."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.loads import BaseMotion
+from stickslip.problem import Problem
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """`response` and `amplitude` of a result as absolute motions, m: those of the result, which are relative, and the base."""
+    found = dataset[["frequency", "outcome", "response", "amplitude"]].copy(deep=True)
+    omega, level = 2.0 * np.pi * dataset["frequency"].values, dataset["force_level"].values[:, None]
+    values = found["response"].values
+    for base in (force for force in problem.forces if isinstance(force, BaseMotion)):
+        along = problem.output_rows @ problem.structure.row(base.direction)
+        for harmonic, acceleration in base.amplitudes.items():
+            moved = (-level * acceleration / (harmonic * omega) ** 2)[..., None] * along
+            values[:, :, :, harmonic, 0] += moved.real
+            values[:, :, :, harmonic, 1] += moved.imag
+    found["amplitude"].values[:] = np.hypot(values[:, :, :, 1, 0], values[:, :, :, 1, 1])
+    found["response"].attrs["long_name"] = "absolute response"
+    found["amplitude"].attrs["long_name"] = "amplitude of the first harmonic of the absolute response"
+    return found
