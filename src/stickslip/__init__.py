@@ -79,6 +79,7 @@ _HOME = {
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
     "open_results": "stickslip.results",
+    "save_mat": "stickslip.results_matlab",
     "FinishedFolder": "stickslip.finished",
     "as_quantity": "stickslip.quantities",
     "quantity_table": "stickslip.quantities",
@@ -135,6 +136,7 @@ if TYPE_CHECKING:
     from stickslip.problem import Problem
     from stickslip.quantities import as_quantity, peak_table, quantity_table
     from stickslip.results import open_results
+    from stickslip.results_matlab import save_mat
     from stickslip.structure.assembly import Spring
     from stickslip.structure.cyclic import CyclicStructure, cyclic, sector_chain
     from stickslip.structure.damping import Dashpot, ModalDamping, RayleighDamping

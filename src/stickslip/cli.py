@@ -197,18 +197,26 @@ def report(
 def export(
     ctx: typer.Context,
     results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
-    out: Annotated[Path, typer.Option(help="Table of the curves, NAME.csv; that of the peaks goes to NAME_peaks.csv.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="NAME.csv, a table of the curves (that of the peaks goes to NAME_peaks.csv); or NAME.mat for MATLAB."),
+    ],
     quantity: Annotated[str, typer.Option(help="displacement, velocity or acceleration.")] = "displacement",
     per_force: Annotated[bool, typer.Option("--per-force", help="Receptance, mobility or inertance.")] = False,
 ) -> None:
-    """Write curves and peaks as tables (CSV), as displacement, velocity or acceleration, absolute or per force."""
+    """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
     from stickslip.quantities import peak_table, quantity_table
     from stickslip.report.presentation import presentation_of
     from stickslip.results import open_results
 
-    if out.suffix != ".csv":
-        raise fault("--out", "must end in .csv", str(out))
+    if out.suffix not in (".csv", ".mat"):
+        raise fault("--out", "must end in .csv or .mat", str(out))
     datasets = {name: open_results(file) for name, file in results_in(results).items()}
+    if out.suffix == ".mat":
+        from stickslip.results_matlab import save_all_mat
+
+        say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
+        return
     if not all(presentation_of(dataset).interactive for dataset in datasets.values()):
         export_tables(datasets, out)
         return

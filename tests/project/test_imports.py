@@ -24,7 +24,7 @@ LAYERS = (
     ("solve",),
     ("measurement",),
     ("results_schema", "results_view", "quantities"),
-    ("results", "finished"),
+    ("results", "results_matlab", "finished"),
     ("analyses",),
     ("plots", "study"),
     ("report",),
