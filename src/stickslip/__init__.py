@@ -68,6 +68,8 @@ _HOME = {
     "performance_curve": "stickslip.analyses.performance_curve",
     "PerformanceBand": "stickslip.analyses.performance_band",
     "performance_band": "stickslip.analyses.performance_band",
+    "Design": "stickslip.analyses.design",
+    "design_damper": "stickslip.analyses.design",
     "PeakPath": "stickslip.analyses.peak_path",
     "follow_peaks": "stickslip.analyses.peak_path",
     "force_plane": "stickslip.analyses.force_plane",
@@ -102,6 +104,7 @@ if TYPE_CHECKING:
     from stickslip import dampers, rigs, units
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
     from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle, damper_evolution, steady_cycles
+    from stickslip.analyses.design import Design, design_damper
     from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom

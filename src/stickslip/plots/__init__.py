@@ -22,6 +22,7 @@ FIGURES = {
     "NodalDiameters": "stickslip.plots.disk:nodal_diameter_diagram",
     "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
     "PerformanceBand": "stickslip.plots.performance_curve:performance_band",
+    "Design": "stickslip.plots.design:design_space",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }

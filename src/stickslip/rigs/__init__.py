@@ -6,6 +6,7 @@ Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 from collections.abc import Callable
 
 from stickslip.problem import Problem
+from stickslip.rigs.blade_and_wedge import blade_and_wedge
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
@@ -25,11 +26,13 @@ RIGS: dict[str, Callable[..., Problem]] = {
         three_mass_wedge,
         lumped_blisk,
         octopus_blisk,
+        blade_and_wedge,
     )
 }
 
 __all__ = [
     "RIGS",
+    "blade_and_wedge",
     "chain",
     "chain_of_three",
     "chain_varying_load",

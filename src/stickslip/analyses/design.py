@@ -1,0 +1,318 @@
+"""Design of a damper: the variables that make the worst resonance least, over force, uncertain friction and start states."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution, minimize
+from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.design_constraints import Constraint
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.worst_peak import Conditions, Worst, worst_peak
+from stickslip.checks import Array, InputError, fault, finite, not_negative, positive
+from stickslip.problem import Problem
+from stickslip.rigs import single_mass
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FACTOR = 2.0
+"""Friction is uncertain by a factor of two unless said otherwise (S0: it evolves with wear)."""
+
+NEAR = 0.05
+"""An optimum is as flat as the part of the design space is large in which the worst peak is higher by at most this share."""
+
+
+class ProblemOf(Protocol):
+    """The problem of a design: `problem_of(friction=0.3, mass=0.02, angle=45.0)`."""
+
+    def __call__(self, *, friction: float, **variables: float) -> Problem: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
+    the optimum with its sensitivities d ln(worst peak)/d ln(variable) and its neighbourhood.
+    """
+
+    dataset: xr.Dataset
+
+    @property
+    def optimum(self) -> dict[str, float]:
+        """The variables of the best design."""
+        names = [str(name) for name in self.dataset["variable"].values]
+        return dict(zip(names, self.dataset["optimum"].values.tolist(), strict=True))
+
+    def plot(self, **options: Any) -> Any:
+        """The picture of the design space."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def design_damper(
+    problem_of: ProblemOf,
+    variables: Mapping[str, tuple[float, float]],
+    force: tuple[float, float],
+    friction: float,
+    objective: Literal["amplitude", "amplitude_per_force"] = "amplitude",
+    constraints: Mapping[str, Constraint] | None = None,
+    *,
+    friction_factor: float = FACTOR,
+    starts: int = 2,
+    levels: int = 4,
+    designs: int = 24,
+    generations: int = 0,
+    refinements: int = 30,
+    output: int = 0,
+    seed: int = 0,
+    harmonics: int = 3,
+    samples: int = 256,
+    workers: int = 1,
+    finished: Finished | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> Design:
+    """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak |X_1|.
+
+    problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
+    variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
+    nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
+    starts: drawn start states of the contacts beside virgin ones, so the worst is that of a sample of them.
+    objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
+    such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
+
+    First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
+    from them; then a simplex search from the best allowed one, of at most `refinements` designs.
+    """
+    bounds = _bounds(variables)
+    limits = dict(constraints or {})
+    conditions = _conditions(force, friction, friction_factor, objective, (starts, levels), (output, seed), (harmonics, samples))
+    for name, value, least in (("designs", designs, 4), ("generations", generations, 0), ("refinements", refinements, 0)):
+        if value < least:
+            raise fault(name, f"must be at least {least}", value)
+    unit = qmc.Sobol(len(bounds), seed=seed).random_base2((designs - 1).bit_length())[:designs]
+    points = tuple(tuple(float(v) for v in row) for row in _scaled(unit, bounds))
+    work = DesignWork(problem_of, tuple(bounds), points, conditions, tuple(limits.values()))
+    records = [_record(arrays) for arrays in all_cases(work, finished, workers, progress)]
+    return Design(_improved(work, bounds, records, tuple(limits), (generations, refinements, seed), progress))
+
+
+@dataclass(frozen=True, eq=False)
+class DesignWork:
+    """Designs as independent cases."""
+
+    problem_of: ProblemOf
+    variables: tuple[str, ...]
+    points: tuple[tuple[float, ...], ...]
+    conditions: Conditions
+    constraints: tuple[Constraint, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a case depends on, as far as a function can say what it does."""
+        maker = f"{getattr(self.problem_of, '__module__', '')}.{getattr(self.problem_of, '__qualname__', self.problem_of)}"
+        return tuple(
+            f"design {point!r} of {self.variables}, {self.conditions}, {self.constraints}, {maker}" for point in self.points
+        )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(", ".join(f"{n} {v:.4g}" for n, v in zip(self.variables, point, strict=True)) for point in self.points)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The worst peak of one design."""
+        started = time.process_time()
+        worst = self.worst(self.points[case])
+        place = [worst.size, worst.frequency, worst.force, worst.friction, worst.start, worst.failed]
+        spent = {"cpu_seconds": np.array(time.process_time() - started)}
+        return {"point": np.array(self.points[case]), "place": np.array(place), "margins": np.array(worst.margins)} | spent
+
+    def worst(self, point: Sequence[float]) -> Worst:
+        """The worst peak of any point of the design space."""
+        values = dict(zip(self.variables, map(float, point), strict=True))
+
+        def problem(mu: float) -> Problem:
+            return self.problem_of(friction=mu, **values)
+
+        with threadpool_limits(1, user_api="blas"):
+            return worst_peak(problem, values, self.conditions, self.constraints)
+
+
+@dataclass(frozen=True, eq=False)
+class _Record:
+    point: Array
+    place: Array
+    margins: Array
+
+    @property
+    def allowed(self) -> bool:
+        return bool(np.all(self.margins > 0.0)) and bool(np.isfinite(self.place[0]))
+
+    @property
+    def penalised(self) -> float:
+        """The worst peak, and for a broken constraint far more than any peak."""
+        broken = float(np.sum(np.maximum(-self.margins, 0.0)) + np.count_nonzero(self.margins <= 0.0))
+        size = self.place[0] if np.isfinite(self.place[0]) else 1e6
+        return float(size * (1.0 + 10.0 * broken)) if broken > 0.0 else float(size)
+
+
+def _record(arrays: Arrays) -> _Record:
+    return _Record(np.asarray(arrays["point"]), np.asarray(arrays["place"]), np.asarray(arrays["margins"]))
+
+
+def _improved(
+    work: DesignWork,
+    bounds: Mapping[str, tuple[float, float]],
+    records: list[_Record],
+    limits: tuple[str, ...],
+    effort: tuple[int, int, int],
+    progress: Progress,
+) -> xr.Dataset:
+    """Generations and a simplex from the sampled designs, then everything as a dataset."""
+    generations, refinements, seed = effort
+    low, high = (np.array([ends[k] for ends in bounds.values()]) for k in (0, 1))
+    sampled = len(records)
+
+    def value(unit: Array) -> float:
+        point = low + np.clip(unit, 0.0, 1.0) * (high - low)
+        records.append(
+            _record(DesignWork(work.problem_of, work.variables, (tuple(point),), *_rest(work)).solve(0, lambda f: None))
+        )
+        done = (len(records) - sampled) / max(refinements + generations * sampled, 1)
+        progress(min(done, 1.0), f"design {len(records)}")
+        return records[-1].penalised
+
+    if generations:
+        start = (np.array([record.point for record in records]) - low) / (high - low)
+        settings = {"init": start, "maxiter": generations, "polish": False, "seed": seed}
+        differential_evolution(value, [(0.0, 1.0)] * low.size, **settings)  # type: ignore[arg-type]
+    best = min(records, key=lambda record: record.penalised)
+    if refinements:
+        unit = (best.point - low) / (high - low)
+        simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -0.12, 0.12) * row for row in np.eye(low.size))])
+        options = {"initial_simplex": simplex, "maxfev": refinements, "xatol": 2e-3, "fatol": 1e-4 * best.penalised}
+        minimize(value, unit, method="Nelder-Mead", bounds=[(0.0, 1.0)] * low.size, options=options)  # type: ignore[call-overload]
+    best = min(records, key=lambda record: record.penalised)
+    if not best.allowed:
+        broken = [name for name, margin in zip(limits, best.margins, strict=True) if margin <= 0.0]
+        raise InputError(
+            f"At least one of {len(records)} designs must meet all constraints, but none does; the nearest breaks "
+            f"{', '.join(broken) or 'none, but has no peak'}. Widen the variables or the constraints."
+        )
+    return _dataset(work, (low, high), records, best, limits)
+
+
+def _rest(work: DesignWork) -> tuple[Conditions, tuple[Constraint, ...]]:
+    return work.conditions, work.constraints
+
+
+def sensitivities(work: DesignWork, best: Array, size: float, span: Array, step: float = 0.02) -> NDArray[Any]:
+    """d ln(worst peak)/d ln(variable) by central differences of ± `step` of the span; the worst case may change between them."""
+    slopes = []
+    for k, width in enumerate(span):
+        sizes = []
+        for sign in (-1.0, 1.0):
+            point = best.copy()
+            point[k] += sign * step * width
+            sizes.append(work.worst(point.tolist()).size)
+        slopes.append((sizes[1] - sizes[0]) / (2.0 * step * width) * best[k] / size)
+    return np.array(slopes)
+
+
+def _dataset(
+    work: DesignWork, ends: tuple[Array, Array], records: Sequence[_Record], best: _Record, limits: tuple[str, ...]
+) -> xr.Dataset:
+    import xarray as xr
+
+    conditions, (low, high) = work.conditions, ends
+    units = "m per unit level" if conditions.per_force else "m"
+    place = np.array([record.place for record in records])
+    points = np.array([record.point for record in records])
+    allowed = np.array([record.allowed for record in records])
+    near = allowed & (place[:, 0] <= (1.0 + NEAR) * best.place[0])
+    size = float(best.place[0])
+    slopes = sensitivities(work, best.point, size, high - low)
+
+    def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
+        return dims, values, {"units": unit, "long_name": words}
+
+    margins = np.array([record.margins for record in records]).reshape(len(records), len(limits))
+    data = {
+        "value": described(("design", "variable"), points, "as given", "variables of the design"),
+        "worst_peak": described("design", place[:, 0], units, "worst resonance amplitude"),
+        "worst_frequency": described("design", place[:, 1], "Hz", "frequency of the worst resonance"),
+        "worst_force": described("design", place[:, 2], "1", "force level of the worst resonance"),
+        "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
+        "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 for virgin contacts"),
+        "failed": described("design", place[:, 5], "1", "conditions without a solved peak"),
+        "margin": described(("design", "constraint"), margins, "1", "least margin of each constraint; positive where it is met"),
+        "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
+        "optimum": described("variable", best.point, "as given", "the best design"),
+        "optimum_peak": described((), size, units, "worst resonance amplitude of the best design"),
+        "sensitivity": described("variable", slopes, "1", "d ln(worst peak)/d ln(variable) at the best design"),
+        "near_low": described("variable", points[near].min(axis=0), "as given", "least value within 5 % of the best"),
+        "near_high": described("variable", points[near].max(axis=0), "as given", "largest value within 5 % of the best"),
+        "low": described("variable", low, "as given", "lower end of the variable"),
+        "high": described("variable", high, "as given", "upper end of the variable"),
+    }
+    coords = {
+        "variable": described("variable", list(work.variables), "1", "variable of the design"),
+        "constraint": described("constraint", np.array(limits, dtype=np.str_), "1", "constraint"),
+    }
+    attrs: dict[str, Any] = {
+        "title": "Design of a damper",
+        "forces": list(conditions.forces),
+        "frictions": list(conditions.frictions),
+    }
+    attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
+    return xr.Dataset(data, coords, attrs)
+
+
+def _bounds(variables: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    if not variables:
+        raise InputError("variables must hold at least one, {name: (low, high)}, but is empty.")
+    for name, ends in variables.items():
+        if not finite(f"{name}, low", ends[0]) < finite(f"{name}, high", ends[1]):
+            raise fault(f"Variable {name!r}", "must be (low, high) with low below high", ends)
+    return {name: (float(ends[0]), float(ends[1])) for name, ends in variables.items()}
+
+
+def _conditions(
+    force: tuple[float, float],
+    friction: float,
+    factor: float,
+    objective: str,
+    counts: tuple[int, int],
+    ints: tuple[int, int],
+    fineness: tuple[int, int],
+) -> Conditions:
+    low, high = (positive("force", level) for level in force)
+    mu, spread = positive("friction", friction), positive("friction_factor", factor)
+    (starts, levels), (output, seed) = counts, ints
+    if low > high or (levels < 2 and low < high) or levels < 1:
+        raise fault("force", "must be (low, high) with at least two levels between different ends", (force, levels))
+    if spread < 1.0:
+        raise fault("friction_factor", "must be at least 1", factor)
+    if objective not in ("amplitude", "amplitude_per_force"):
+        raise fault("objective", "must be amplitude or amplitude_per_force", objective)
+    not_negative("starts", starts)
+    forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
+    frictions = (mu / spread**0.5, mu, mu * spread**0.5) if spread > 1.0 else (mu,)
+    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fineness)
+
+
+def _scaled(unit: Array, bounds: Mapping[str, tuple[float, float]]) -> Array:
+    low, high = (np.array([ends[k] for ends in bounds.values()]) for k in (0, 1))
+    return np.asarray(low + unit * (high - low))

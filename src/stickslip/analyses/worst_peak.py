@@ -1,0 +1,133 @@
+"""The worst resonance of one design: over a range of force, uncertain friction and the start states of the contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.analyses.design_constraints import Constraint, Trial
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.cycle import contact_cycle, friction_reach
+from stickslip.problem import Problem
+from stickslip.solve.linear_peak import linear_peak
+from stickslip.solve.peak_following import Follower
+from stickslip.solve.summit import Ascent, NoSummitError, Summit
+
+SHARE = 0.7
+"""Drawn start states reach this share of the largest offset that a slider can have."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
+    whether amplitudes count per force; harmonics and samples.
+    """
+
+    forces: tuple[float, ...]
+    frictions: tuple[float, ...]
+    starts: int
+    seed: int
+    output: int
+    per_force: bool
+    harmonics: int
+    samples: int
+
+
+@dataclass(frozen=True, eq=False)
+class Worst:
+    """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint, and how many cases failed."""
+
+    size: float
+    frequency: float
+    force: float
+    friction: float
+    start: int
+    margins: tuple[float, ...]
+    failed: int
+    summit: Summit | None = None
+    balance: HarmonicBalance | None = None
+
+
+def worst_peak(
+    problem_of: Callable[[float], Problem],
+    variables: dict[str, float],
+    conditions: Conditions,
+    constraints: Sequence[Constraint],
+) -> Worst:
+    """The highest resonance over all conditions, and the least margin of each constraint over them.
+
+    problem_of(μ) is the problem of the design. The virgin peak is followed over the force levels for every friction coefficient;
+    at each of them the drawn start states are tried from it.
+    """
+    search = _Search(variables, conditions, constraints)
+    for mu in conditions.frictions:
+        search.with_friction(mu, problem_of(mu))
+    return search.worst()
+
+
+class _Search:
+    def __init__(self, variables: dict[str, float], conditions: Conditions, constraints: Sequence[Constraint]) -> None:
+        self.variables, self.conditions, self.constraints = variables, conditions, constraints
+        self.best = Worst(-np.inf, np.nan, np.nan, np.nan, -1, (), 0)
+        self.margins = np.full(len(constraints), np.inf)
+        self.failed = 0
+
+    def worst(self) -> Worst:
+        """What was found; a design without any peak is infinitely bad."""
+        best = self.best
+        size = best.size if np.isfinite(best.size) else np.inf
+        place = (best.frequency, best.force, best.friction, best.start, tuple(self.margins.tolist()), self.failed)
+        return Worst(size, *place, best.summit, best.balance)
+
+    def with_friction(self, mu: float, problem: Problem) -> None:
+        """All force levels and start states under one friction coefficient."""
+        conditions = self.conditions
+        balance = HarmonicBalance(problem, conditions.harmonics, conditions.samples)
+        peaks = [linear_peak(balance, conditions.output, stuck).frequency for stuck in (False, True)]
+        band = (2.0 * np.pi * 0.9 * min(peaks), 2.0 * np.pi * 1.1 * max(peaks))
+        follower = Follower(lambda level: (balance, level), band, conditions.output)
+        found = follower.follow(conditions.forces, every=max(len(conditions.forces) - 1, 1))
+        for level in conditions.forces:
+            highest = found.highest(level)
+            if highest is None:
+                self.failed += 1
+                continue
+            virgin = highest[1].summit
+            self._met(mu, level, 0, virgin, balance)
+            for start in range(1, conditions.starts + 1):
+                self._from_start(mu, level, start, virgin, balance)
+
+    def _from_start(self, mu: float, level: float, start: int, virgin: Summit, balance: HarmonicBalance) -> None:
+        """The peak from a drawn start state: every slider off its virgin place, in a direction drawn for each contact row."""
+        reach, _ = friction_reach(balance.table, balance.tables, virgin.evaluation.w)
+        first = balance.table.friction_first
+        drawn = np.random.default_rng((self.conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
+        other = balance.with_starts(SHARE * np.repeat(drawn, np.diff(first)) * reach, kind=0)
+        try:
+            summit = Ascent(other, self.conditions.output).from_near(virgin.point, virgin.plane)
+        except NoSummitError:
+            self.failed += 1
+            return
+        self._met(mu, level, start, summit, other)
+
+    def _met(self, mu: float, level: float, start: int, summit: Summit, balance: HarmonicBalance) -> None:
+        """Take one case into account."""
+        size = summit.amplitude / (level if self.conditions.per_force else 1.0)
+        trial = self._trial(mu, level, summit, balance)
+        margins = [constraint(trial) for constraint in self.constraints]
+        self.margins = np.minimum(self.margins, margins) if margins else self.margins
+        if size > self.best.size:
+            frequency = summit.omega / (2.0 * np.pi)
+            self.best = Worst(size, frequency, level, mu, start, (), 0, summit, balance)
+
+    def _trial(self, mu: float, level: float, summit: Summit, balance: HarmonicBalance) -> Trial:
+        evaluation = summit.evaluation
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        normal = {
+            contact.name: cycle.force[row]
+            for contact, row in zip(balance.problem.contacts, balance.table.normal_row, strict=True)
+            if row >= 0
+        }
+        return Trial(self.variables, mu, level, normal)

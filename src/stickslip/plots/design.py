@@ -1,0 +1,58 @@
+"""The design space: worst resonance of every design that was computed, what is allowed, the optimum, and how flat it is."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from stickslip.plots.look import FAILED, GREY, STICK, house_style, plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def design_space(dataset: xr.Dataset) -> Figure:
+    """A panel for every pair of variables (or the one variable), designs coloured by their worst peak, and the sensitivities."""
+    names = [str(name) for name in dataset["variable"].values]
+    pairs = list(combinations(range(len(names)), 2)) or [(0, 0)]
+    with house_style():
+        figure = Figure(figsize=(7.6, 3.6 * len(pairs) + 0.5 * len(names) + 0.9), layout="constrained")
+        panels = figure.subplots(len(pairs) + 1, 1, height_ratios=[*[3.6] * len(pairs), 0.5 * len(names) + 0.6])
+        for axes, (i, j) in zip(panels[:-1], pairs, strict=True):
+            points = _panel(axes, dataset, i, j, names)
+        figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {dataset['worst_peak'].attrs['units']}")
+        _bars(panels[-1], dataset, names)
+    return figure
+
+
+def _panel(axes: Axes, dataset: xr.Dataset, i: int, j: int, names: list[str]) -> PathCollection:
+    value, size = dataset["value"].values, dataset["worst_peak"].values
+    allowed = dataset["allowed"].values == 1
+    other = value[:, j] if i != j else size
+    norm = Normalize(float(size[allowed].min()), float(np.quantile(size[allowed], 0.9)))
+    axes.scatter(value[~allowed, i], other[~allowed], marker="x", color=FAILED, s=26, label="breaks a constraint")
+    points = axes.scatter(value[allowed, i], other[allowed], c=size[allowed], s=34, edgecolor="white", linewidth=0.4, norm=norm)
+    best = dataset["optimum"].values
+    height = best[j] if i != j else float(dataset["optimum_peak"])
+    axes.plot(best[i], height, "*", color="black", markersize=13, markeredgecolor="white", label="best")
+    low, high = dataset["near_low"].values, dataset["near_high"].values
+    if i != j:
+        corners = [low[i], high[i], high[i], low[i], low[i]], [low[j], low[j], high[j], high[j], low[j]]
+        axes.plot(*corners, color=GREY, linewidth=0.9, linestyle="--", label="holds all within 5 %")
+    axes.set(xlabel=plain(names[i]), ylabel=plain(names[j]) if i != j else "worst peak")
+    axes.set_title(plain(dataset.attrs["title"]))
+    axes.legend(loc="best")
+    return points
+
+
+def _bars(axes: Axes, dataset: xr.Dataset, names: list[str]) -> None:
+    axes.barh(range(len(names)), dataset["sensitivity"].values, color=STICK, height=0.6)
+    axes.axvline(0.0, color=GREY, linewidth=0.8)
+    axes.set_yticks(range(len(names)), [plain(name) for name in names])
+    axes.set(xlabel="d ln(worst peak)/d ln(variable) at the best design")

@@ -1,0 +1,102 @@
+"""Design of a damper: against a brute search, with constraints that bite, and the constraints against their closed forms."""
+
+from math import pi, sqrt, tan
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
+
+KD = 0.5
+
+
+def one_mass(*, friction: float, load: float) -> ss.Problem:
+    """Slip limit load x friction on a Jenkins spring, viscous damping ζ = 0.005."""
+    return ss.rigs.single_mass(damping=0.01, kt=KD, limit=load * friction)
+
+
+def small(**changed):
+    settings = {"designs": 8, "refinements": 14, "starts": 0, "harmonics": 1, "samples": 256}
+    settings |= {"force": (1.0, 1.0), "levels": 1, "friction": 0.4}
+    return ss.design_damper(one_mass, {"load": (1.0, 8.0)}, **(settings | changed))
+
+
+def test_known_friction_and_force_give_the_known_optimum():
+    """μN/F = 1.47424, A = 5.870724: independent script of this project."""
+    found = small(friction_factor=1.0, refinements=20)
+    assert float(found.dataset.optimum_peak) == pytest.approx(5.870724, rel=1e-3)
+    assert 0.4 * found.optimum["load"] == pytest.approx(1.47424, rel=0.03)
+    assert abs(float(found.dataset.sensitivity[0])) < 0.05
+
+
+def test_uncertain_friction_balances_both_ends():
+    """Against a scan of solved peaks at μ/√2 and μ√2, the larger of which is least."""
+    found = small(refinements=20)
+    scan = np.linspace(2.5, 6.0, 36)
+    ends = (0.4 * scan / sqrt(2.0), 0.4 * scan * sqrt(2.0))
+    curve = ss.performance_curve(one_mass(friction=1.0, load=1.0), np.concatenate(ends), harmonics=1).dataset
+    peaks = [np.interp(end, curve.force_ratio.values, curve.amplitude_per_force.values[0]) for end in ends]
+    worst = np.max(peaks, axis=0)
+    assert float(found.dataset.optimum_peak) == pytest.approx(worst.min(), rel=1e-2)
+    assert found.optimum["load"] == pytest.approx(scan[int(np.argmin(worst))], rel=0.05)
+
+
+def test_a_constraint_that_bites_moves_the_optimum_to_its_edge():
+    found = small(friction_factor=1.0, constraints={"load": lambda trial: 1.0 - trial.variables["load"] / 3.0}, refinements=20)
+    assert found.optimum["load"] == pytest.approx(3.0, rel=0.05)
+    assert found.optimum["load"] < 3.0
+    assert set(found.dataset.allowed.values.tolist()) == {0, 1}
+
+
+def test_no_allowed_design_is_said():
+    with pytest.raises(ss.InputError, match="must meet all constraints, but none does; the nearest breaks impossible"):
+        small(constraints={"impossible": lambda trial: -1.0}, refinements=0)
+
+
+def test_start_states_can_only_make_it_worse():
+    def wedge(*, friction: float, angle: float) -> ss.Problem:
+        return ss.rigs.blade_and_wedge(platform_angle=angle, mu=friction)
+
+    sizes = []
+    for starts in (0, 2):
+        effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": starts, "samples": 64}
+        found = ss.design_damper(wedge, {"angle": (25.0, 40.0)}, (4.0, 4.0), 0.4, **effort)
+        sizes.append(found.dataset.worst_peak.values)
+    assert np.all(sizes[1] >= sizes[0])
+    assert np.any(sizes[1] > 1.001 * sizes[0])
+
+
+def test_constraints_against_closed_forms():
+    wave = 100.0 + 60.0 * np.cos(np.linspace(0.0, 2.0 * pi, 64, endpoint=False))
+    trial = Trial({"angle": 40.0}, 0.5, 1.0, {"left cylinder 1": wave, "left cylinder 2": wave, "left flat 1": 0.5 * wave})
+    assert NoJamming("angle")(trial) == pytest.approx(1.0 - 0.5 * tan(40.0 * pi / 180.0))
+    assert NoJamming(60.0)(Trial({}, 1.0 / tan(pi / 3.0), 1.0, {})) == pytest.approx(0.0, abs=1e-12)
+    assert NoLiftOff()(trial) == pytest.approx(0.4)
+    assert NoLiftOff(0.5)(trial) == pytest.approx(-0.1)
+    assert LargestForce(200.0)(trial) == pytest.approx(0.2)
+    # Two points of 160 N on 40 mm, R 5 mm: p0 = sqrt(P E*/(pi R)), 139.9 MPa at 73.5 N over 27.6 mm (independent script).
+    line = LinePressure(1e9, "left cylinder", 40e-3, 5e-3)
+    assert line(trial) == pytest.approx(1.0 - 0.1399 * sqrt((320.0 / 40.0) / (73.5 / 27.6)), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"friction_factor": 0.5}, "friction_factor must be at least 1"),
+        ({"force": (2.0, 1.0)}, "force must be"),
+        ({"objective": "mass"}, "objective must be"),
+        ({"designs": 1}, "designs must be at least 4"),
+    ],
+)
+def test_wrong_input_is_said(changed, words):
+    with pytest.raises(ss.InputError, match=words):
+        small(**changed)
+
+
+def test_the_stuck_blade_and_wedge_has_its_closed_form_frequency():
+    """k_H = kt kn/(2 (kt sin²α + kn cos²α)) with a massless damper."""
+    kt, kn, alpha = 8e5, 1.2e6, np.radians(35.0)
+    stiffness = kt * kn / (2.0 * (kt * np.sin(alpha) ** 2 + kn * np.cos(alpha) ** 2))
+    found = ss.rigs.blade_and_wedge(damper_mass=1e-7).frequencies(stuck=True)[0]
+    assert found == pytest.approx(sqrt((2e6 + stiffness) / 0.5) / (2.0 * pi), rel=1e-6)
