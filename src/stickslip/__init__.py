@@ -23,6 +23,11 @@ _HOME = {
     "Macroslip": "stickslip.contact.macroslip",
     "MicroslipArray": "stickslip.contact.microslip",
     "FrictionDisc": "stickslip.contact.friction_disc",
+    "Iwan": "stickslip.contact.iwan",
+    "mindlin_sphere": "stickslip.contact.iwan",
+    "Hertz": "stickslip.contact.spectrum",
+    "Parabolic": "stickslip.contact.spectrum",
+    "FourParameter": "stickslip.contact.spectrum",
     "Gap": "stickslip.contact.gap",
     "CubicSpring": "stickslip.contact.cubic",
     "Dashpot": "stickslip.structure.damping",
@@ -122,9 +127,11 @@ if TYPE_CHECKING:
     from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.friction_disc import FrictionDisc
     from stickslip.contact.gap import Gap
+    from stickslip.contact.iwan import Iwan, mindlin_sphere
     from stickslip.contact.macroslip import Macroslip
     from stickslip.contact.microslip import MicroslipArray
     from stickslip.contact.point import Contact, between
+    from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
     from stickslip.disk import FullDisk, TunedDisk

@@ -16,9 +16,11 @@ import stickslip.contact
 from stickslip.contact.cubic import CubicSpring
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
+from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
+from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,14 @@ def _array(kts: tuple[float, ...], mu: float, **others: tuple[float, ...]) -> tu
     return tuple(Element(kt, mu, **column) for kt, column in zip(kts, columns, strict=True))
 
 
+def _iwan(kt: float, mu: float, spectrum: Spectrum, count: int, **whole: float) -> tuple[Element, ...]:
+    """The elements of an Iwan law: an equal share of the normal load each, and friction that makes up for it."""
+    share, slip = spectrum.elements(count)
+    size = share.size
+    each = {key: value if key == "gap" else value / size for key, value in whole.items()}
+    return tuple(Element(kt * k, mu * size * k * s, **each) for k, s in zip(share, slip, strict=True))
+
+
 SAMPLES = (
     Sample("gap", Gap(2.5, gap=0.3, preload=0.4), 0, (Element(kn=2.5, gap=0.3, preload=0.4),)),
     Sample("constant load", Macroslip(2.0, 0.5, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
@@ -99,6 +109,19 @@ SAMPLES = (
         MicroslipArray((1.0, 0.4), 0.6, (2.0, 3.0), (0.0, 0.2), (0.3, 0.9)),
         1,
         _array((1.0, 0.4), 0.6, kn=(2.0, 3.0), gap=(0.0, 0.2), preload=(0.3, 0.9)),
+    ),
+    Sample("Iwan of constant load", Iwan(2.0, 0.5, normal_load=1.2, count=4), 1, _iwan(2.0, 0.5, Hertz(), 4, load=1.2)),
+    Sample(
+        "Iwan of varying load, plane",
+        Iwan(1.7, 0.4, 3.0, 1.0, 0.1, spectrum=FourParameter(), count=2),
+        2,
+        _iwan(1.7, 0.4, FourParameter(), 2, kn=3.0, preload=1.0, gap=0.1),
+    ),
+    Sample(
+        "Iwan of a concave pressure",
+        Iwan(1.5, 0.6, 2.5, 0.5, spectrum=Parabolic(2.0), count=6),
+        1,
+        _iwan(1.5, 0.6, Parabolic(2.0), 6, kn=2.5, preload=0.5),
     ),
 )
 

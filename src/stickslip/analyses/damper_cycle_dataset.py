@@ -57,6 +57,7 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
         "elastic_motion": (each, elastic, "m", "part of the tangential motion that the contact springs hold"),
         "slip_motion": (each, u - elastic, "m", "part of the tangential motion that the sliders have gone"),
         "rolling": (each, record.motion[:, 2:3] * radius, "m", "motion of the rounding's axis by rolling"),
+        "slip_limit": (each, _limits(model, march), "N", "friction force at which all of the contact slips"),
         "state": (each, states, "1", "0 stick, 1 slip with positive friction, -1 with negative, 2 open"),
         "share": (("contact", "kind"), _shares(states), "1", "share of the cycle in each state"),
         "friction_work": (("contact",), work, "J", "friction work of a cycle"),
@@ -75,6 +76,7 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
         {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()},
         coords={
             "contact": [point.name for point in rig.points],
+            "side": ("contact", [point.side for point in rig.points]),
             "axis": ["x", "y"],
             "damper": ["x", "y", "rotation"],
             "kind": ["stick", "slip", "open"],
@@ -121,6 +123,13 @@ def contact_states(model: CycleModel, march: SteadyCycle) -> Index:
         found[moved, c] = np.where(sense[moved] >= 0.0, SLIP_UP, SLIP_DOWN)
         found[record.force[:, normal] <= 0.0, c] = OPEN
     return found
+
+
+def _limits(model: CycleModel, march: SteadyCycle) -> Array:
+    """Sum of the slip limits of each contact's elements, (steps, contacts)."""
+    table = model.table
+    first, last = table.friction_first[table.first_row[:-1]], table.friction_first[table.first_row[1:]]
+    return np.stack([march.record.limit[:, a:b].sum(axis=1) for a, b in zip(first, last, strict=True)], axis=1)
 
 
 def _shares(states: Index) -> Array:

@@ -24,6 +24,7 @@ FIGURES = {
     "PerformanceBand": "stickslip.plots.performance_curve:performance_band",
     "Design": "stickslip.plots.design:design_space",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
+    "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""

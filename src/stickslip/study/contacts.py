@@ -11,9 +11,11 @@ from stickslip.checks import fault, nearest
 from stickslip.contact.cubic import CubicSpring
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
+from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
+from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
 from stickslip.study.fields import (
     Direction,
     Directions,
@@ -133,6 +135,38 @@ class MicroslipArrayTable(FrictionTable):
         return tuple((values["largest_gap"] or 0.0) * index / max(size - 1, 1) for index in range(size))
 
 
+class IwanTable(MacroslipTable):
+    """Microslip under one normal load: Iwan's law with the pressure of a cylinder on a flat, of a parabola, or Segalman's."""
+
+    law: Annotated[Literal["iwan"], Field(description="the contact law")]  # type: ignore[assignment]
+    pressure: Annotated[
+        Literal["hertz", "parabolic", "four_parameter"], Field(description="how slip spreads over the contact")
+    ] = "hertz"
+    edge: Annotated[
+        NotNegative | None, Field(description="parabolic: pressure at the edge over that in the middle; 0 unless given")
+    ] = None
+    chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1 to 0; -0.5 unless given")] = None
+    beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; 0.5 unless given")] = None
+    elements: Annotated[int, Field(ge=2, le=10000, description="about how many springs and sliders")] = 20
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        own = {key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")}
+        return Iwan(**own, spectrum=self._spectrum(), count=self.elements)
+
+    def _spectrum(self) -> Spectrum:
+        members: dict[str, tuple[type[Spectrum], tuple[str, ...]]] = {
+            "hertz": (Hertz, ()),
+            "parabolic": (Parabolic, ("edge",)),
+            "four_parameter": (FourParameter, ("chi", "beta")),
+        }
+        member, own = members[self.pressure]
+        given = {key: getattr(self, key) for key in ("edge", "chi", "beta") if getattr(self, key) is not None}
+        for key in given:
+            if key not in own:
+                raise fault(key, "must go with another pressure", self.pressure)
+        return member(**given)
+
+
 class GapTable(ContactTable):
     """A stop without friction."""
 
@@ -169,6 +203,7 @@ LAWS: dict[str, type[ContactTable]] = {
     "macroslip": MacroslipTable,
     "friction_disc": FrictionDiscTable,
     "microslip_array": MicroslipArrayTable,
+    "iwan": IwanTable,
     "gap": GapTable,
     "cubic_spring": CubicSpringTable,
 }
