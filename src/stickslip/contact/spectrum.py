@@ -169,4 +169,4 @@ class FourParameter(Spectrum):
     def moments(self, s: Array) -> tuple[Array, Array, Array]:
         chi = self.chi
         R = (chi + 1.0) / ((1.0 + self.beta) * self.last ** (chi + 1.0))
-        return tuple(R * s ** (chi + n) / (chi + n) for n in (1, 2, 3))  # type: ignore[return-value]
+        return tuple(R * s ** (chi + n) / (chi + n) for n in (1, 2, 3))
