@@ -4,7 +4,7 @@
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make verify   every promised number into results/verify.json and docs/verification.md
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
-# make robustness   1000 seeded problems, traced or the cause said; CASES=25 for 25 of each class
+# make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
 
 PYTHON ?= python3
 UV ?= uv

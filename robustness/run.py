@@ -1,4 +1,4 @@
-"""Trace seeded random problems across their bands and print the share that arrives, by class and cause.
+"""Trace seeded random problems across their bands and print the share that arrives, by class and cause; then the ill-posed ones.
 
 python -m robustness.run [CASES PER CLASS]
 """
@@ -11,6 +11,7 @@ from collections import Counter
 
 from threadpoolctl import threadpool_limits
 
+from robustness.ill_posed import ILL_POSED
 from robustness.problems import CLASSES, random_case
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
@@ -44,6 +45,18 @@ def main(count: int) -> None:
                 print(f"    {number:4d}  {cause}")
             if failed:
                 print(f"          seeds {failed}")
+        tell_ill_posed()
+
+
+def tell_ill_posed() -> None:
+    """How many ill-posed problems are recognised as such, and what the others were taken for."""
+    started = time.process_time()
+    mistakes = {case.name: mistake for case in ILL_POSED if (mistake := case.mistaken_for())}
+    seconds = (time.process_time() - started) / len(ILL_POSED)
+    recognised = len(ILL_POSED) - len(mistakes)
+    print(f"{'ill-posed':15s} {recognised:5d} of {len(ILL_POSED)} recognised, {seconds:.3f} CPU s each")
+    for name, mistake in mistakes.items():
+        print(f"          {name}: {mistake}")
 
 
 if __name__ == "__main__":

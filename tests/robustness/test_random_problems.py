@@ -8,6 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from robustness.ill_posed import ILL_POSED, IllPosed, respond
 from robustness.problems import CLASSES, random_case
 from robustness.run import traced
 from stickslip.outcome import Outcome
@@ -22,6 +23,17 @@ def test_random_problems_are_traced_end_to_end(kind, seed):
     ends = np.array([curve.points[0].point.omega, curve.points[-1].point.omega]) / (2.0 * np.pi)
     np.testing.assert_allclose(ends, [case.band.start, case.band.stop], rtol=1e-9)
     assert max(point.evaluation.error for point in curve.points) < 1e-9
+
+
+@pytest.mark.parametrize("case", ILL_POSED, ids=lambda case: case.name)
+def test_ill_posed_problems_are_recognised(case):
+    assert case.mistaken_for() == ""
+
+
+def test_a_sound_problem_is_not_taken_for_an_ill_posed_one():
+    sound = IllPosed("nothing is wrong", respond(), outcome=Outcome.BODY_HELD_BY_NOTHING)
+    assert sound.mistaken_for() == "answered: converged"
+    assert len({case.name for case in ILL_POSED}) == len(ILL_POSED) >= 30
 
 
 def test_the_problems_are_what_they_are_called():
