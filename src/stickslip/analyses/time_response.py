@@ -36,6 +36,12 @@ class TimeResponse:
         """How the integration ended."""
         return self.cycle.sentence
 
+    def plot(self, **options: Any) -> Any:
+        """The figure of the last period: outputs over time, and the contacts' loops."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
 
 def time_response(
     problem: Problem,

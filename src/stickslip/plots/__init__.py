@@ -25,6 +25,7 @@ FIGURES = {
     "Design": "stickslip.plots.design:design_space",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
+    "TimeResponse": "stickslip.plots.time_response:last_period",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""
