@@ -114,8 +114,8 @@ def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="forced_response (a ready rig), lumped (matrices and contacts), blisk (a bladed disk), bounds or samples (start "
-            "states)."
+            help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
+            "disk), bounds or samples (start states)."
         ),
     ],
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,

@@ -69,3 +69,13 @@ def test_the_studies_in_the_documentation_are_sound(tmp_path):
     for block in blocks:
         (tmp_path / "study.toml").write_text(block.split("```")[0])
         assert read(tmp_path / "study.toml").sweep.problem.contacts
+
+
+def test_the_template_of_a_model_is_a_blade(tmp_path):
+    """The first bending of its 8 x 120 x 30 mm blade lies between that of a slender beam and of a wide plate (1 - ν²)."""
+    write_new("model", tmp_path / "study.toml")
+    study = read(tmp_path / "study.toml")
+    slender = 1.8751**2 / (2 * np.pi) * np.sqrt(210e9 * 0.008**2 / 12 / 7850) / 0.12**2
+    assert study.sweep.problem.frequencies(stuck=False)[0] == pytest.approx(1.024 * slender, rel=0.024)
+    assert [note.partition(":")[0] for note in study.notes] == ["left", "right", "tip"]
+    assert not any("away" in note or "from the point" in note for note in study.notes)

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.checks import fault, nearest
 from stickslip.files import replacing, write_text
 from stickslip.rigs import three_mass_wedge
+from stickslip.study.model_template import write_model
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
@@ -201,6 +202,7 @@ def write_samples(path: Path) -> list[Path]:
 KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "forced_response": write_forced_response,
     "lumped": write_lumped,
+    "model": write_model,
     "blisk": write_blisk,
     "bounds": write_bounds,
     "samples": write_samples,
