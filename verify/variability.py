@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.response_history import response_history
 from stickslip.analyses.start_draws import search_cloud
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge
 from stickslip.solve.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt
 from stickslip.solve.start_solutions import UnsolvedError
@@ -167,13 +168,12 @@ def value_of(place: AtFrequency, variables: np.ndarray) -> float:
 
 def peak_bounds(mass: str) -> dict[str, Any]:
     """Bounds of the resonance peak for every published force, and the cloud that the search began with."""
-    found = response_bounds(
-        single_blade(float(mass)), hertz(470.0, 600.0), LEVELS, "peak", cloud=20, starts=2, workers=WORKERS
-    ).dataset
+    band = hertz(470.0 if mass != "2.6" else 430.0, 600.0)
+    found = response_bounds(single_blade(float(mass)), band, LEVELS, "peak", cloud=8, starts=2, workers=WORKERS).dataset
     print(f"  peaks at {mass} kg: {found.attrs['cpu_seconds']:.0f} s CPU", flush=True)
     return {
         "force": list(LEVELS),
-        "search": "cloud 20, starts 2",
+        "search": "cloud 8, starts 2",
         "cpu_seconds": found.attrs["cpu_seconds"],
         **{name: found[name].values[:, :, 0].tolist() for name in ("amplitude", "resonance", "loss_factor")},
         "virgin": found.sampled_amplitude.values[:, 0, 0].tolist(),
@@ -249,3 +249,23 @@ def proxy_rows(numbers: dict[str, Any]) -> Iterator[Row]:
         numbers[f"proxy_{level:g}N"] = record
         inside = record["amplitude"]["below"] + record["amplitude"]["above"]
         yield at_most(f"Rig, {level:g} N: share of the cloud outside the amplitude bounds", inside, 0.0, "containment")
+        fresh = fresh_draws(rig, frequencies, level, by["amplitude"].amplitude.values[0])
+        numbers[f"fresh_{level:g}N"] = fresh
+        yield at_most(
+            f"Rig, {level:g} N: draws that the search did not see outside the bounds", fresh["outside"], 0.0, "containment"
+        )
+
+
+def fresh_draws(rig: Problem, frequencies: Sequence[float], level: float, bounds: np.ndarray) -> dict[str, float]:
+    """Start states that no search has seen, half of them corners, against the bounds (2, frequency)."""
+    balance, rng = HarmonicBalance(rig, 5, 256), np.random.default_rng(11)
+    ratios = []
+    for frequency, (low, high) in zip(frequencies, bounds.T, strict=True):
+        place = place_at(balance, frequency, level)
+        place.point(np.zeros(place.space.size))
+        for k in range(30):
+            size = place.space.size
+            value = value_of(place, rng.uniform(-1.0, 1.0, size) if k % 2 else rng.choice([-1.0, 1.0], size))
+            ratios.append(max(low / value, value / high))
+    solved = np.array(ratios)[np.isfinite(ratios)]
+    return {"solved": solved.size, "outside": float(np.sum(solved > 1.0 + 1e-9)), "closest": float(solved.max())}

@@ -86,6 +86,12 @@ def proxy_table(numbers: dict[str, Any]) -> str:
             below, above = min(r["worst"][0], 0.0), max(r["worst"][1], 0.0)
             shares = f"{100 * r['below']:.0f} % | {100 * r['above']:.0f} % | {100 * below:.1f} % | {100 * above:.1f} %"
             lines.append(f"| {level} N | {objective.replace('_', ' ')} | {shares} | {record['cpu_seconds'][objective]:.0f} |")
+    drawn = (f"{numbers[f'fresh_{level}N']['solved']:.0f} at {level} N" for level in ("20", "80"))
+    outside = sum(numbers[f"fresh_{level}N"]["outside"] for level in ("20", "80"))
+    lines += [
+        "",
+        f"Of other start states, which no search has seen ({', '.join(drawn)}), {outside:.0f} lie outside the amplitude bounds.",
+    ]
     return "\n".join(lines)
 
 

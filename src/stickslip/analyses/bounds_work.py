@@ -205,7 +205,7 @@ class Search:
         for k, variables in enumerate(self.cloud):
             tell(0.4 * k / len(self.cloud))
             try:
-                cloud.append(place.point(variables))
+                cloud.append(place.traced(variables)[0])
             except UnsolvedError as reason:
                 self.why_not = reason.outcome
                 cloud.append(None)
@@ -244,7 +244,7 @@ class Search:
             found = extreme(place, self.toward(sign), begins, effort)
         except UnsolvedError:
             return None
-        return found if effort is PEAK_EFFORT else leapt(place, self.toward(sign), found, self.rng)
+        return leapt(place, self.toward(sign), found, self.rng, effort)
 
     def _mended(self, place: AtFrequency, sign: float, own: Extreme | None, neighbour: Extreme | None) -> Extreme | None:
         """The better one of the optimum and what the search finds from the neighbour's start state, where that looks better."""

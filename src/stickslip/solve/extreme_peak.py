@@ -52,11 +52,8 @@ class AtPeak:
         self.solves = self.traces = 0
 
     def point(self, variables: Array) -> Extreme:
-        """What a start state gives, if need be by tracing its curve."""
-        try:
-            return self.value(variables)[0]
-        except UnsolvedError:
-            return self.traced(variables)[0]
+        """What a start state gives near the peak of a known one."""
+        return self.value(variables)[0]
 
     def value(self, variables: Array) -> tuple[Extreme, Array]:
         """What a start state gives near the peak of a known one, and the gradient; where none is known its curve is traced."""
