@@ -17,6 +17,7 @@ from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.stress import stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.checks import InputError, fault, positive, unique
 from stickslip.harmonic.balance import HarmonicBalance
@@ -34,6 +35,8 @@ from stickslip.units import Band
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from stickslip.structure.stress import StressRecovery
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +82,10 @@ class ForcedResponse:
     def as_quantity(self, name: str, per_force: bool = False) -> xr.Dataset:
         """Response, amplitude and rms as displacement, velocity or acceleration, absolute or per force."""
         return as_quantity(self.dataset, name, per_force)
+
+    def stress(self, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:
+        """Stress of one point at the places of a recovery (`stickslip.structure.stress`): harmonics and largest values, Pa."""
+        return stress(self.dataset, self.problem, case, point, recovery)
 
     def absolute(self) -> xr.Dataset:
         """Response and amplitude with the motion of the base added (`BaseMotion`); those of `dataset` are relative to it."""

@@ -11,7 +11,7 @@ from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.octopus_blisk import octopus_blisk
-from stickslip.rigs.single_blade import single_blade
+from stickslip.rigs.single_blade import single_blade, single_blade_stress
 from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
 
 RIGS: dict[str, Callable[..., Problem]] = {
@@ -40,6 +40,7 @@ __all__ = [
     "lumped_blisk",
     "octopus_blisk",
     "single_blade",
+    "single_blade_stress",
     "single_mass",
     "three_mass_wedge",
     "two_semi_cylinders",

@@ -27,6 +27,7 @@ from stickslip.rigs.separator import ForceSeparator, Separator
 from stickslip.structure.assembly import Spring, assemble
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
+from stickslip.structure.stress import StressRecovery, stress_recovery
 from stickslip.units import STANDARD_GRAVITY, N_per_um
 
 ELEMENTS_PER_POINT = 5
@@ -144,6 +145,27 @@ def single_blade(
         ("blade/tip.x",),
         f"Single blade with two dampers, {preload_mass:g} kg",
     )
+
+
+def single_blade_stress(
+    places: Mapping[str, Place],
+    *,
+    platform_angle: float = 45.0,
+    length: float = 222.388e-3,
+    modes: int = 150,
+    flat_points: int = 5,
+) -> StressRecovery:
+    """Stress recovery of the blade of `single_blade` at places {name: (x, y, z)} in m; geometry and modes as given there.
+
+    Axes: x lateral, y radial from the clamped root, z depth. Linear steel without notches: at the clamped root and in the corners
+    under the platform stress is singular, and grows with every refinement of the mesh.
+    """
+    blade = PlatformBlade(length=length, platform_angle=platform_angle)
+    width = 2.0 / 3.0 * hypot(blade.platform_reach, blade.rise)
+    shape = FlatCylinder(platform_angle=platform_angle, flat_width=width, depth=blade.depth, flat_points=flat_points)
+    dampers = placed_dampers(blade, shape, STANDARD_GRAVITY)
+    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
+    return stress_recovery(blade.mesh(), blade.clamped(), reduction, places, "blade/", blade.material)
 
 
 def contact_parameters(preload_mass: float, given: Mapping[str, float | None]) -> ContactParameters:

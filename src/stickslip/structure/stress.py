@@ -1,0 +1,99 @@
+"""Stress inside a meshed body from the few degrees of freedom of its reduction (modal stress recovery).
+
+σ = D ε(u), u = T q: for chosen places the product is one small matrix, made once. Linear elasticity, small strains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import Array, fault, vector
+from stickslip.structure.craig_bampton import Reduction
+from stickslip.structure.solid import STEEL, Material, Solid
+
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
+INSIDE = 1e-6
+"""How far beyond its cell, in local coordinates from 0 to 1, a place on a face may lie by rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class StressRecovery:
+    """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q."""
+
+    places: tuple[str, ...]
+    rows: Array
+    dofs: tuple[str, ...]
+
+
+def stress_recovery(
+    mesh: Any, body: Solid, reduction: Reduction, places: Mapping[str, ArrayLike], prefix: str = "", material: Material = STEEL
+) -> StressRecovery:
+    """The recovery of a reduced body at places {name: (x, y, z)} in m.
+
+    mesh, body: the `MeshHex` and what `solid` made of it, clamped as it was reduced; prefix: of the body's names in an assembly,
+    "blade/". At a place that several cells share, the mean of their stresses.
+    """
+    full = np.array([stress_rows(mesh, body, vector(f"The place {name}", at, 3), material) for name, at in places.items()])
+    dofs = tuple(prefix + dof for dof in reduction.structure.dofs)
+    return StressRecovery(tuple(places), full.reshape(len(places), 6, body.size) @ reduction.transformation, dofs)
+
+
+def stress_rows(mesh: Any, body: Solid, place: Array, material: Material = STEEL) -> Array:
+    """Stress at a place per displacement of the unreduced body, (6, n), Pa/m."""
+    import skfem
+
+    basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=1)
+    found = _cells_around(basis, mesh, place)
+    rows = np.zeros((6, body.size + 1))
+    for cell, local in found:
+        gradients = _gradients(basis, cell, local)
+        for a, gradient in enumerate(gradients):
+            node = basis.element_dofs[a, cell]
+            for axis in range(3):
+                rows[:, body.numbers[node, axis]] += _stress(gradient, axis, material) / len(found)
+    return rows[:, :-1]
+
+
+def von_mises(stress: Array) -> Array:
+    """√(½((σxx − σyy)² + (σyy − σzz)² + (σzz − σxx)²) + 3 (τxy² + τyz² + τzx²)) of stresses (..., 6), Pa."""
+    x, y, z, xy, yz, zx = np.moveaxis(np.asarray(stress), -1, 0)
+    return np.asarray(np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * (xy**2 + yz**2 + zx**2)))
+
+
+def _cells_around(basis: Any, mesh: Any, place: Array) -> list[tuple[int, Array]]:
+    """The cells that hold a place, with its local coordinates there."""
+    corners = mesh.p[:, mesh.t]
+    size = np.ptp(corners, axis=1)
+    low, high = corners.min(axis=1) - INSIDE * size, corners.max(axis=1) + INSIDE * size
+    near = np.flatnonzero(np.all((low <= place[:, None]) & (place[:, None] <= high), axis=0))
+    found = []
+    for cell in near.tolist():
+        local = np.asarray(basis.mapping.invF(place.reshape(3, 1, 1), tind=np.array([cell]))).reshape(3)
+        if np.all(np.abs(local - 0.5) <= 0.5 + INSIDE):
+            found.append((cell, np.clip(local, 0.0, 1.0)))
+    if not found:
+        box = f"the body reaches from {mesh.p.min(axis=1).tolist()} to {mesh.p.max(axis=1).tolist()} m"
+        raise fault("A place of stress", "must lie in the body", place.tolist(), f"({box}.)")
+    return found
+
+
+def _gradients(basis: Any, cell: int, local: Array) -> Array:
+    """Gradients of the shape functions at a local place of a cell, (a, 3), 1/m."""
+    at, cells = local.reshape(3, 1), np.array([cell])
+    fields = [basis.elem.gbasis(basis.mapping, at, a, cells)[0] for a in range(basis.Nbfun)]
+    return np.array([np.asarray(field.grad).reshape(3) for field in fields])
+
+
+def _stress(gradient: Array, axis: int, material: Material) -> Array:
+    """Stress (6,) of the displacement N e_axis with ∇N = gradient: λ tr ε 1 + 2 μ ε, Pa/m."""
+    lam, shear = material.lame
+    strain = np.zeros((3, 3))
+    strain[axis] += 0.5 * gradient
+    strain[:, axis] += 0.5 * gradient
+    sigma = lam * np.trace(strain) * np.eye(3) + 2.0 * shear * strain
+    return np.array([sigma[0, 0], sigma[1, 1], sigma[2, 2], sigma[0, 1], sigma[1, 2], sigma[2, 0]])
