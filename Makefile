@@ -2,6 +2,7 @@
 # make demo     the single blade with two dampers                 make ci      check + test: what the continuous integration runs
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
+# make test-oldest   a part of the tests with every dependency at its lower bound
 # make verify   every promised number into results/verify.json and docs/verification.md
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
 # make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
@@ -19,7 +20,19 @@ test ci demo robustness: export OPENBLAS_NUM_THREADS = 1
 test ci: export OMP_NUM_THREADS = 1
 test ci: export MKL_NUM_THREADS = 1
 
-.PHONY: setup bench demo test check format reference docs ci lock clean robustness verify-system verify
+# The lower bounds of pyproject.toml in an environment of their own, and what touches every dependency. Newer dependencies of
+# these old packages warn; that is theirs, so warnings are no errors here.
+OLDEST := build/oldest
+OLDEST_TESTS := tests/study/test_faults.py tests/study/test_cli.py tests/results tests/report tests/structure tests/physics tests/robustness
+
+test-oldest:
+	$(PYTHON) -m venv $(OLDEST)
+	$(PYTHON) tests/oldest.py > $(OLDEST)/requirements.txt
+	$(OLDEST)/bin/python -m pip install -r $(OLDEST)/requirements.txt hatchling
+	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
+	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
+
+.PHONY: test-oldest setup bench demo test check format reference docs ci lock clean robustness verify-system verify
 
 setup: $(STAMP)
 
