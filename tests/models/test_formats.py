@@ -162,3 +162,31 @@ def test_an_empty_and_a_wrong_dmig(tmp_path):
         (tmp_path / "wrong.pch").write_text(text)
         with pytest.raises(InputError, match=said):
             ss.read_model(tmp_path / "wrong.pch")
+
+
+ELEMENT = """**
+** ELEMENT NUMBER 11 STEP NUMBER 2 INCREMENT NUMBER 1
+*USER ELEMENT, NODES= 2, LINEAR
+** ELEMENT NODES
+** 101, 102
+1, 2
+2, 1
+*MATRIX,TYPE=STIFFNESS
+4.0 ,
+1.0 , 5.0
+-1.0 , 2.0 , 6.0
+*MATRIX,TYPE=MASS
+1.0 ,
+0.0 , 1.0
+0.0 , 0.0 , 1.0
+"""
+
+
+def test_directions_that_change_along_the_nodes_of_a_substructure(tmp_path):
+    (tmp_path / "a.mtx").write_text(ELEMENT)
+    model = ss.read_model(tmp_path / "a.mtx")
+    assert model.dofs == ("101.x", "101.y", "102.x")
+    np.testing.assert_array_equal(model.K.toarray(), [[4, 1, -1], [1, 5, 2], [-1, 2, 6]])
+    (tmp_path / "a.mtx").write_text(ELEMENT + ELEMENT)
+    with pytest.raises(InputError, match="must hold one substructure"):
+        ss.read_model(tmp_path / "a.mtx")

@@ -71,6 +71,8 @@ def _substructure(path: Path, deck: Deck) -> Content:
     dofs: tuple[str, ...] = ()
     for keyword, options, data in cards(text.splitlines()):
         if keyword == "USER ELEMENT":
+            if dofs:
+                raise fault(path.name, "must hold one substructure", "several *USER ELEMENT")
             dofs = _directions(data, nodes)
         elif keyword == "MATRIX" and options.get("TYPE"):
             matrices[options["TYPE"]] = _packed(f"{path.name}, {options['TYPE']}", data, len(dofs))
