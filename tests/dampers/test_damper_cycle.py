@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.damper_cycle import cycle_forces, damper_cycle, damper_evolution, steady_cycles
+from stickslip.analyses.harmonic_cycle import harmonic_cycle
 from stickslip.checks import InputError
 from stickslip.dampers import SHAPES, Shape, ThreePoint
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -230,3 +231,13 @@ def random_case(rng: np.random.Generator, k: int):
     damper = ThreePoint(left_angle=left, right_angle=right).damper(pull=10.0 ** rng.uniform(1.0, 2.3))
     make = (out_of_phase, in_phase)[k % 2]
     return BetweenPlatforms.macroslip(damper, KT, KN, mu, None, f"{left} {right} {mu}"), make(10.0 ** rng.uniform(-6.0, -4.0))
+
+
+@pytest.mark.parametrize(("motion", "amplitude"), [("out-of-phase", 0.6e-6), ("out-of-phase", 2e-6), ("in-phase", 2e-6)])
+def test_harmonic_balance_gives_the_same_cycle(motion, amplitude):
+    """15 harmonics at 5 Hz, where inertia is negligible, against quasi-static steps: energy 4e-4, first harmonics 1e-3."""
+    rig, moved = laboratory_damper(45.0, 50.0, (0.14, 0.13, 0.13)), MOTIONS[motion](amplitude)
+    balance, steps = harmonic_cycle(rig, moved, 5.0), damper_cycle(rig, moved, steps=1000)
+    assert balance.energy == pytest.approx(steps.energy, rel=4e-4)
+    first = steps.dataset.force_harmonics.sel(platform="right").values[:, 1]
+    np.testing.assert_allclose(balance.force_on_right[:, 1:3], first * [1.0, -1.0], atol=1e-3 * np.abs(first).max())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.damper_cycle_dataset import contact_states, cycle_dataset
 from stickslip.checks import Array, fault, positive, vector
 from stickslip.contact.period import STICK
@@ -20,7 +21,7 @@ from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.jamming import jamming
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.solve.platform_cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
-from stickslip.solve.platform_march import PlatformState
+from stickslip.solve.platform_march import PlatformState, Record
 from stickslip.time.methods import Method
 
 if TYPE_CHECKING:
@@ -121,6 +122,58 @@ def _sentence(march: SteadyCycle, cause: str) -> str:
         CycleOutcome.NOT_CONVERGED: f"Newton's method failed in cycle {march.cycles}; more steps a cycle may help.",
     }
     return words[march.outcome]
+
+
+@dataclass(frozen=True, eq=False)
+class CycleWork:
+    """One steady cycle as work of a study: what `damper_cycle` takes, and its march as plain arrays."""
+
+    rig: BetweenPlatforms
+    motion: PlatformMotion
+    steps: int = 1000
+    method: Method | None = None
+    frequency: float | None = None
+    tolerance: float = 1e-9
+    most: int = 100
+
+    @property
+    def names(self) -> Sequence[str]:
+        return ("cycle",)
+
+    @property
+    def words(self) -> Sequence[str]:
+        return (self.rig.title,)
+
+    def prepare(self) -> None:
+        """One case needs no preparation."""
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The march of the cycle."""
+        march = damper_cycle(
+            self.rig,
+            self.motion,
+            steps=self.steps,
+            method=self.method,
+            frequency=self.frequency,
+            tolerance=self.tolerance,
+            cycles=self.most,
+        ).march
+        end = np.array([march.cycles, march.outcome, march.change])
+        return {
+            "end": end,
+            "drive": march.drive,
+            **march.record._asdict(),
+            **{f"state_{k}": v for k, v in march.state._asdict().items()},
+        }
+
+    def gathered(self, arrays: Arrays) -> DamperCycle:
+        """The cycle from its arrays."""
+        record = Record(*(np.asarray(arrays[name]) for name in Record._fields))
+        state = PlatformState(*(np.asarray(arrays[f"state_{name}"]) for name in PlatformState._fields))
+        cycles, outcome, change = arrays["end"]
+        march = SteadyCycle(record, arrays["drive"], state, int(cycles), CycleOutcome(int(outcome)), float(change))
+        marching = _marching(self.method, self.frequency, self.tolerance, self.most)
+        return _labelled(self.rig, self.motion, CycleModel.of(self.rig), march, marching)
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,17 +72,18 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
         ),
         "iterations": (("sample",), record.iterations, "1", "Newton iterations of the step, -1 where it failed"),
     }
+    coordinates: dict[str, tuple[str, list[str], str]] = {
+        "contact": ("contact", [point.name for point in rig.points], "line of contact"),
+        "side": ("contact", [point.side for point in rig.points], "platform it is on"),
+        "axis": ("axis", ["x", "y"], "x to the right, y along the pull"),
+        "damper": ("damper", ["x", "y", "rotation"], "motion of the damper"),
+        "kind": ("kind", ["stick", "slip", "open"], "state of a contact"),
+        "platform": ("platform", ["left", "right"], "platform"),
+        "part": ("part", ["re", "im"], "real and imaginary part"),
+    }
     return xr.Dataset(
         {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()},
-        coords={
-            "contact": [point.name for point in rig.points],
-            "side": ("contact", [point.side for point in rig.points]),
-            "axis": ["x", "y"],
-            "damper": ["x", "y", "rotation"],
-            "kind": ["stick", "slip", "open"],
-            "platform": ["left", "right"],
-            "part": ["re", "im"],
-        },
+        coords={name: (dim, values, {"units": "1", "long_name": words}) for name, (dim, values, words) in coordinates.items()},
         attrs={
             "title": rig.title or rig.damper.name,
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),

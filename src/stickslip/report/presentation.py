@@ -23,6 +23,7 @@ PRESENTATIONS = {
     "forced_response": "stickslip.report.responses",
     "response_bounds": "stickslip.report.responses",
     "response_samples": "stickslip.report.responses",
+    "damper_cycle": "stickslip.report.damper_cycle",
 }
 """Analysis: module with its PRESENTATION. A new analysis adds its line here."""
 

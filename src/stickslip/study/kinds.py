@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stickslip.study.analysis import Kind
+from stickslip.study.damper_cycle import DAMPER_CYCLE
 from stickslip.study.forced_response import FORCED_RESPONSE
 from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
 
@@ -10,6 +11,7 @@ KINDS: dict[str, Kind] = {
     "forced_response": FORCED_RESPONSE,
     "response_bounds": RESPONSE_BOUNDS,
     "response_samples": RESPONSE_SAMPLES,
+    "damper_cycle": DAMPER_CYCLE,
 }
 
 PROBLEM_KEYS = ("structure", "damping", "contact", "force", "dashpot", "base", "sweep")

@@ -34,7 +34,9 @@ class StudyTable(Table):
     """What the study is."""
 
     title: Annotated[str, Field(description="title of results and report")] = ""
-    analysis: Annotated[Literal["forced_response", "response_bounds", "response_samples"], Field(description="what to compute")]
+    analysis: Annotated[
+        Literal["forced_response", "response_bounds", "response_samples", "damper_cycle"], Field(description="what to compute")
+    ]
 
 
 class MatricesTable(Table):

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.checks import fault, nearest
 from stickslip.files import replacing, write_text
 from stickslip.rigs import three_mass_wedge
+from stickslip.study.damper_cycle import TEMPLATE as DAMPER_CYCLE
 from stickslip.study.model_template import write_model
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
@@ -199,6 +200,11 @@ def write_samples(path: Path) -> list[Path]:
     return [write_text(path, text)]
 
 
+def write_damper_cycle(path: Path) -> list[Path]:
+    """The laboratory damper between two platforms."""
+    return [write_text(path, DAMPER_CYCLE)]
+
+
 KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "forced_response": write_forced_response,
     "lumped": write_lumped,
@@ -206,6 +212,7 @@ KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "blisk": write_blisk,
     "bounds": write_bounds,
     "samples": write_samples,
+    "damper-cycle": write_damper_cycle,
 }
 
 

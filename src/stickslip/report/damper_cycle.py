@@ -1,0 +1,82 @@
+"""How a damper cycle is told: energy, rotation, states; one figure; a table by contact and the equivalent harmonic forces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from stickslip.plots.damper_cycle import damper_cycle
+from stickslip.report.presentation import Presentation
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.plots.files import Figures
+
+FAILED = ("not_steady", "not_converged", "jammed")
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """What came out."""
+    energy, rotation = 1e6 * float(dataset.loop_energy), 1e3 * float(dataset.rotation)
+    lines = [str(dataset.attrs["message"]), f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak"]
+    for contact in dataset.contact.values:
+        stick, slip, open_ = dataset.share.sel(contact=contact).values
+        lines.append(f"{contact}: stick {stick:.1%}, slip {slip:.1%}, open {open_:.1%} of the cycle")
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """The outcome, where there is no steady sliding cycle."""
+    return [str(dataset.attrs["message"])] if dataset.attrs["outcome"] in FAILED else []
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The cycle."""
+    return {"damper_cycle": damper_cycle}
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """By contact, by harmonic, and the cycle itself sample by sample."""
+    return {"contacts": _contacts(dataset), "harmonics": _harmonics(dataset), "cycle": _cycle(dataset)}
+
+
+def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
+    shares = {f"{kind} [%]": 100.0 * dataset.share.sel(kind=kind).values for kind in dataset.kind.values}
+    return pd.DataFrame(
+        {
+            "contact": [str(name) for name in dataset.contact.values],
+            "energy [µJ]": 1e6 * dataset.friction_work.values,
+            **shares,
+            "largest N [N]": dataset.normal_force.max("sample").values,
+            "smallest N [N]": dataset.normal_force.min("sample").values,
+        }
+    )
+
+
+def _harmonics(dataset: xr.Dataset) -> pd.DataFrame:
+    """Complex amplitudes of the forces on the platforms, F(t) = Re Σ F_h exp(ihωt)."""
+    columns: dict[str, np.ndarray] = {"harmonic": np.arange(dataset.sizes["harmonic"])}
+    for platform in dataset.platform.values:
+        for axis in dataset.axis.values:
+            for part in dataset.part.values:
+                column = dataset.force_harmonics.sel(platform=platform, axis=axis, part=part).values
+                columns[f"{platform} {axis} {part} [N]"] = column
+    return pd.DataFrame(columns)
+
+
+def _cycle(dataset: xr.Dataset) -> pd.DataFrame:
+    columns = {"phase [1]": dataset.phase.values}
+    for name, words in (("platform_motion", "platform {} [m]"), ("force_on_right", "force on right {} [N]")):
+        columns |= {words.format(axis): dataset[name].sel(axis=axis).values for axis in dataset.axis.values}
+    for contact in dataset.contact.values:
+        one = dataset.sel(contact=contact)
+        columns |= {f"T {contact} [N]": one.friction_force.values, f"N {contact} [N]": one.normal_force.values}
+        columns[f"state {contact} [1]"] = one.state.values
+    return pd.DataFrame(columns)
+
+
+PRESENTATION = Presentation("Damper cycle", sentences, failures, figures, tables)

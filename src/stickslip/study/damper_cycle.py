@@ -1,0 +1,178 @@
+"""The cycle of a damper in a study: the tables [damper], [motion] and [cycle], and what they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays
+from stickslip.analyses.damper_cycle import CycleWork
+from stickslip.checks import InputError, counted
+from stickslip.dampers import (
+    BetweenPlatforms,
+    CrossedCurvedFlat,
+    CurvedFlat,
+    Cylinder,
+    ElasticPlatform,
+    HalfCylinder,
+    PlatformMotion,
+    Shape,
+    ThreePoint,
+    Wedge,
+    elliptic,
+)
+from stickslip.study.analysis import Asked, Kind
+from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
+from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
+from stickslip.time.methods import GeneralisedAlpha, Method, Newmark
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHAPES: dict[str, type[Shape]] = {
+    "cylinder": Cylinder,
+    "half_cylinder": HalfCylinder,
+    "wedge": Wedge,
+    "curved_flat": CurvedFlat,
+    "three_point": ThreePoint,
+    "crossed_curved_flat": CrossedCurvedFlat,
+}
+
+
+class DamperTable(Table):
+    """The damper between its platforms. A list has one entry per line of contact: L1, L2, ... upwards, then the right ones."""
+
+    shape: Annotated[
+        Literal["cylinder", "half_cylinder", "wedge", "curved_flat", "three_point", "crossed_curved_flat"],
+        Field(description="what it looks like"),
+    ]
+    dimensions: Annotated[
+        dict[str, Any], Field(description="arguments of the shape, in SI and degrees; its defaults unless given")
+    ] = Field(default_factory=dict)
+    left_angle: Annotated[NotNegative, Field(lt=90, description="slope of the left platform in degrees")] = 45.0
+    right_angle: Annotated[NotNegative, Field(lt=90, description="slope of the right platform in degrees")] = 45.0
+    pull: Annotated[Positive, FORCE, Field(description="centrifugal force")]
+    kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
+    kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
+    mu: Annotated[NotNegatives, Field(description="friction coefficient, of each line or by line")]
+    platform_stiffness: Annotated[
+        Positive | None, STIFFNESS, Field(description="of the rig under the right platform, in x and y; rigid unless given")
+    ] = None
+
+    def rig(self, units: Units) -> BetweenPlatforms:
+        """The damper between its platforms, in SI."""
+        values = in_si(self, units)
+        try:
+            shape = SHAPES[self.shape](left_angle=self.left_angle, right_angle=self.right_angle, **self.dimensions)  # type: ignore[call-arg]
+        except TypeError as error:
+            raise InputError(f"dimensions must be arguments of the shape {self.shape!r}, but are not: {error}.") from None
+        k = values["platform_stiffness"]
+        right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])
+        damper = shape.damper(pull=values["pull"])
+        title = f"{self.shape.replace('_', ' ').capitalize()} damper, {values['pull']:g} N"
+        return BetweenPlatforms.macroslip(damper, values["kt"], values["kn"], values["mu"], right, title)
+
+
+class MotionTable(Table):
+    """Motion of the left platform: x = horizontal sin ωt, y = vertical sin(ωt + phase)."""
+
+    horizontal: Annotated[Number, LENGTH, Field(description="amplitude out of phase: the gap opens and closes")] = 0.0
+    vertical: Annotated[Number, LENGTH, Field(description="amplitude in phase: the platforms pass each other")] = 0.0
+    phase: Annotated[Number, Field(description="of the vertical motion before the horizontal one, in degrees")] = 0.0
+
+    def motion(self, units: Units) -> PlatformMotion:
+        """The motion in SI."""
+        values = in_si(self, units)
+        return elliptic(values["horizontal"], values["vertical"], self.phase)
+
+
+class CycleTable(Table):
+    """How to compute the cycle."""
+
+    together: ClassVar[tuple[tuple[str, str], ...]] = (("method", "frequency"),)
+
+    steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
+    tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
+    cycles: Annotated[int, Field(ge=1, description="the most")] = 100
+    method: Annotated[
+        Literal["generalised_alpha", "newmark"] | None, Field(description="with inertia, in time; quasi-static unless given")
+    ] = None
+    frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion in time")] = None
+
+    @property
+    def time_method(self) -> Method | None:
+        """The method in time."""
+        return {"generalised_alpha": GeneralisedAlpha(), "newmark": Newmark(), None: None}[self.method]
+
+
+@dataclass(frozen=True, eq=False)
+class CyclePlan:
+    """One steady cycle."""
+
+    rig: BetweenPlatforms
+    motion: PlatformMotion
+    cycle: CycleTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> CyclePlan:
+        """The plan of a study."""
+        damper, motion = asked.tables["damper"], asked.tables["motion"]
+        cycle = asked.tables.get("cycle") or CycleTable()
+        if not (isinstance(damper, DamperTable) and isinstance(motion, MotionTable) and isinstance(cycle, CycleTable)):
+            raise AssertionError("a sound study of a damper cycle has its tables")
+        plan = cls(damper.rig(asked.units), motion.motion(asked.units), cycle)
+        plan.motion.samples(cycle.steps)
+        return plan
+
+    @property
+    def summary(self) -> str:
+        return f"{self.rig.title}, {counted(len(self.rig.points), 'line')} of contact, {self.cycle.steps} steps a cycle"
+
+    @cached_property
+    def works(self) -> Mapping[str, CycleWork]:
+        table = self.cycle
+        return {
+            "": CycleWork(self.rig, self.motion, table.steps, table.time_method, table.frequency, table.tolerance, table.cycles)
+        }
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.works[""].gathered(results[""][0]).dataset
+
+
+DAMPER_CYCLE = Kind(
+    CyclePlan.of,
+    {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
+    required=("damper", "motion"),
+    on_problem=False,
+)
+
+TEMPLATE = """\
+# A damper alone between two platforms that move as prescribed: the laboratory damper with two feet and a cylinder.
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
+
+[study]
+title = "Three-point damper, in phase"
+analysis = "damper_cycle"
+
+[damper]
+shape = "three_point"             # or cylinder, half_cylinder, wedge, curved_flat, crossed_curved_flat
+dimensions = { foot_distance = 14e-3, radius = 5e-3 }  # of the shape, in m; its defaults for the rest
+left_angle = 45.0                 # slopes of the platforms in degrees
+right_angle = 45.0
+pull = 50.0                       # centrifugal force, N
+kt = 56e6                         # tangential stiffness, N/m; a number, or one entry for each line of contact
+kn = 84e6                         # normal stiffness, N/m
+mu = [0.40, 0.22, 0.32]           # friction of L1, L2 (the left feet, lower one first) and R
+
+[motion]
+vertical = 30e-6                  # in phase, m: the platforms pass each other; horizontal: out of phase; both with a phase
+
+[cycle]
+steps = 1000                      # of a cycle
+# method = "generalised_alpha"    # with inertia, in time; quasi-static without
+# frequency = 5.0                 # Hz, for a method in time
+"""
