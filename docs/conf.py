@@ -20,6 +20,7 @@ exclude_patterns = ["_build", "gallery", "variability_numbers.md"]
 html_theme = "furo"
 html_title = "stickslip"
 nitpicky = True
+nitpick_ignore = [("py:class", "collections.abc.Callable")]
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
