@@ -177,4 +177,6 @@ def reader_of(victims, kind):
     """The name of the format that reads a kind."""
     suffix = victims.paths[kind].suffix
     fitting = [form.name for form in FORMATS if suffix in form.endings]
+    if kind == "mat73":
+        return "MATLAB 7.3 file"
     return "mapping file" if kind == "mapping" else ("Matrix Market" if kind.startswith("matrix_market") else fitting[0])

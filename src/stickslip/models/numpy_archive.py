@@ -23,16 +23,21 @@ SPARSE = {"csc": sparse.csc_array, "csr": sparse.csr_array}
 
 def read(path: Path) -> Content:
     """Every array of the archive; those that hold no matrix only by name."""
+    found = arrays(path)
+    if {"format", "data", "shape"} <= set(found):
+        return Content("scipy.sparse archive", {"": _sparse(found)})
+    return from_tables("NumPy archive", found)
+
+
+def arrays(path: Path) -> dict[str, Any]:
+    """The arrays by name, each checked against the bytes that are there."""
     try:
         archive = zipfile.ZipFile(path)
     except zipfile.BadZipFile as error:
         raise fault("A .npz file", "must be a .npz archive", f"{path.name}: {error}", "Write it with numpy.savez.") from None
     with archive:
         members = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
-        arrays = {name: _array(archive, member) for name, member in members.items()}
-    if {"format", "data", "shape"} <= set(arrays):
-        return Content("scipy.sparse archive", {"": _sparse(arrays)})
-    return from_tables("NumPy archive", arrays)
+        return {name: _array(archive, member) for name, member in members.items()}
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
