@@ -53,9 +53,8 @@ def _assembled(parts: dict[str, Any]) -> dict[str, Any]:
 
 def _apart(name: str, value: Any) -> dict[str, Any]:
     """A value as arrays that a .npz file holds."""
-    if sparse.issparse(value):
-        matrix = sparse.csc_array(value)
-        return {f"{name}/{part}": np.asarray(getattr(matrix, part)) for part in PARTS}
+    if isinstance(value, sparse.csc_array):
+        return {f"{name}/{part}": np.asarray(getattr(value, part)) for part in PARTS}
     return {name: np.array(value, dtype=np.str_) if isinstance(value, list) else value}
 
 
