@@ -75,6 +75,8 @@ _HOME = {
     "performance_band": "stickslip.analyses.performance_band",
     "Design": "stickslip.analyses.design",
     "design_damper": "stickslip.analyses.design",
+    "WhatMatters": "stickslip.analyses.what_matters",
+    "what_matters": "stickslip.analyses.what_matters",
     "PeakPath": "stickslip.analyses.peak_path",
     "follow_peaks": "stickslip.analyses.peak_path",
     "force_plane": "stickslip.analyses.force_plane",
@@ -123,6 +125,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.response_history import ResponseHistory, response_history
     from stickslip.analyses.response_samples import ResponseSamples, response_samples
     from stickslip.analyses.time_response import time_response
+    from stickslip.analyses.what_matters import WhatMatters, what_matters
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.friction_disc import FrictionDisc

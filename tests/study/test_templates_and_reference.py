@@ -19,7 +19,9 @@ DOCS = Path(__file__).parents[2] / "docs"
 def test_templates_are_sound(tmp_path, kind):
     written = write_new(kind, tmp_path / "study.toml")
     assert all(path.is_file() for path in written)
-    assert read(tmp_path / "study.toml").sweep.problem.contacts
+    study = read(tmp_path / "study.toml")
+    assert study.plan.summary
+    assert study.sweep is None or study.sweep.problem.contacts
 
 
 def test_the_template_of_the_rig_is_sound(tmp_path):
@@ -68,7 +70,9 @@ def test_the_studies_in_the_documentation_are_sound(tmp_path):
     assert blocks
     for block in blocks:
         (tmp_path / "study.toml").write_text(block.split("```")[0])
-        assert read(tmp_path / "study.toml").sweep.problem.contacts
+        study = read(tmp_path / "study.toml")
+    assert study.plan.summary
+    assert study.sweep is None or study.sweep.problem.contacts
 
 
 def test_the_template_of_a_model_is_a_blade(tmp_path):

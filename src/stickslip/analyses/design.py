@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
@@ -92,17 +92,30 @@ def design_damper(
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
     from them; then a simplex search from the best allowed one, of at most `refinements` designs.
     """
-    bounds = _bounds(variables)
-    limits = dict(constraints or {})
-    conditions = _conditions(force, friction, friction_factor, objective, (starts, levels), (output, seed), (harmonics, samples))
-    for name, value, least in (("designs", designs, 4), ("generations", generations, 0), ("refinements", refinements, 0)):
-        if value < least:
-            raise fault(name, f"must be at least {least}", value)
-    unit = qmc.Sobol(len(bounds), seed=seed).random_base2((designs - 1).bit_length())[:designs]
-    points = tuple(tuple(float(v) for v in row) for row in _scaled(unit, bounds))
-    work = DesignWork(problem_of, tuple(bounds), points, conditions, tuple(limits.values()))
-    records = [_record(arrays) for arrays in all_cases(work, finished, workers, progress)]
-    return Design(_improved(work, bounds, records, tuple(limits), (generations, refinements, seed), progress))
+    counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
+    conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness)
+    for name, value in (("generations", generations), ("refinements", refinements)):
+        not_negative(name, value)
+    work = planned_design(problem_of, variables, conditions, constraints or {}, designs)
+    results = all_cases(work, finished, workers, progress)
+    return Design(finished_design(work, results, generations, refinements, progress))
+
+
+def planned_design(
+    problem_of: ProblemOf,
+    variables: Mapping[str, tuple[float, float]],
+    conditions: Conditions,
+    constraints: Mapping[str, Constraint],
+    designs: int,
+) -> DesignWork:
+    """The first look at a design space: points of a Sobol' sequence in the box of the variables."""
+    if designs < 4:
+        raise fault("designs", "must be at least 4", designs)
+    box = _box(variables)
+    low, high = np.array(box).T
+    unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
+    points = tuple(tuple(float(v) for v in row) for row in low + unit * (high - low))
+    return DesignWork(problem_of, tuple(variables), box, points, conditions, tuple(constraints), tuple(constraints.values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +124,15 @@ class DesignWork:
 
     problem_of: ProblemOf
     variables: tuple[str, ...]
+    box: tuple[tuple[float, float], ...]
     points: tuple[tuple[float, ...], ...]
     conditions: Conditions
+    limits: tuple[str, ...]
     constraints: tuple[Constraint, ...]
+
+    def at(self, point: Array) -> DesignWork:
+        """The work of one other design."""
+        return replace(self, points=(tuple(point.tolist()),))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -172,24 +191,21 @@ def _record(arrays: Arrays) -> _Record:
     return _Record(np.asarray(arrays["point"]), np.asarray(arrays["place"]), np.asarray(arrays["margins"]))
 
 
-def _improved(
+def finished_design(
     work: DesignWork,
-    bounds: Mapping[str, tuple[float, float]],
-    records: list[_Record],
-    limits: tuple[str, ...],
-    effort: tuple[int, int, int],
-    progress: Progress,
+    results: Sequence[Arrays],
+    generations: int,
+    refinements: int,
+    progress: Progress = lambda fraction, text: None,
 ) -> xr.Dataset:
     """Generations and a simplex from the sampled designs, then everything as a dataset."""
-    generations, refinements, seed = effort
-    low, high = (np.array([ends[k] for ends in bounds.values()]) for k in (0, 1))
+    records, seed = [_record(arrays) for arrays in results], work.conditions.seed
+    low, high = np.array(work.box).T
     sampled = len(records)
 
     def value(unit: Array) -> float:
         point = low + np.clip(unit, 0.0, 1.0) * (high - low)
-        records.append(
-            _record(DesignWork(work.problem_of, work.variables, (tuple(point),), *_rest(work)).solve(0, lambda f: None))
-        )
+        records.append(_record(work.at(point).solve(0, lambda fraction: None)))
         done = (len(records) - sampled) / max(refinements + generations * sampled, 1)
         progress(min(done, 1.0), f"design {len(records)}")
         return records[-1].penalised
@@ -206,16 +222,12 @@ def _improved(
         minimize(value, unit, method="Nelder-Mead", bounds=[(0.0, 1.0)] * low.size, options=options)  # type: ignore[call-overload]
     best = min(records, key=lambda record: record.penalised)
     if not best.allowed:
-        broken = [name for name, margin in zip(limits, best.margins, strict=True) if margin <= 0.0]
+        broken = [name for name, margin in zip(work.limits, best.margins, strict=True) if margin <= 0.0]
         raise InputError(
             f"At least one of {len(records)} designs must meet all constraints, but none does; the nearest breaks "
             f"{', '.join(broken) or 'none, but has no peak'}. Widen the variables or the constraints."
         )
-    return _dataset(work, (low, high), records, best, limits)
-
-
-def _rest(work: DesignWork) -> tuple[Conditions, tuple[Constraint, ...]]:
-    return work.conditions, work.constraints
+    return _dataset(work, records, best)
 
 
 def sensitivities(work: DesignWork, best: Array, size: float, span: Array, step: float = 0.02) -> NDArray[Any]:
@@ -231,12 +243,10 @@ def sensitivities(work: DesignWork, best: Array, size: float, span: Array, step:
     return np.array(slopes)
 
 
-def _dataset(
-    work: DesignWork, ends: tuple[Array, Array], records: Sequence[_Record], best: _Record, limits: tuple[str, ...]
-) -> xr.Dataset:
+def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.Dataset:
     import xarray as xr
 
-    conditions, (low, high) = work.conditions, ends
+    conditions, (low, high) = work.conditions, np.array(work.box).T
     units = "m per unit level" if conditions.per_force else "m"
     place = np.array([record.place for record in records])
     points = np.array([record.point for record in records])
@@ -248,7 +258,7 @@ def _dataset(
     def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
         return dims, values, {"units": unit, "long_name": words}
 
-    margins = np.array([record.margins for record in records]).reshape(len(records), len(limits))
+    margins = np.array([record.margins for record in records]).reshape(len(records), len(work.limits))
     data = {
         "value": described(("design", "variable"), points, "as given", "variables of the design"),
         "worst_peak": described("design", place[:, 0], units, "worst resonance amplitude"),
@@ -257,7 +267,6 @@ def _dataset(
         "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
         "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 for virgin contacts"),
         "failed": described("design", place[:, 5], "1", "conditions without a solved peak"),
-        "margin": described(("design", "constraint"), margins, "1", "least margin of each constraint; positive where it is met"),
         "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
         "optimum": described("variable", best.point, "as given", "the best design"),
         "optimum_peak": described((), size, units, "worst resonance amplitude of the best design"),
@@ -269,8 +278,10 @@ def _dataset(
     }
     coords = {
         "variable": described("variable", list(work.variables), "1", "variable of the design"),
-        "constraint": described("constraint", np.array(limits, dtype=np.str_), "1", "constraint"),
     }
+    if work.limits:
+        data["margin"] = described(("design", "constraint"), margins, "1", "least margin of each constraint; positive where met")
+        coords["constraint"] = described("constraint", list(work.limits), "1", "constraint")
     attrs: dict[str, Any] = {
         "title": "Design of a damper",
         "forces": list(conditions.forces),
@@ -280,39 +291,36 @@ def _dataset(
     return xr.Dataset(data, coords, attrs)
 
 
-def _bounds(variables: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+def _box(variables: Mapping[str, tuple[float, float]]) -> tuple[tuple[float, float], ...]:
     if not variables:
         raise InputError("variables must hold at least one, {name: (low, high)}, but is empty.")
-    for name, ends in variables.items():
-        if not finite(f"{name}, low", ends[0]) < finite(f"{name}, high", ends[1]):
-            raise fault(f"Variable {name!r}", "must be (low, high) with low below high", ends)
-    return {name: (float(ends[0]), float(ends[1])) for name, ends in variables.items()}
+    for name, (low, high) in variables.items():
+        if not finite(f"{name}, low", low) < finite(f"{name}, high", high):
+            raise fault(f"Variable {name!r}", "must be (low, high) with low below high", (low, high))
+    return tuple((float(low), float(high)) for low, high in variables.values())
 
 
-def _conditions(
+def conditions_of(
     force: tuple[float, float],
-    friction: float,
-    factor: float,
+    friction: tuple[float, float],
     objective: str,
     counts: tuple[int, int],
-    ints: tuple[int, int],
+    numbers: tuple[int, int],
     fineness: tuple[int, int],
 ) -> Conditions:
+    """The conditions of a design, checked. friction: nominal and factor; counts: start states and levels; numbers: output and
+    seed; fineness: harmonics and samples.
+    """
     low, high = (positive("force", level) for level in force)
-    mu, spread = positive("friction", friction), positive("friction_factor", factor)
-    (starts, levels), (output, seed) = counts, ints
+    mu, factor = positive("friction", friction[0]), positive("friction_factor", friction[1])
+    (starts, levels), (output, seed) = counts, numbers
     if low > high or (levels < 2 and low < high) or levels < 1:
         raise fault("force", "must be (low, high) with at least two levels between different ends", (force, levels))
-    if spread < 1.0:
+    if factor < 1.0:
         raise fault("friction_factor", "must be at least 1", factor)
     if objective not in ("amplitude", "amplitude_per_force"):
         raise fault("objective", "must be amplitude or amplitude_per_force", objective)
     not_negative("starts", starts)
     forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
-    frictions = (mu / spread**0.5, mu, mu * spread**0.5) if spread > 1.0 else (mu,)
+    frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
     return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fineness)
-
-
-def _scaled(unit: Array, bounds: Mapping[str, tuple[float, float]]) -> Array:
-    low, high = (np.array([ends[k] for ends in bounds.values()]) for k in (0, 1))
-    return np.asarray(low + unit * (high - low))

@@ -160,7 +160,7 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
     coords: dict[str, Any] = {
         "friction": ("case", list(work.frictions), {"units": "1", "long_name": "friction coefficient"}),
         "force_ratio": ("point", list(work.ratios), {"units": "1", "long_name": "F_C/F_E"}),
-        "contact": [contact.name for contact in work.problem.contacts],
+        "contact": ("contact", [contact.name for contact in work.problem.contacts], {"units": "1", "long_name": "contact"}),
     }
     attrs: dict[str, Any] = {"title": work.problem.title, "output": work.problem.output_names[work.output], "vary": work.vary}
     attrs |= {"harmonics": work.harmonics, "samples": work.samples}

@@ -23,6 +23,7 @@ FIGURES = {
     "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
     "PerformanceBand": "stickslip.plots.performance_curve:performance_band",
     "Design": "stickslip.plots.design:design_space",
+    "WhatMatters": "stickslip.plots.what_matters:tornado",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
     "TimeResponse": "stickslip.plots.time_response:last_period",

@@ -24,6 +24,8 @@ PRESENTATIONS = {
     "response_bounds": "stickslip.report.responses",
     "response_samples": "stickslip.report.responses",
     "damper_cycle": "stickslip.report.damper_cycle",
+    "performance_curve": "stickslip.report.performance",
+    "damper_design": "stickslip.report.design",
 }
 """Analysis: module with its PRESENTATION. A new analysis adds its line here."""
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from stickslip.study.analysis import Kind
 from stickslip.study.damper_cycle import DAMPER_CYCLE
+from stickslip.study.design import DAMPER_DESIGN
 from stickslip.study.forced_response import FORCED_RESPONSE
+from stickslip.study.performance import PERFORMANCE_CURVE
 from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
 
 KINDS: dict[str, Kind] = {
@@ -12,6 +14,8 @@ KINDS: dict[str, Kind] = {
     "response_bounds": RESPONSE_BOUNDS,
     "response_samples": RESPONSE_SAMPLES,
     "damper_cycle": DAMPER_CYCLE,
+    "performance_curve": PERFORMANCE_CURVE,
+    "damper_design": DAMPER_DESIGN,
 }
 
 PROBLEM_KEYS = ("structure", "damping", "contact", "force", "dashpot", "base", "sweep")

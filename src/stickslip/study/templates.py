@@ -161,6 +161,60 @@ points = 29                       # solve exactly at so many frequencies of the 
 # parameters = { a = 0.5, b = 0.5 }"""
 
 
+PERFORMANCE = """\
+# Performance curves: resonance amplitude and frequency against F_C/F_E, the pull on the damper over the excitation.
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
+
+[study]
+title = "Blade and wedge: performance curves"
+analysis = "performance_curve"
+
+[structure]
+rig = "blade_and_wedge"           # one blade mode and a wedge; or "two_semi_cylinders", "single_blade"
+
+[structure.parameters]            # arguments of the rig, in SI; leave one out for its default
+pull = 60.0                       # N, F_C
+platform_angle = 35.0             # degrees
+
+[sweep]
+frequency = [280.0, 390.0]        # Hz: the band in which resonances are sought
+harmonics = 5                     # highest harmonic H
+samples = 256                     # samples of a period
+
+[performance]
+force_ratio = [3.0, 100.0]        # F_C/F_E from, to
+points = 30                       # in equal ratios
+friction = [0.2, 0.4]             # coefficients put at every contact; leave out for those of the rig
+vary = "force"                    # the excitation changes; or "preload"
+check_every = 10                  # points between two full sweeps that look for new peaks
+"""
+
+DESIGN = """\
+# Design of a damper: the arguments of a rig that make its worst resonance least, over force, friction and start states.
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
+
+[study]
+title = "Blade and wedge: design"
+analysis = "damper_design"
+
+[design]
+rig = "blade_and_wedge"           # or "two_semi_cylinders", which takes minutes
+parameters = { kt = 8e5, kn = 1.2e6 }  # arguments that stay, in SI
+variables = { damper_mass = [0.02, 0.1], platform_angle = [15.0, 60.0] }  # kg, degrees
+acceleration = 3000.0             # m/s2: the pull follows the mass
+force = [5.0, 20.0]               # range of the force level
+levels = 2                        # force levels between them
+friction = 0.4                    # nominal; anything from 0.28 to 0.57 with
+friction_factor = 2.0             # from the least to the largest
+starts = 1                        # drawn start states beside virgin contacts
+no_jamming = "platform_angle"     # 1 - mu tan(angle) stays positive
+no_lift_off = true                # no contact point may open
+designs = 8                       # first look at the design space
+refinements = 8                   # designs of the search that follows
+samples = 128                     # of a period
+"""
+
+
 def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:
     """The study of the single-blade rig, as text."""
     return SINGLE_BLADE.format(preload_mass=float(preload_mass), force_levels=list(map(float, force_levels)), harmonics=harmonics)
@@ -213,6 +267,8 @@ KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "bounds": write_bounds,
     "samples": write_samples,
     "damper-cycle": write_damper_cycle,
+    "performance": lambda path: [write_text(path, PERFORMANCE)],
+    "design": lambda path: [write_text(path, DESIGN)],
 }
 
 

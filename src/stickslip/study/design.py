@@ -1,0 +1,135 @@
+"""Design of a damper in a study: the table [design], a rig whose parameters are the variables."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays, Work
+from stickslip.analyses.design import DesignWork, conditions_of, finished_design, planned_design
+from stickslip.analyses.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
+from stickslip.analyses.scaled_problem import with_friction
+from stickslip.checks import fault, nearest
+from stickslip.problem import Problem
+from stickslip.rigs import RIGS
+from stickslip.study.analysis import Asked, Kind
+from stickslip.study.fields import Positive, Table
+from stickslip.study.tables import Ends
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class DesignTable(Table):
+    """The variables of a rig that make its worst resonance least."""
+
+    rig: Annotated[str, Field(description="name of a ready problem")]
+    parameters: Annotated[dict[str, Any], Field(description="fixed arguments of the rig, in SI")] = Field(default_factory=dict)
+    variables: Annotated[dict[str, Ends], Field(min_length=1, description="{argument = [low, high]}")]
+    acceleration: Annotated[
+        Positive | None, Field(description="m/s²: the argument `pull` follows the argument `damper_mass` by this factor")
+    ] = None
+    force: Annotated[Ends, Field(description="[low, high] of the force level")]
+    levels: Annotated[int, Field(ge=2, description="force levels between them, in equal ratios")] = 3
+    friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
+    friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
+    starts: Annotated[int, Field(ge=0, description="drawn start states beside virgin contacts")] = 2
+    objective: Annotated[Literal["amplitude", "amplitude_per_force"], Field(description="what is least")] = "amplitude"
+    no_jamming: Annotated[
+        str | None, Field(description="the argument that holds the platform angle in degrees: 1 − μ tan α stays positive")
+    ] = None
+    no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
+    largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
+    designs: Annotated[int, Field(ge=4, description="points of the first look at the design space")] = 16
+    generations: Annotated[int, Field(ge=0, description="of differential evolution from them")] = 0
+    refinements: Annotated[int, Field(ge=0, description="designs of the simplex search that follows")] = 20
+    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+    harmonics: Annotated[int, Field(ge=1, le=1000, description="H")] = 3
+    samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
+
+    @property
+    def constraints(self) -> dict[str, Constraint]:
+        """The constraints by name."""
+        found: dict[str, Constraint] = {}
+        if self.no_jamming is not None:
+            found["no jamming"] = NoJamming(self.no_jamming)
+        if self.no_lift_off:
+            found["no lift-off"] = NoLiftOff()
+        if self.largest_force is not None:
+            found["largest force"] = LargestForce(self.largest_force)
+        return found
+
+
+@dataclass(frozen=True)
+class RigDesign:
+    """The problem of a design: a rig with some arguments fixed and its friction set."""
+
+    rig: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    acceleration: float | None = None
+
+    def __call__(self, *, friction: float, **variables: float) -> Problem:
+        given = {**self.parameters, **variables}
+        if self.acceleration is not None:
+            given["pull"] = self.acceleration * given["damper_mass"]
+        return with_friction(RIGS[self.rig](**given), friction)
+
+
+def known(table: DesignTable) -> None:
+    """The rig and its arguments exist, and ends of variables are in order."""
+    if table.rig not in RIGS:
+        raise fault("rig", "must be a known one", table.rig, nearest(table.rig, RIGS))
+    arguments = inspect.signature(RIGS[table.rig]).parameters
+    for name in (*table.parameters, *table.variables):
+        if name not in arguments:
+            raise fault("An argument of the rig", "must be a known one", name, nearest(name, arguments))
+    for name, (low, high) in table.variables.items():
+        if low >= high:
+            raise fault(f"variables, {name}", "must be [low, high] with low below high", [low, high])
+    given = {**table.parameters, **table.variables}
+    if table.acceleration is not None and ("damper_mass" not in given or "pull" not in arguments):
+        raise fault("acceleration", "must go with damper_mass and a rig with an argument pull", table.acceleration)
+    if table.no_jamming is not None and table.no_jamming not in table.variables:
+        raise fault("no_jamming", "must name a variable", table.no_jamming, nearest(table.no_jamming, table.variables))
+
+
+@dataclass(frozen=True, eq=False)
+class DesignPlan:
+    """The design space, then the search from its best designs."""
+
+    table: DesignTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> DesignPlan:
+        """The plan of a study."""
+        return cls(DesignTable.model_validate(asked.tables["design"]))
+
+    @property
+    def summary(self) -> str:
+        table = self.table
+        return f"{table.designs} designs of {', '.join(table.variables)}, then up to {table.refinements} more"
+
+    @cached_property
+    def work(self) -> DesignWork:
+        table = self.table
+        maker = RigDesign(table.rig, table.parameters, table.acceleration)
+        bounds = {name: (ends[0], ends[1]) for name, ends in table.variables.items()}
+        ends, friction = (table.force[0], table.force[1]), (table.friction, table.friction_factor)
+        counts, fineness = (table.starts, table.levels), (table.harmonics, table.samples)
+        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness)
+        return planned_design(maker, bounds, conditions, table.constraints, table.designs)
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return finished_design(self.work, results[""], self.table.generations, self.table.refinements)
+
+
+DAMPER_DESIGN = Kind(DesignPlan.of, {"design": DesignTable}, ("design",), {"design": known}, on_problem=False)

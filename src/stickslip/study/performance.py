@@ -1,0 +1,85 @@
+"""Performance curves in a study: the table [performance] and what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays, Work
+from stickslip.analyses.performance_curve import gathered
+from stickslip.analyses.performance_work import PerformanceWork
+from stickslip.checks import InputError, fault
+from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.fields import NotNegative, Positive, Table
+from stickslip.study.forced_response import sweep_of
+from stickslip.study.tables import Ends
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class PerformanceTable(Table):
+    """The resonance against F_C/F_E, for one or several friction coefficients; sought in the band of [sweep]."""
+
+    force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
+    points: Annotated[int, Field(ge=2, description="values of F_C/F_E, in equal ratios")] = 40
+    friction: Annotated[
+        list[NotNegative] | None,
+        Field(min_length=1, description="coefficients of all contacts; those of the problem unless given"),
+    ] = None
+    vary: Annotated[Literal["force", "preload"], Field(description="which of the two forces changes")] = "force"
+    pull: Annotated[Positive | None, Field(description="F_C of the problem, N; its largest static force unless given")] = None
+    check_every: Annotated[int, Field(ge=1, description="points between two full sweeps that look for new peaks")] = 10
+
+
+def ordered(table: PerformanceTable) -> None:
+    """What the model of the table cannot check."""
+    low, high = table.force_ratio
+    if low >= high:
+        raise fault("force_ratio", "must be [low, high] with low below high", table.force_ratio)
+
+
+@dataclass(frozen=True, eq=False)
+class PerformancePlan:
+    """A performance curve for each friction coefficient."""
+
+    sweep: Sweep
+    table: PerformanceTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> PerformancePlan:
+        """The plan of a study."""
+        sweep = sweep_of(asked)
+        if isinstance(sweep.frequencies, tuple):
+            raise InputError("[sweep]: a performance curve must have a band, frequency = [start, stop], but has a list.")
+        return cls(sweep, PerformanceTable.model_validate(asked.tables["performance"]))
+
+    @property
+    def summary(self) -> str:
+        curves = len(self.table.friction or [0])
+        low, high = self.table.force_ratio
+        return f"{self.sweep.summary}; {curves} performance curves of {self.table.points} points, F_C/F_E {low:g} to {high:g}"
+
+    @cached_property
+    def work(self) -> PerformanceWork:
+        table, base = self.table, self.sweep.forced_response()
+        ratios = tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
+        frictions = (np.nan,) if table.friction is None else tuple(table.friction)
+        band = (min(base.frequencies), max(base.frequencies))
+        settings = (frictions, table.vary, band, table.pull, 0, table.check_every, base.harmonics, base.samples)
+        return PerformanceWork(self.sweep.problem, ratios, *settings)
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return gathered(self.work, results[""]).dataset
+
+
+PERFORMANCE_CURVE = Kind(PerformancePlan.of, {"performance": PerformanceTable}, ("performance",), {"performance": ordered})
