@@ -30,7 +30,7 @@ def test_all_variance_belongs_to_the_only_parameter_that_acts():
         return ss.rigs.single_mass(damping=damping, kt=0.5, limit=limit)
 
     found = ss.what_matters(
-        rig, {"damping": (0.01, 0.02), "limit": (500.0, 900.0)}, BAND, draws=8, harmonics=1, samples=64
+        rig, {"damping": (0.01, 0.02), "limit": (500.0, 900.0)}, BAND, draws=64, harmonics=1, samples=64
     ).dataset
     assert float(found.total[1, 0]) == pytest.approx(0.0, abs=1e-6)
     assert float(found.total[0, 0]) > 0.8

@@ -69,7 +69,7 @@ def what_matters(
     problem_of(**values) makes the problem; parameters: {name: (low, high)}, anything the problem depends on: kt, kn, μ, preload,
     or a start state (a slider offset in m). draws: a power of two; draws (parameters + 2) problems are solved, each from the
     nearest one known. d ln|X_1| at the middle is exact, by the implicit function theorem: at a peak the frequency drops out.
-    Source: A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, as in `scipy.stats.sobol_indices`.
+    Source: A. Saltelli et al., Computer Physics Communications 181 (2010) 259, as in `scipy.stats.sobol_indices`.
     """
     box = {name: (finite(f"{name}, low", low), finite(f"{name}, high", high)) for name, (low, high) in parameters.items()}
     if not box or any(low >= high for low, high in box.values()):

@@ -18,7 +18,7 @@ from stickslip.checks import fault, nearest
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.study.analysis import Asked, Kind
-from stickslip.study.fields import Positive, Table
+from stickslip.study.fields import Positive, Table, Words
 from stickslip.study.tables import Ends
 
 if TYPE_CHECKING:
@@ -30,7 +30,9 @@ class DesignTable(Table):
 
     rig: Annotated[str, Field(description="name of a ready problem")]
     parameters: Annotated[dict[str, Any], Field(description="fixed arguments of the rig, in SI")] = Field(default_factory=dict)
-    variables: Annotated[dict[str, Ends], Field(min_length=1, description="{argument = [low, high]}")]
+    variables: Annotated[
+        dict[str, Ends], Field(min_length=1, description="{argument = [low, high]}"), Words("table of pairs of numbers")
+    ]
     acceleration: Annotated[
         Positive | None, Field(description="m/s²: the argument `pull` follows the argument `damper_mass` by this factor")
     ] = None
