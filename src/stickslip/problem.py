@@ -151,6 +151,17 @@ class Problem:
         return LinearSystem(self.structure.M, self.C, stiffness, self.B, self.output_rows)
 
     @property
+    def falls_apart(self) -> bool:
+        """Whether the structure consists of waves that it does not couple, `waves`."""
+        return False
+
+    def waves(self, harmonic: int) -> Sequence[tuple[NDArray[np.complex128], LinearSystem]]:
+        """The uncoupled waves that make up a harmonic's structure: each sector's share of a wave (sectors,) and the wave's own
+        small system; q of all sectors is their sum.
+        """
+        return [(np.ones(1, dtype=complex), self.system(harmonic))]
+
+    @property
     def repeats(self) -> int:
         """After how many delays of one sector against the next the motion repeats itself; 1 without cyclic symmetry."""
         return 1

@@ -46,7 +46,7 @@ class LinearPart(Protocol):
 
 def linear_part(problem: Problem, harmonics: int) -> LinearPart:
     """The cheapest linear part that is accurate for this problem."""
-    if problem.differs_by_harmonic:
+    if problem.differs_by_harmonic or problem.falls_apart:
         return PhasedPart(problem, harmonics)
     try:
         decoupled = states(problem.structure.M, problem.C, problem.stuck_stiffness)

@@ -6,6 +6,7 @@ Per harmonic G'(s) = B (K + BᴴK_cB + s C + s² M)⁻¹ Bᴴ with complex Hermi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,7 +49,8 @@ class PhasedPart:
         static, full = (complex_harmonics(problem.load(harmonics, level)) for level in (0.0, 1.0))
         waves: dict[int, WaveStates] = {}
         for h in range(harmonics + 1):
-            waves.setdefault(problem.wave(h), wave_states(problem.system(h)))
+            if problem.wave(h) not in waves:
+                waves[problem.wave(h)] = wave_sum(problem.waves(h))
         self.states = [waves[problem.wave(h)] for h in range(harmonics + 1)]
         self.static = [state.drive @ static[:, h] for h, state in enumerate(self.states)]
         self.dynamic = [state.drive @ (full - static)[:, h] for h, state in enumerate(self.states)]
@@ -99,6 +101,19 @@ class PhasedPart:
         """Motion of "shape" or "output" under the loads of the states, (.., H+1)."""
         gains = [state.gains(1j * h * omega, 1j * h)[0] for h, state in enumerate(self.states)]
         return np.stack([getattr(s, place) @ (g * p) for s, g, p in zip(self.states, gains, loads, strict=True)], axis=1)
+
+
+def wave_sum(waves: Sequence[tuple[Complex, LinearSystem]]) -> WaveStates:
+    """The states of all waves together: motion turn ⊗ z of the sectors for motion z of a wave."""
+    parts = [(turn[:, None], wave_states(system)) for turn, system in waves]
+    return WaveStates(
+        np.hstack([np.kron(turn, part.output) for turn, part in parts]),
+        np.vstack([np.kron(turn.conj().T, part.drive) for turn, part in parts]),
+        np.hstack([part.shape for _, part in parts]),
+        np.vstack([part.receiver for _, part in parts]),
+        np.concatenate([part.p for _, part in parts]),
+        np.concatenate([part.q for _, part in parts]),
+    )
 
 
 def wave_states(system: LinearSystem) -> WaveStates:
