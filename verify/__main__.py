@@ -29,6 +29,7 @@ TOPICS = (
     "variability",
     "hostile_input",
     "disks",
+    "damper_cycle",
 )
 
 
