@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from hashlib import sha256
 from math import gcd
 
 import numpy as np
@@ -123,7 +124,13 @@ class TunedDisk(Problem):
 
     @cached_property
     def fingerprint(self) -> str:
-        return f"{super().fingerprint} EO {self.engine_order} of {self.sectors}"
+        """As of any problem, with the matrices of every nodal diameter and the engine order."""
+        digest = sha256(super().fingerprint.encode())
+        disk = self.disk
+        for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.relative_rows(1)):
+            digest.update(b"" if waves is None else np.ascontiguousarray(waves).tobytes())
+        digest.update(f"engine order {self.engine_order} of {self.sectors}".encode())
+        return digest.hexdigest()[:16]
 
     def with_engine_order(self, engine_order: int) -> TunedDisk:
         """A copy under another engine order."""

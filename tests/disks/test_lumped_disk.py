@@ -1,5 +1,7 @@
 """The lumped disk: one sector against all sectors, and against numbers of an independent script of this project."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -98,6 +100,15 @@ def test_start_states_travel_with_the_disk():
     assert harmonics_of(*solved(disk.full([1]), frequency, 0.5)) == pytest.approx(one, rel=1e-9)
     with pytest.raises(InputError, match="traction ratio"):
         lumped_blisk(sectors=6, start=TractionRatio(0.5)).full()
+
+
+def test_disks_that_differ_beyond_nodal_diameter_0_are_told_apart():
+    disk = lumped_blisk(sectors=6)
+    ring = np.zeros_like(disk.disk.stiffnesses)
+    ring[1:, 0, 0] = 1e6
+    stiffer = replace(disk, structure=replace(disk.structure, stiffnesses=disk.disk.stiffnesses + ring))
+    names = {other.fingerprint for other in (disk, lumped_blisk(sectors=6), stiffer, disk.with_engine_order(3))}
+    assert len(names) == 3
 
 
 def test_time_integration_asks_for_the_full_disk():
