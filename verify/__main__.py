@@ -27,6 +27,7 @@ TOPICS = (
     "wedge",
     "single_blade",
     "variability",
+    "performance",
     "hostile_input",
     "disks",
     "damper_cycle",

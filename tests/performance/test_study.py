@@ -2,7 +2,10 @@
 
 import pytest
 
+import stickslip as ss
 from stickslip.checks import InputError
+from stickslip.report.presentation import presentation_of
+from stickslip.results import open_results, save, stamped
 from stickslip.study import read
 from stickslip.study.templates import write_new
 
@@ -47,3 +50,31 @@ def test_plan_of_a_design(tmp_path):
 def test_faults_of_studies_are_said(tmp_path, kind, before, after, words):
     with pytest.raises(InputError, match=words):
         read(changed(tmp_path, kind, before, after))
+
+
+def test_performance_curves_are_told_after_a_round_trip_to_disk(tmp_path):
+    curve = ss.performance_curve(ss.rigs.single_mass(kt=0.5), [0.8, 1.5, 4.0, 90.0], friction=[0.5, 1.0], harmonics=1, samples=64)
+    path = save(stamped(curve.dataset, "performance_curve"), tmp_path / "results.nc")
+    told = presentation_of(dataset := open_results(path))
+    assert "friction 0.5: lowest resonance" in told.sentences(dataset)[0]
+    assert told.failures(dataset) == []
+    assert len(told.tables(dataset)["performance curves"]) == 8
+    assert {name: len(draw(dataset).axes) for name, draw in told.figures(dataset).items()} == {
+        "performance_curve": 3,
+        "performance_inertance": 3,
+        "dissipation": 1,
+    }
+
+
+def test_a_design_is_told_after_a_round_trip_to_disk(tmp_path):
+    def mass(*, friction: float, load: float) -> ss.Problem:
+        return ss.rigs.single_mass(damping=0.01, kt=0.5, limit=load * friction)
+
+    effort = {"levels": 1, "starts": 0, "designs": 4, "refinements": 2, "harmonics": 1, "samples": 64}
+    limits = {"load": lambda trial: 1.0 - trial.variables["load"] / 6.0}
+    design = ss.design_damper(mass, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, constraints=limits, **effort)
+    path = save(stamped(design.dataset, "damper_design"), tmp_path / "results.nc")
+    told = presentation_of(dataset := open_results(path))
+    assert "worst resonance of the best design" in told.sentences(dataset)[0]
+    assert len(told.tables(dataset)["designs"]) == dataset.sizes["design"]
+    assert told.figures(dataset)["design_space"](dataset).axes

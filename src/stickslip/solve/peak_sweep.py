@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -31,12 +32,11 @@ def swept_summits(
     solves = 0
     for k in tops:
         ascent = Ascent(balance, output)
-        try:
-            found.append((k, ascent.from_solved(points[k].evaluation)))
-        except NoSummitError:
-            continue
-        finally:
-            solves += ascent.solves
+        for beside in (k, k + 1, k - 1):
+            with suppress(NoSummitError):
+                found.append((k, ascent.from_solved(points[beside].evaluation)))
+                break
+        solves += ascent.solves
     inside = [(k, summit) for k, summit in found if band[0] < summit.omega < band[1]]
     return _prominent(inside, sizes), len(points), solves
 

@@ -24,6 +24,9 @@ FREQUENCY_SCALE = 0.05
 """Relative change of frequency that counts as much as a change of the motion by its own size."""
 
 STRIDE, TRIALS, NARROWEST = 0.7, 40, 1e-7
+DETOURS = (1.0, 0.6, 1.7)
+"""A place may lie on a cusp where Newton's method fails: others, as shares of the step."""
+
 FLATTEST = 0.05
 """Relative curvature that a top is taken to have before two slopes have told it."""
 SHARPEST = 10.0
@@ -168,14 +171,20 @@ class Ascent:
             if self._done(below, above, best, bend, len(samples) > 1):
                 return self._summit(below, above, best, bend, plane)
             s = _next(below, above, bend, trial, np.sqrt(2.0 * self.tolerance))
-            nearest = min(samples, key=lambda sample: abs(sample.s - s))
-            evaluation = self._corrected(_moved(nearest, s), plane.at(s))
-            if evaluation is None:
-                raise NoSummitError("Newton's method failed beside the peak.")
-            samples = sorted([*samples, self._sample(evaluation, plane, s)], key=lambda sample: sample.s)
+            samples = sorted([*samples, self._solved(samples, plane, s)], key=lambda sample: sample.s)
             if abs(s) > 6.0:
                 raise NoSummitError("The curve rises without a peak.")
         raise NoSummitError("The search for the peak did not end.")
+
+    def _solved(self, samples: list[_Sample], plane: Plane, s: float) -> _Sample:
+        """The sample at arc length s, or a little nearer or farther where Newton's method fails there."""
+        beside = min(samples, key=lambda sample: abs(sample.s - s))
+        for stretch in DETOURS:
+            place = beside.s + stretch * (s - beside.s)
+            evaluation = self._corrected(_moved(beside, place), plane.at(place))
+            if evaluation is not None:
+                return self._sample(evaluation, plane, place)
+        raise NoSummitError("Newton's method failed beside the peak.")
 
     def _done(self, below: _Sample | None, above: _Sample | None, best: _Sample, bend: float, several: bool) -> bool:
         """Whether slopes foretell no gain: of the best sample by the curvature, or of the bracket by its tangents."""

@@ -1,0 +1,99 @@
+"""Performance curves: one mass against closed forms, the peak following against full sweeps, and what following costs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance_curve import performance_curve
+from stickslip.rigs import single_blade, single_mass
+from stickslip.solve.newton import correct
+from stickslip.units import hertz, logspace, radians_per_second
+from verify.one_mass import KD, exact_peak
+from verify.row import CLOSED, INDEPENDENT, Row, absolute, at_most, relative
+
+TITLE = "Performance curves"
+ABOUT = (
+    "One mass with one Jenkins element, one harmonic, 8192 samples, its peaks followed over F_C/F_E. Single blade, 4.6 kg, H 5, "
+    "256 samples, 60 values of F_C/F_E from 0.4 to 100: the highest peak against full sweeps, and calls of Newton's method "
+    "against those of a forced response with solved peaks over the same band."
+)
+
+
+def rows() -> Iterator[Row]:
+    yield from damped()
+    yield from undamped()
+    yield from rig()
+
+
+def damped() -> Iterator[Row]:
+    ratios = (0.2, 0.8, 1.2, 1.5, 3.0, 10.0, 50.0)
+    curve = performance_curve(single_mass(damping=0.01, kt=KD), ratios, harmonics=1, samples=8192)
+    for ratio, found in zip(ratios, curve.dataset.amplitude_per_force.values[0], strict=True):
+        yield relative(
+            f"μF_C/F_E = {ratio:g}: followed peak", found, exact_peak(ratio), 1e-6, f"{CLOSED} of one harmonic, maximised"
+        )
+    best = performance_curve(single_mass(damping=0.01, kt=KD), logspace(0.5, 5.0, 15), harmonics=1, samples=8192).optimum()
+    yield relative("Lowest peak", best["optimum_amplitude_per_force"], 5.870724, 1e-6, INDEPENDENT)
+    yield absolute("Optimum μF_C/F_E", best["optimum_ratio"], 1.47424, 2e-3, INDEPENDENT)
+    scaled = np.array([0.9, 1.5, 4.0])
+    pair = [performance_curve(single_mass(damping=0.01, kt=KD), scaled / mu, mu, harmonics=1, samples=8192) for mu in (0.3, 0.6)]
+    gap = np.max(np.abs(pair[0].dataset.amplitude_per_force.values / pair[1].dataset.amplitude_per_force.values - 1.0))
+    yield at_most("Spread of two friction coefficients over μF_C/F_E", float(gap), 1e-6, "one mass depends on μF_C/F_E alone")
+
+
+def undamped() -> Iterator[Row]:
+    ratios = np.array([1.0, pi / 2.0, 2.0, 5.0])
+    curve = performance_curve(
+        single_mass(damping=0.0, kt=KD), ratios, harmonics=1, samples=8192, band=radians_per_second(0.8, 1.35)
+    )
+    for ratio, found in zip(ratios, curve.dataset.amplitude_per_force.values[0], strict=True):
+        exact = ratio**2 / (KD * (ratio - pi / 4.0))
+        yield relative(f"Undamped, μF_C/F_E = {ratio:.5g}: Fc²/(kd (Fc − πF/4))", found, exact, 1e-6, CLOSED)
+    yield relative(
+        "Undamped optimum: frequency √(k + kd/2)", 2.0 * pi * float(curve.dataset.frequency[0, 1]), sqrt(1.25), 1e-3, CLOSED
+    )
+
+
+def rig() -> Iterator[Row]:
+    problem, ratios = single_blade(), logspace(0.4, 100.0, 60)
+    with counted() as following:
+        curve = performance_curve(problem, ratios, band=hertz(380.0, 600.0)).dataset
+    pull, spent, gaps = float(curve.pull[0]), [], []
+    for k in range(0, 60, 6):
+        with counted() as sweep:
+            peaks = forced_response(problem, hertz(380.0, 600.0), pull / ratios[k]).peaks()
+        spent.append(sweep())
+        gaps.append(float(curve.amplitude[0, k]) / float(peaks.amplitude.max()) - 1.0)
+    each = float(np.mean(spent))
+    yield at_most("Single blade: largest gap to ten forced responses", float(np.max(np.abs(gaps))), 1e-3, "cusps of 256 samples")
+    share = float(curve.solves[0]) / 60.0 / each
+    yield at_most("Single blade: solutions of following, per one of sweeping", share, 1.0 / 20.0, "twenty times fewer")
+    whole = following() / 60.0 / each
+    yield at_most("The same with the optimum and the sweeps that check it", whole, 1.0 / 10.0, "measured")
+
+
+@contextmanager
+def counted() -> Iterator[Callable[[], int]]:
+    """Calls of Newton's method inside the block, wherever it was imported to."""
+    calls = [0]
+
+    def counting(*arguments: Any, **options: Any) -> Any:
+        calls[0] += 1
+        return correct(*arguments, **options)
+
+    users = [module for module in list(sys.modules.values()) if getattr(module, "correct", None) is correct]
+    users = [module for module in users if module.__name__.startswith("stickslip.")]
+    for module in users:
+        module.correct = counting  # type: ignore[attr-defined]
+    try:
+        yield lambda: calls[0]
+    finally:
+        for module in users:
+            module.correct = correct  # type: ignore[attr-defined]
