@@ -54,6 +54,7 @@ class Problem:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         unique("Names of contacts", [contact.name for contact in self.contacts])
+        unique("Names of outputs", self.output_names)
         storable("The title", self.title)
         if not self.outputs:
             raise fault("outputs", "must name at least one degree of freedom", "none")

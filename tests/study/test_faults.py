@@ -109,6 +109,8 @@ ONE_CHANGE = [
     ('["1.x", "ground"]', '["1.x", "ground"]\nname = "a\\u0000b"', "must hold no control characters, but is 'a\\x00b'"),
     ("[study]", '[study]\ntitle = "a\\u0000b"', "title must hold no control characters, but is 'a\\x00b'"),
     ('"2.x"]\n[[', '"2.\\u0001x"]\n[[', "A name in dofs must hold no control characters"),
+    ('outputs = ["2.x"]', 'outputs = ["2.x", "2.x"]', "Names of outputs must be unique, but is ['2.x']"),
+    ('at = "2.x"', 'at = "ground"', "[[force]] 1: at: must be a degree of freedom, which moves, but is 'ground'."),
     ("[study]", "[study", "must be valid TOML, but is not"),
     ("[study]", "study = 3\n[studies]", "[study]: The table must be a table, but is 3"),
 ]

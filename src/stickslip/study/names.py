@@ -24,11 +24,12 @@ class Names:
 
     def faults(self, document: Mapping[str, Any]) -> list[str]:
         """Every name in the document that does not exist."""
-        return [
-            f"{place}: degree of freedom {name!r} does not exist. {nearest(name, [*self.lever, GROUND])}"
-            for place, name in names_in(document)
-            if name not in self.lever
-        ]
+        return [f"{place}: {self._fault(name)}" for place, name in names_in(document) if name not in self.lever]
+
+    def _fault(self, name: str) -> str:
+        if name == GROUND:
+            return f"must be a degree of freedom, which moves, but is {name!r}."
+        return f"degree of freedom {name!r} does not exist. {nearest(name, [*self.lever, GROUND])}"
 
 
 def dofs_in(document: Mapping[str, Any]) -> list[str]:
