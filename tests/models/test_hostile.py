@@ -88,11 +88,21 @@ def mat(path, rows):
     path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + element(14, b"".join(parts)))
 
 
+def hdf5(path):
+    """A version 7.3 file whose matrix claims 10^12 entries and stores none."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        file.create_dataset("M", shape=(10**6, 10**6), dtype="f8", chunks=(1000, 1000))
+        file["K"] = np.eye(2)
+
+
 T = 10**12
 CLAIMS = {
     "npz": ("a.npz", lambda path: archive(path, (T, T))),
     "npz with negative": ("a.npz", lambda path: archive(path, (-1, T))),
     "mat": ("a.mat", lambda path: mat(path, 2**30)),
+    "mat 7.3": ("a.mat", hdf5),
     "matrix market": ("a_K.mtx", f"%%MatrixMarket matrix coordinate real general\n{T} {T} {T}\n1 1 1.0\n"),
     "matrix market, rows": ("a_K.mtx", f"%%MatrixMarket matrix coordinate real general\n{T} {T} 1\n1 1 1.0\n"),
     "matrix market, array": ("a_K.mtx", f"%%MatrixMarket matrix array real symmetric\n{T} {T}\n1.0\n"),
