@@ -84,6 +84,8 @@ _HOME = {
     "damper_cycle": "stickslip.analyses.damper_cycle",
     "steady_cycles": "stickslip.analyses.damper_cycle",
     "damper_evolution": "stickslip.analyses.damper_cycle",
+    "harmonic_cycle": "stickslip.analyses.harmonic_cycle",
+    "blade_with_routine": "stickslip.analyses.damper_routine",
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
@@ -111,10 +113,12 @@ if TYPE_CHECKING:
     from stickslip import dampers, rigs, units
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
     from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle, damper_evolution, steady_cycles
+    from stickslip.analyses.damper_routine import blade_with_routine
     from stickslip.analyses.design import Design, design_damper
     from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
+    from stickslip.analyses.harmonic_cycle import harmonic_cycle
     from stickslip.analyses.identification import Identification, identify
     from stickslip.analyses.loop_law import ContactLoop, identify_law
     from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters

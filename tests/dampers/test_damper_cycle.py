@@ -14,6 +14,9 @@ import pytest
 from stickslip.analyses.damper_cycle import cycle_forces, damper_cycle, damper_evolution, steady_cycles
 from stickslip.analyses.harmonic_cycle import harmonic_cycle
 from stickslip.checks import InputError
+from stickslip.contact.iwan import Iwan
+from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.spectrum import Parabolic
 from stickslip.dampers import SHAPES, Shape, ThreePoint
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
@@ -243,3 +246,18 @@ def test_harmonic_balance_gives_the_same_cycle(motion, amplitude):
         balance = harmonic_cycle(rig, moved, 5.0, harmonics)
         assert balance.energy == pytest.approx(steps.energy, rel=4e-4)
         np.testing.assert_allclose(balance.force_on_right[:, 1:3], first, atol=tolerance * np.abs(first).max())
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_contacts_that_slip_piece_by_piece(motion):
+    """Iwan's law in the damper: with uniform pressure it is macroslip; else its loop energy is still friction work."""
+    shape = ThreePoint().damper(pull=50.0)
+    plain, uniform, line = (
+        damper_cycle(BetweenPlatforms(shape, (law,) * 3), MOTIONS[motion](2e-6), steps=500)
+        for law in (Macroslip(KT, 0.2, KN), Iwan(KT, 0.2, KN, spectrum=Parabolic(1.0)), Iwan(KT, 0.2, KN, count=8))
+    )
+    assert uniform.energy == pytest.approx(plain.energy, rel=1e-9)
+    assert line.outcome == CycleOutcome.STEADY
+    assert line.dataset.energy_error < 2e-3
+    assert line.energy == pytest.approx(plain.energy, rel=0.1)
+    assert line.energy != pytest.approx(plain.energy, rel=1e-4)
