@@ -20,17 +20,23 @@ from stickslip.solve.newton import Correction, correct, fixed
 
 @dataclass(frozen=True)
 class StepControl:
-    """Steps in arc length: first, smallest, largest; above `patient` Newton may take steps that reduce nothing, over a kink.
+    """Steps in arc length: first, smallest, largest; one may exceed the last `growth` times, below `short` `recovery` times.
 
-    error: the prediction error aimed at; cosine: the sharpest turn accepted in one step; points: the most of them.
+    patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
+    iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
+    accepted in one step; points: the most of them.
     """
 
     first: float = 0.1
     smallest: float = 1e-6
-    patient: float = 5e-3
     largest: float = 0.6
+    growth: float = 2.0
+    short: float = 0.1
+    recovery: float = 5.0
+    patient: tuple[float, float] = (5e-3, 0.1)
+    iterations: int = 7
     error: float = 0.03
-    cosine: float = 0.6
+    cosine: float = 0.1
     points: int = 4000
 
 
@@ -215,8 +221,8 @@ class _Tracer:
         start = current.point.moved(forces, self.parameter, amount)
         if start.omega <= 0.0:
             return 0.5
-        correction = correct(self.balance, start, condition)
-        if not correction.converged and distance > self.control.patient:
+        correction = correct(self.balance, start, condition, self.control.iterations)
+        if not correction.converged and self.control.patient[0] < distance < self.control.patient[1]:
             correction = correct(self.balance, start, condition, iterations=20, patience=10)
         if not correction.converged:
             return 0.3
@@ -228,10 +234,15 @@ class _Tracer:
         smooth = distance < 1e-3 or (error < 8.0 * self.control.error and self._aligned(current, following, distance))
         if not smooth:
             return 0.5
-        growth = (self.control.error / max(error, 1e-12)) ** (1.0 / 3.0)
-        effort = 1.0 if correction.iterations <= 5 else 0.6
-        self.step = min(distance * float(np.clip(growth * effort, 0.3, 2.0)), self.control.largest)
+        self.step = self._next_step(distance, error, correction.iterations)
         return following
+
+    def _next_step(self, distance: float, error: float, iterations: int) -> float:
+        """From the error of the prediction, of third order; a step made short by a kink recovers faster than others grow."""
+        growth = float((self.control.error / max(error, 1e-12)) ** (1.0 / 3.0))
+        effort = 1.0 if iterations <= 5 else 0.6
+        most = self.control.recovery if distance < self.control.short else self.control.growth
+        return min(distance * min(max(growth * effort, 0.3), most), self.control.largest)
 
     def _aligned(self, current: CurvePoint, following: CurvePoint, distance: float) -> bool:
         """Neither a jump to another place (chord much longer than the step) nor a sharp turn."""

@@ -12,7 +12,7 @@ from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, first_point, solve_at, solve_cold, trace
 from stickslip.solve.newton import Correction, correct, fixed
-from stickslip.solve.peak import peaks
+from stickslip.solve.peak import TOLERANCE, PeakSearch
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""
@@ -59,10 +59,11 @@ def solve_curve(
     progress: Callable[[float], None] = lambda fraction: None,
     control: StepControl | None = None,
     begin: Point | None = None,
+    peak_tolerance: float = TOLERANCE,
 ) -> Curve:
     """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: only the points at the given frequencies.
 
-    begin: a solved point at frequencies[0], when one is known.
+    begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low.
     """
     start, end = frequencies[0], frequencies[-1]
     travels: list[_Travel] = []
@@ -87,7 +88,7 @@ def solve_curve(
         return Curve(level, (), outcome, outcome.sentence, start)
     arrived = [travel for travel in travels if travel.lost is None]
     best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
-    return _finished(balance, level, best, frequencies if exactly else None, progress)
+    return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance)
 
 
 def _travel(
@@ -124,6 +125,7 @@ def _finished(
     travel: _Travel,
     wanted: Sequence[float] | None,
     progress: Callable[[float], None],
+    tolerance: float,
 ) -> Curve:
     """The curve with its peaks, or at the wanted frequencies."""
     points, message = travel.points, travel.lost or ARRIVED
@@ -138,16 +140,17 @@ def _finished(
             )
         return Curve(level, tuple(kept), outcome, message, lost_at)
     outputs = range(balance.problem.output_rows.shape[0])
+    search = PeakSearch(balance, points, tolerance)
     found, largest = [], []
     for output in outputs:
-        found.append(peaks(balance, points, output))
-        largest.append(peaks(balance, points, output, largest_absolute, least=0.8))
+        found.append(search.peaks(output))
+        largest.append(search.peaks(output, largest_absolute, least=0.8))
         progress(TRAVEL + (1.0 - TRAVEL) * (output + 1) / len(outputs))
-    unsolved = sum(search.unsolved for search in (*found, *largest))
+    unsolved = sum(peaks.unsolved for peaks in (*found, *largest))
     if unsolved:
         message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
-    highest = tuple(_highest(balance.rows + output, search.points) for output, search in zip(outputs, largest, strict=True))
-    return Curve(level, tuple(points), outcome, message, lost_at, tuple(search.points for search in found), highest)
+    highest = tuple(_highest(balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True))
+    return Curve(level, tuple(points), outcome, message, lost_at, tuple(peaks.points for peaks in found), highest)
 
 
 def _highest(row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

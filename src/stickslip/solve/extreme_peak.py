@@ -13,7 +13,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, trace
 from stickslip.solve.extremes import Extreme, amplitude, start_gradient
 from stickslip.solve.newton import correct, fixed
-from stickslip.solve.peak import peaks
+from stickslip.solve.peak import PeakSearch
 from stickslip.solve.sensitivity import solved_factors
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
 from stickslip.solve.start_space import StartSpace
@@ -38,7 +38,7 @@ def highest_peak(curve_start: Evaluation, balance: HarmonicBalance, output: int,
     except LostCurveError:
         return None
     row = balance.rows + output
-    found = peaks(balance, curve, output, tolerance=TOLERANCE)
+    found = PeakSearch(balance, curve, TOLERANCE).peaks(output)
     return max(found.points, key=lambda p: float(np.hypot(*p.evaluation.w[row, 1:3])), default=None)
 
 

@@ -1,14 +1,17 @@
 """Resonance peaks, solved: the points of a curve at which a measure of an output, its first harmonic say, is largest.
 
 Sampling and stick-slip make a curve piecewise smooth: near a flat top stand many small cusps, one for each sample that an
-event passes. The search is therefore a branch and bound: slopes around an interval bound the amplitude inside it, and the
-interval of the highest bound is divided until no bound exceeds the best point by more than the tolerance.
+event passes. The search is therefore a branch and bound: slopes around an interval, and how far slopes nearby were from what
+their neighbours foretold, bound the amplitude inside it; the interval of the highest bound is divided until no bound exceeds
+the best point by more than the tolerance. What one search has solved serves the searches of all other outputs and measures.
 """
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,37 +27,70 @@ PROMINENCE = 1e-3
 """Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
 
 STEEPER = 1.5
-"""How much steeper than the slopes around it the curve is taken to be inside an interval."""
+"""How much steeper than what is known around it the curve is taken to be inside an interval."""
 
 SOLVES = 300
 NEIGHBOURS = 2
 
+Measure = Callable[[Array], tuple[float, Array]]
+"""A size of one row of motion (2H+1,), m, and its gradient by that row."""
+
+
+def first_harmonic(motion: Array) -> tuple[float, Array]:
+    """|X_1| = √(a1² + b1²)."""
+    amplitude = float(np.hypot(motion[1], motion[2]))
+    gradient = np.zeros_like(motion)
+    gradient[1:3] = motion[1:3] / max(amplitude, np.finfo(float).tiny)
+    return amplitude, gradient
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Peaks along a curve, and how many places near them Newton's method could not solve (0: each peak is proven highest)."""
+
+    points: tuple[CurvePoint, ...]
+    unsolved: int
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Sample:
-    """A solved place at `fraction` of segment `segment`: arc length, amplitude, and slopes of amplitude and λ along it."""
+class _Place:
+    """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion and λ along it."""
 
     segment: int
     fraction: float
-    place: float
-    amplitude: float
-    slope: float
+    length: float
+    motion_slope: Array
     forces_slope: Array
     point: CurvePoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """A place with the amplitude of one output there, and its slope."""
+
+    place: _Place
+    amplitude: float
+    slope: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Interval:
+    """Two samples of one segment; doubt: how far slopes at its ends were from what their neighbours foretold."""
+
     low: _Sample
     high: _Sample
+    doubt: float = 0.0
 
     @property
     def width(self) -> float:
-        return self.high.place - self.low.place
+        return self.high.place.length - self.low.place.length
 
     @property
     def steepness(self) -> float:
-        return max(abs(self.low.slope), abs(self.high.slope))
+        """The largest slope known in the interval; the mean slope foretells by how much it may be exceeded."""
+        mean = (self.high.amplitude - self.low.amplitude) / self.width
+        bend = abs(mean - 0.5 * (self.low.slope + self.high.slope))
+        return max(abs(self.low.slope), abs(self.high.slope), bend, self.doubt)
 
     def bound(self, steepness: float) -> float:
         """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
@@ -66,53 +102,23 @@ class _Interval:
         share = 0.5
         if a.slope > 0.0 > b.slope:
             meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
-            share = float(np.clip(meeting, 0.01, 0.99))
-        return a.fraction + share * (b.fraction - a.fraction)
+            share = min(max(meeting, 0.01), 0.99)
+        return a.place.fraction + share * (b.place.fraction - a.place.fraction)
+
+    def divided(self, middle: _Sample) -> list[_Interval]:
+        """The two parts; both doubt as much as the slope in the middle differs from that of the cubic through the ends."""
+        share = (middle.place.length - self.low.place.length) / self.width
+        mean = (self.high.amplitude - self.low.amplitude) / self.width
+        foretold = 6.0 * share * (1.0 - share) * mean + (1.0 - share) * (1.0 - 3.0 * share) * self.low.slope
+        foretold -= share * (2.0 - 3.0 * share) * self.high.slope
+        doubt = abs(middle.slope - foretold)
+        return [_Interval(self.low, middle, doubt), _Interval(middle, self.high, doubt)]
 
 
-Measure = Callable[[Array], tuple[float, Array]]
-"""A size of one row of motion (2H+1,), m, and its gradient by that row."""
-
-
-@dataclass(frozen=True, eq=False)
-class Peaks:
-    """Peaks along a curve, and how many places near them Newton's method could not solve (0: each peak is proven highest)."""
-
-    points: tuple[CurvePoint, ...]
-    unsolved: int
-
-
-def first_harmonic(motion: Array) -> tuple[float, Array]:
-    """|X_1| = √(a1² + b1²)."""
-    amplitude = float(np.hypot(motion[1], motion[2]))
-    gradient = np.zeros_like(motion)
-    gradient[1:3] = motion[1:3] / max(amplitude, np.finfo(float).tiny)
-    return amplitude, gradient
-
-
-def peaks(
-    balance: HarmonicBalance,
-    curve: Sequence[CurvePoint],
-    output: int,
-    measure: Measure = first_harmonic,
-    least: float = 0.0,
-    tolerance: float = TOLERANCE,
-) -> Peaks:
-    """All peaks of a measure of an output along a curve in ω, each solved; the ends of the band do not count.
-
-    least: peaks that stand below this share of the highest point of the curve are left out unsolved; tolerance: relative
-    amplitude by which a peak may be too low.
-    """
-    row = balance.rows + output
-    search = _Search(balance, curve, row, measure, tolerance)
-    measured = [measure(point.evaluation.w[row]) for point in curve]
-    sizes = np.array([size for size, _ in measured])
-    rising = [float(gradient @ p.tangent.motion[row]) > 0.0 for (_, gradient), p in zip(measured, curve, strict=True)]
-    floor = least * float(sizes.max(initial=0.0))
-    found = [
-        search.highest(k) for k in range(len(curve) - 1) if rising[k] and not rising[k + 1] and sizes[k : k + 2].max() >= floor
-    ]
-    return Peaks(tuple(sample.point for sample in _prominent(found, sizes)), search.unsolved)
+def _bound(intervals: list[_Interval], i: int) -> float:
+    """Bound of interval i with the slopes of its neighbours."""
+    around = intervals[max(i - 1, 0) : i + 2]
+    return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
 
 
 def _prominent(found: list[_Sample], sizes: Array) -> list[_Sample]:
@@ -122,7 +128,8 @@ def _prominent(found: list[_Sample], sizes: Array) -> list[_Sample]:
         if kept:
             last = kept[-1]
             lower = min(last.amplitude, sample.amplitude)
-            if min(sizes[last.segment + 1 : sample.segment + 1], default=lower) > (1.0 - PROMINENCE) * lower:
+            between = sizes[last.place.segment + 1 : sample.place.segment + 1]
+            if min(between, default=lower) > (1.0 - PROMINENCE) * lower:
                 if sample.amplitude > last.amplitude:
                     kept[-1] = sample
                 continue
@@ -130,49 +137,67 @@ def _prominent(found: list[_Sample], sizes: Array) -> list[_Sample]:
     return kept
 
 
-def _bound(intervals: list[_Interval], i: int) -> float:
-    """Bound of interval i with the slopes of its neighbours."""
-    around = intervals[max(i - 1, 0) : i + 2]
-    return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
+class PeakSearch:
+    """Searches the peaks of a curve in ω; the ends of the band do not count.
 
+    tolerance: relative amplitude by which a peak may be too low.
+    """
 
-class _Search:
-    """Solves points between those of a curve and remembers how a segment is parametrised."""
+    def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE) -> None:
+        self.balance, self.curve, self.tolerance = balance, curve, tolerance
+        self.lengths = np.cumsum([point.length for point in curve])
+        self.solved: dict[int, list[_Place]] = {}
 
-    def __init__(
-        self, balance: HarmonicBalance, curve: Sequence[CurvePoint], row: int, measure: Measure, tolerance: float
-    ) -> None:
-        self.balance, self.curve, self.row, self.measure, self.tolerance = balance, curve, row, measure, tolerance
-        self.unsolved = 0
-        self.places = np.cumsum([point.length for point in curve])
+    def peaks(self, output: int, measure: Measure = first_harmonic, least: float = 0.0) -> Peaks:
+        """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
+        row = self.balance.rows + output
+        measured = [measure(point.evaluation.w[row]) for point in self.curve]
+        sizes = np.array([size for size, _ in measured])
+        rising = [float(g @ p.tangent.motion[row]) > 0.0 for (_, g), p in zip(measured, self.curve, strict=True)]
+        floor = least * float(sizes.max(initial=0.0))
+        found, unsolved = [], 0
+        for k in range(len(self.curve) - 1):
+            if rising[k] and not rising[k + 1] and sizes[k : k + 2].max() >= floor:
+                best, missed = self._highest(k, row, measure)
+                found.append(best)
+                unsolved += missed
+        return Peaks(tuple(sample.place.point for sample in _prominent(found, sizes)), unsolved)
 
-    def highest(self, segment: int) -> _Sample:
-        """The highest place on the segments around a change from rising to falling."""
+    def _highest(self, segment: int, row: int, measure: Measure) -> tuple[_Sample, int]:
+        """The highest place on the segments around a change from rising to falling, and how many places were not solved."""
+
+        def sample(place: _Place) -> _Sample:
+            size, gradient = measure(place.point.evaluation.w[row])
+            return _Sample(place, size, float(gradient @ place.motion_slope[row]))
+
         first, last = max(segment - NEIGHBOURS, 0), min(segment + NEIGHBOURS, len(self.curve) - 2)
-        intervals = [self._whole(k) for k in range(first, last + 1)]
+        intervals = [interval for k in range(first, last + 1) for interval in _intervals([sample(p) for p in self._places(k)])]
         bounds = [_bound(intervals, i) for i in range(len(intervals))]
-        best = max((end for i in intervals for end in (i.low, i.high)), key=lambda sample: sample.amplitude)
+        best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
+        unsolved = 0
         for _ in range(SOLVES):
-            i = int(np.argmax(bounds))
+            i = bounds.index(max(bounds))
             if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
                 break
-            divided = intervals[i]
-            middle = self._solve(divided, divided.division())
-            if middle is None:
-                self.unsolved += 1
+            place = self._solve(intervals[i])
+            if place is None:
+                unsolved += 1
                 bounds[i] = 0.0
                 continue
-            intervals[i : i + 1] = [_Interval(divided.low, middle), _Interval(middle, divided.high)]
+            middle = sample(place)
+            intervals[i : i + 1] = intervals[i].divided(middle)
             bounds[i : i + 1] = [0.0, 0.0]
             for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
                 bounds[k] = _bound(intervals, k)
-            best = max(best, middle, key=lambda sample: sample.amplitude)
-        return best
+            best = max(best, middle, key=lambda end: end.amplitude)
+        return best, unsolved
 
-    def _whole(self, k: int) -> _Interval:
-        """Segment k from end to end."""
-        condition, span = self._plane(k, 0.0)
-        return _Interval(*(self._sample(k, f, self.curve[k + int(f)], condition, span) for f in (0.0, 1.0)))
+    def _places(self, k: int) -> list[_Place]:
+        """What is solved of segment k, in order; its two ends at least."""
+        if k not in self.solved:
+            condition, span = self._plane(k, 0.0)
+            self.solved[k] = [self._place(k, f, self.curve[k + int(f)], condition, span) for f in (0.0, 1.0)]
+        return self.solved[k]
 
     def _plane(self, k: int, fraction: float) -> tuple[PathCondition, float]:
         """The path condition at a fraction of segment k, and how far it reaches over the whole segment."""
@@ -183,16 +208,15 @@ class _Search:
         span = ends[1] - ends[0]
         return PathCondition("omega", weight, slope, ends[0] + fraction * span), span
 
-    def _sample(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Sample:
-        size, gradient = self.measure(point.evaluation.w[self.row])
+    def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Place:
         tangent = point.tangent
         rate = condition.rate(tangent.motion, tangent.parameter)
-        slope = float(gradient @ tangent.motion[self.row]) / rate
-        return _Sample(k, fraction, self.places[k] + fraction * span, size, slope, tangent.forces / rate, point)
+        length = float(self.lengths[k]) + fraction * span
+        return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, point)
 
-    def _solve(self, interval: _Interval, fraction: float) -> _Sample | None:
-        """The place at a fraction of the interval's segment; None where Newton's method fails."""
-        low, high = interval.low, interval.high
+    def _solve(self, interval: _Interval) -> _Place | None:
+        """A place inside an interval, kept for other searches; None where Newton's method fails."""
+        low, high, fraction = interval.low.place, interval.high.place, interval.division()
         share = (fraction - low.fraction) / (high.fraction - low.fraction)
         a, b = low.point.point, high.point.point
         forces = hermite(a.forces, interval.width * low.forces_slope, b.forces, interval.width * high.forces_slope, share)
@@ -205,4 +229,14 @@ class _Search:
         tangent = Tangent(*self.balance.tangent(correction.evaluation, "omega", factors))
         metric = self.curve[low.segment].metric
         point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, factors.size, 0.0)
-        return self._sample(low.segment, fraction, point, condition, span)
+        found = self._place(low.segment, fraction, point, condition, span)
+        insort(self.solved[low.segment], found, key=lambda place: place.fraction)
+        return found
+
+
+def _intervals(samples: list[_Sample]) -> list[_Interval]:
+    """The intervals between samples of a segment in order; each sample between two others tells how much to doubt beside it."""
+    doubts = [0.0] * len(samples)
+    for i in range(1, len(samples) - 1):
+        doubts[i] = _Interval(samples[i - 1], samples[i + 1]).divided(samples[i])[0].doubt
+    return [_Interval(a, b, max(doubts[i : i + 2])) for i, (a, b) in enumerate(pairwise(samples))]
