@@ -32,10 +32,10 @@ def full_matrix(balance: HarmonicBalance, evaluation: Evaluation) -> np.ndarray:
     E = np.zeros((rows * size, rows * size))
     for r in everything:
         here = slice(r * size, (r + 1) * size)
-        E[here, here] = evaluation.own[r]
-        n = balance.normal[r]
+        E[here, here] = evaluation.state.own[r]
+        n = balance.system.normal[r]
         if n >= 0:
-            E[here, n * size : (n + 1) * size] += evaluation.coupling[r]
+            E[here, n * size : (n + 1) * size] += evaluation.state.coupling[r]
     return np.eye(rows * size) + E @ G
 
 

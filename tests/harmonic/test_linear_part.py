@@ -4,12 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from harmonic.direct_part import DirectPart
 from harmonic.problems import everything, structure
 
+from stickslip.harmonic.decoupling import schur_states, stuck_modes
 from stickslip.harmonic.fourier import complex_harmonics
-from stickslip.harmonic.linear_part import DirectPart, LinearPart, ModalPart, linear_part
+from stickslip.harmonic.linear_part import LinearPart
+from stickslip.harmonic.receptance import BLOCK_FIRST
 from stickslip.problem import Problem
-from stickslip.rigs import three_mass_wedge
+from stickslip.rigs import lumped_blisk, three_mass_wedge
+from stickslip.structure.assembly import Spring
 
 H = 4
 
@@ -34,32 +38,35 @@ CASES = {
     "gyroscopic": everything(C=symmetric_damping(0.05) + 0.3 * np.triu(np.ones((6, 6)), 1) - 0.3 * np.tril(np.ones((6, 6)), -1)),
     "massless": massless(everything()),
     "massless, general": massless(everything(C=symmetric_damping(0.05))),
+    "held mean": replace(everything(), mean_springs=(Spring({everything().structure.dofs[0]: 1.0}, 0.7),)),
     "wedge": three_mass_wedge(),
+    "disk": lumped_blisk(),
+    "whole disk": lumped_blisk(sectors=6).full(),
 }
-OMEGAS = {name: (0.05, 0.9, 1.7, 6.0) if name != "wedge" else (600.0, 1020.0, 1400.0) for name in CASES}
+FAST = {"wedge": (600.0, 1020.0, 1400.0), "disk": (400.0, 935.0, 1400.0), "whole disk": (400.0, 935.0)}
+OMEGAS = {name: FAST.get(name, (0.05, 0.9, 1.7, 6.0)) for name in CASES}
 
 
-def both(name: str) -> tuple[LinearPart, LinearPart]:
+def both(name: str) -> tuple[LinearPart, DirectPart]:
     problem = CASES[name]
-    return linear_part(problem, H), DirectPart(problem, H)
+    return LinearPart(problem, H), DirectPart(problem, H)
 
 
 def close(found, expected) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
 
 
-def motions(part: LinearPart, problem: Problem, omega: float, level: float = 2.0) -> list[np.ndarray]:
+def motions(part: LinearPart | DirectPart, problem: Problem, omega: float, level: float = 2.0) -> list[np.ndarray]:
     rows = problem.B.shape[0]
     forces = np.random.default_rng(3).standard_normal((rows, 2 * H + 1))
-    w, by_omega, by_level = (np.empty((rows + problem.output_rows.shape[0], 2 * H + 1)) for _ in range(3))
-    part.motion(forces, omega, level, w, by_omega, by_level)
+    w = part.motion(forces, omega, level)
+    by_omega, by_level = (part.slope(forces, omega, level, by_level) for by_level in (False, True))
     return [w, by_omega, by_level, part.change(forces, omega), part.whole_motion(forces, omega, level)]
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_modal_sums_equal_direct_solutions(name):
     modal, direct = both(name)
-    assert isinstance(modal, ModalPart)
     for omega in OMEGAS[name]:
         for found, expected in zip(*(motions(part, CASES[name], omega) for part in (modal, direct)), strict=True):
             close(found, expected)
@@ -85,11 +92,15 @@ def test_motion_solves_the_equations_of_motion(name, which):
     for omega in OMEGAS[name]:
         w, *_, q = motions(part, problem, omega)
         forces = np.random.default_rng(3).standard_normal((problem.B.shape[0], 2 * H + 1))
-        right = complex_harmonics(problem.load(H, 2.0) - problem.B.T @ forces)
-        for h, (q_h, p_h) in enumerate(zip(complex_harmonics(q).T, right.T, strict=True)):
-            dynamic = problem.stuck_stiffness + 1j * h * omega * problem.C - (h * omega) ** 2 * problem.structure.M
-            np.testing.assert_allclose(dynamic @ q_h, p_h, atol=1e-9 * np.abs(right).max())
-        close(w, np.vstack([problem.B, problem.output_rows]) @ q)
+        given, pushed = complex_harmonics(problem.load(H, 2.0)), complex_harmonics(forces)
+        for h, q_h in enumerate(complex_harmonics(q).T):
+            system = problem.system(h)
+            dynamic = system.K + 1j * h * omega * system.C - (h * omega) ** 2 * system.M
+            right = given[:, h] - system.B.conj().T @ pushed[:, h]
+            np.testing.assert_allclose(dynamic @ q_h, right, atol=1e-9 * np.abs(pushed).max())
+            seen = np.vstack([system.B, system.outputs]) @ q_h
+            # Of harmonic 0 only the real part is kept.
+            close(complex_harmonics(w)[:, h], seen.real if h == 0 else seen)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -131,25 +142,36 @@ def critically_damped() -> Problem:
     return everything(C=inverse.T @ damping @ inverse)
 
 
-def test_critical_damping_falls_back_to_direct_solutions():
-    """Coalescing poles have dependent eigenvectors; the fall-back is right, as the test of its equations of motion shows."""
+def test_critical_damping_takes_the_triangular_form():
+    """Coalescing poles have dependent eigenvectors; the Schur form needs none."""
     problem = critically_damped()
-    part = linear_part(problem, H)
-    assert isinstance(part, DirectPart)
+    part, direct = LinearPart(problem, H), DirectPart(problem, H)
+    assert part.modes.above.any()
+    rows = np.arange(problem.B.shape[0])
     for omega in (0.3, 1.0, 2.0):
-        q = motions(part, problem, omega)[-1]
-        forces = np.random.default_rng(3).standard_normal((problem.B.shape[0], 2 * H + 1))
-        right = complex_harmonics(problem.load(H, 2.0) - problem.B.T @ forces)
-        dynamic = problem.stuck_stiffness + 2j * omega * problem.C - (2.0 * omega) ** 2 * problem.structure.M
-        np.testing.assert_allclose(dynamic @ complex_harmonics(q)[:, 2], right[:, 2], atol=1e-12)
+        for found, expected in zip(motions(part, problem, omega), motions(direct, problem, omega), strict=True):
+            close(found, expected)
+        close(part.receptance(omega, H, rows, rows), direct.receptance(omega, H, rows, rows))
+
+
+@pytest.mark.parametrize("name", ["general", "overdamped", "some overdamped", "gyroscopic", "massless, general"])
+def test_the_triangular_form_equals_direct_solutions_for_any_damping(name, monkeypatch):
+    monkeypatch.setattr("stickslip.harmonic.decoupling._complex_states", lambda *whatever: None)
+    problem = CASES[name]
+    part, direct = LinearPart(problem, H), DirectPart(problem, H)
+    modes = stuck_modes(problem.structure.M, problem.stuck_stiffness)
+    blocks = schur_states(problem.system(0), modes, modes.shapes.T @ problem.C @ modes.shapes).kind == BLOCK_FIRST
+    assert blocks.any() or name == "overdamped"
+    for omega in OMEGAS[name]:
+        for found, expected in zip(*(motions(one, problem, omega) for one in (part, direct)), strict=True):
+            close(found, expected)
 
 
 @pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])
 def test_close_to_critical_damping_is_right_too(distance):
-    """Whatever part is chosen near coalescence, it solves the equations of motion."""
+    """Whatever form is chosen near coalescence, it solves the equations of motion."""
     critical = critically_damped()
     problem = critical.with_damping(critical.C + distance * np.diag(np.diag(critical.C)))
-    part = linear_part(problem, H)
-    q = motions(part, problem, 1.0)[-1]
+    q = motions(LinearPart(problem, H), problem, 1.0)[-1]
     direct = motions(DirectPart(problem, H), problem, 1.0)[-1]
     np.testing.assert_allclose(q, direct, atol=1e-8 * np.abs(direct).max())

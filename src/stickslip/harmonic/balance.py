@@ -13,15 +13,16 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
-from stickslip.harmonic.contact_forces import contact_forces
-from stickslip.harmonic.fourier import fourier
-from stickslip.harmonic.linear_part import linear_part
-from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, orientation, pushed, related_rows, unknown_entries
+from stickslip.harmonic import iteration
+from stickslip.harmonic.fourier import Fourier, fourier
+from stickslip.harmonic.iteration import Border, Bordered, State, System
+from stickslip.harmonic.lapack import lu_solve
+from stickslip.harmonic.linear_part import LinearPart
+from stickslip.harmonic.newton_matrix import pushed, related_rows
 from stickslip.problem import Problem
 
 Parameter = Literal["omega", "level"]
@@ -48,28 +49,31 @@ class Point:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """Everything about a point that Newton's method needs.
-
-    w (contact rows + outputs, 2H+1) and its derivatives by ω and by level at fixed λ; residual λ − λ̂ (rows, 2H+1);
-    unknown: state of each row; own, coupling, cross: derivatives of λ̂; error: ‖residual‖ relative to the contact forces or the
-    harmonic load, whichever is larger; table: the contacts with the start state of this solution.
-    """
+    """Everything about a point that Newton's method needs, and the contacts with the start state of this solution."""
 
     point: Point
     table: ContactTable
-    w: Array
-    by_omega: Array
-    by_level: Array
-    residual: Array
-    unknown: Index
-    own: Array
-    coupling: Array
-    cross: Array
-    error: float
+    state: State
 
-    def by(self, parameter: Parameter) -> Array:
-        """dw/d(parameter) at fixed λ."""
-        return self.by_omega if parameter == "omega" else self.by_level
+    @property
+    def w(self) -> Array:
+        """Motion of contact rows and outputs (rows + outputs, 2H+1)."""
+        return self.state.w
+
+    @property
+    def residual(self) -> Array:
+        """λ − λ̂ (rows, 2H+1)."""
+        return self.state.residual
+
+    @property
+    def unknown(self) -> Index:
+        """How much of each row is unknown (rows,)."""
+        return self.state.unknown
+
+    @property
+    def error(self) -> float:
+        """‖residual‖ relative to the contact forces or the harmonic load, whichever is larger."""
+        return self.state.error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +96,14 @@ class PathCondition:
         """How the left side changes with motion and parameter."""
         return self.slope * dp if self.weight is None else self.slope * dp + float(np.vdot(self.weight, dw))
 
+    @property
+    def border(self) -> Border:
+        """The condition as the kernels read it."""
+        return Border(NO_WEIGHT if self.weight is None else self.weight, self.slope, self.target, self.parameter == "level")
+
+
+NO_WEIGHT = np.empty((0, 0))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
@@ -100,26 +112,38 @@ class Factors:
     mask (rows, 2H+1): which entries of λ are unknown; orientation: sign of the determinant, 0 when singular.
     """
 
-    lu: NDArray[np.float64]
-    pivots: NDArray[np.int32]
-    offsets: Index
-    mask: NDArray[np.bool_]
-    orientation: float
+    bordered: Bordered
+
+    @property
+    def offsets(self) -> Index:
+        """Where the unknowns of each row start (rows + 1)."""
+        return self.bordered.offsets
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """Which entries of λ (rows, 2H+1) are unknown."""
+        return self.bordered.mask
+
+    @property
+    def orientation(self) -> float:
+        """Sign of the determinant, 0 when singular."""
+        return self.bordered.sign
+
+    @property
+    def pivots(self) -> Array:
+        """Diagonal of the factors (N+1,)."""
+        return np.asarray(np.diag(self.bordered.lu))
 
     @property
     def size(self) -> int:
         """Number of unknown harmonics of λ; the system has one row more."""
-        return int(self.offsets[-1])
-
-    def solve(self, right: Array) -> tuple[Array, float]:
-        """Unknown part (N,) and parameter of the solution for a right-hand side (N+1,)."""
-        solution, _ = lapack.dgetrs(self.lu, self.pivots, right)
-        return solution[:-1], float(solution[-1])
+        return int(self.bordered.lu.shape[0]) - 1
 
     def solve_many(self, right: Array) -> Array:
-        """Solutions (N+1, k) for several right-hand sides (N+1, k)."""
-        solutions, _ = lapack.dgetrs(self.lu, self.pivots, right)
-        return np.asarray(solutions)
+        """Solutions (k, N+1) for several right-hand sides (k, N+1)."""
+        solutions = np.array(right, order="C")
+        lu_solve(self.bordered.lu, self.bordered.pivots, solutions)
+        return solutions
 
 
 class HarmonicBalance:
@@ -129,22 +153,35 @@ class HarmonicBalance:
         self.problem = problem
         self.harmonics = harmonics
         self.columns = 2 * harmonics + 1
-        self.tables = fourier(harmonics, samples)
-        self.table = contact_table(problem.contacts)
-        self.rows = self.table.rows
-        self.normal, self.partner = related_rows(self.table)
-        self.coupled_rows = self.rows if self.table.coupled.any() else 0
-        self.linear = linear_part(problem, harmonics)
+        self.linear = LinearPart(problem, harmonics)
         self.stiffness = problem.contact_stiffness
-        load = problem.load(harmonics)
-        self.load_size = float(np.linalg.norm(load[:, 1:]))
-        self.least_scale = 1e-3 * float(np.linalg.norm(load[:, 0])) + np.finfo(float).tiny
+        table, load = contact_table(problem.contacts), problem.load(harmonics)
+        self.rows = table.rows
+        self.system = System(
+            table,
+            fourier(harmonics, samples),
+            self.linear.modes,
+            self.stiffness,
+            *related_rows(table),
+            float(np.linalg.norm(load[:, 1:])),
+            1e-3 * float(np.linalg.norm(load[:, 0])) + np.finfo(float).tiny,
+            np.zeros(2, dtype=np.int64),
+        )
+
+    @property
+    def table(self) -> ContactTable:
+        return self.system.table
+
+    @property
+    def tables(self) -> Fourier:
+        return self.system.tables
 
     def with_starts(self, values: Array, kind: int | None = None) -> HarmonicBalance:
         """The same balance from other start values (friction elements,), and with another start rule if `kind` is given."""
         other = copy(self)
         kinds = self.table.start_kind if kind is None else np.full_like(self.table.start_kind, kind)
-        other.table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
+        table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
+        other.system = self.system._replace(table=table)
         return other
 
     def stuck_point(self, omega: float, level: float) -> Point:
@@ -157,19 +194,8 @@ class HarmonicBalance:
 
     def evaluate(self, point: Point) -> Evaluation:
         """Motion, residual and derivatives at a point."""
-        rows, columns = self.rows, self.columns
-        motion_rows = rows + self.problem.output_rows.shape[0]
-        w, by_omega, by_level = (np.empty((motion_rows, columns)) for _ in range(3))
-        self.linear.motion(point.forces, point.omega, point.level, w, by_omega, by_level)
-        target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
-        own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
-        cross = np.empty((self.coupled_rows, columns, columns))
-        contact_forces(self.table, self.tables, w, target, unknown, own, coupling, cross)
-        residual = point.forces - target
-        carried = target + self.stiffness[:, None] * w[:rows]
-        scale = max(float(np.sqrt(np.vdot(carried, carried))), point.level * self.load_size, self.least_scale)
-        error = float(np.sqrt(np.vdot(residual, residual))) / scale
-        return Evaluation(point, self.table, w, by_omega, by_level, residual, unknown, own, coupling, cross, error)
+        state = iteration.evaluate(self.system, np.ascontiguousarray(point.forces), float(point.omega), float(point.level))
+        return Evaluation(point, self.table, state)
 
     def carried_forces(self, evaluation: Evaluation) -> Array:
         """The contact forces F = λ̂ + K_c w, (rows, 2H+1), N."""
@@ -178,54 +204,22 @@ class HarmonicBalance:
 
     def factorise(self, evaluation: Evaluation, condition: PathCondition) -> Factors:
         """The bordered Newton matrix of an evaluation, factorised once."""
-        offsets, mask = unknown_entries(evaluation.unknown, self.columns)
-        active, moved, place = moved_rows(self.table, evaluation.unknown)
-        size = int(offsets[-1])
-        matrix = np.zeros((size + 1, size + 1))
-        by = evaluation.by(condition.parameter)
-        matrix[size, size] = condition.slope
-        if size:
-            G = self.linear.receptance(evaluation.point.omega, self.harmonics, moved, active)
-            blocks = (evaluation.own, evaluation.coupling, evaluation.cross)
-            newton_matrix(offsets, self.normal, self.partner, active, place, *blocks, G, matrix)
-            matrix[:size, size] = -self.pushed(evaluation, offsets, by)
-        if condition.weight is not None:
-            matrix[size, size] += float(np.vdot(condition.weight, by))
-            if size:
-                pull = self.linear.pulled(evaluation.point.omega, condition.weight, active)
-                matrix[size, :size] = pull[mask[active]]
-        lu, pivots, _ = lapack.dgetrf(matrix, overwrite_a=1)
-        return Factors(lu, pivots, offsets, mask, orientation(lu, pivots))
+        point = evaluation.point
+        return Factors(iteration.factorise(self.system, evaluation.state, point.omega, point.level, condition.border))
 
     def newton_step(self, evaluation: Evaluation, condition: PathCondition, factors: Factors) -> tuple[Array, float]:
         """Newton's change of λ (rows, 2H+1) and of the parameter."""
-        change = np.where(factors.mask, 0.0, -evaluation.residual)
-        right = np.empty(factors.size + 1)
-        right[:-1] = -evaluation.residual[factors.mask]
-        right[-1] = -condition.gap(evaluation)
-        if change.any():
-            moved = self.linear.change(change, evaluation.point.omega)
-            right[:-1] += self.pushed(evaluation, factors.offsets, moved)
-            right[-1] -= 0.0 if condition.weight is None else float(np.vdot(condition.weight, moved))
-        solution, amount = factors.solve(right)
-        change[factors.mask] = solution
-        return change, amount
+        omega, short = evaluation.point.omega, condition.gap(evaluation)
+        return iteration.newton_step(self.system, evaluation.state, omega, condition.border, short, factors.bordered)
 
     def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: Factors) -> tuple[Array, Array, float]:
         """Direction along the curve with path condition growing at rate one: dλ (rows, 2H+1), dw (motion rows, 2H+1), dp."""
-        right = np.zeros(factors.size + 1)
-        right[-1] = 1.0
-        solution, amount = factors.solve(right)
-        forces = np.zeros((self.rows, self.columns))
-        forces[factors.mask] = solution
-        dw = amount * evaluation.by(parameter)
-        if factors.size:
-            dw += self.linear.change(forces, evaluation.point.omega)
-        return forces, dw, amount
+        point, by_level = evaluation.point, parameter == "level"
+        return iteration.tangent(self.system, evaluation.state, point.omega, point.level, by_level, factors.bordered)
 
     def pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""
         result = np.empty(int(offsets[-1]))
-        blocks = (evaluation.own, evaluation.coupling, evaluation.cross)
-        pushed(offsets, self.normal, self.partner, *blocks, dw, result)
+        state = evaluation.state
+        pushed(offsets, self.system.normal, self.system.partner, state.own, state.coupling, state.cross, dw, result)
         return result

@@ -31,11 +31,10 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
     rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
     free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
     everything, contacts = np.arange(rows + outputs), np.arange(rows)
-    w, by_omega, by_level = (np.empty((rows + outputs, balance.columns)) for _ in range(3))
     none = np.zeros((rows, balance.columns))
     for k, frequency in enumerate(frequencies):
         omega = 2.0 * np.pi * frequency
-        balance.linear.motion(none, omega, 0.0, w, by_omega, by_level)
+        by_level = balance.linear.slope(none, omega, 0.0, by_level=True)
         motion = by_level[:, 1] - 1j * by_level[:, 2]
         real, imaginary = balance.linear.receptance(omega, 1, everything, contacts)[:, 1]
         softened = (real + 1j * imaginary) * balance.stiffness

@@ -31,17 +31,6 @@ def unknown_entries(unknown: Index, columns: int) -> tuple[Index, NDArray[np.boo
 
 
 @njit(cache=True)
-def orientation(lu: Array, pivots: NDArray[np.int32]) -> float:
-    """Sign of the determinant of a factorised matrix; 0 when it is singular."""
-    sign = 1.0
-    for i in range(pivots.size):
-        sign *= np.sign(lu[i, i])
-        if pivots[i] != i:
-            sign = -sign
-    return sign
-
-
-@njit(cache=True)
 def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index]:
     """Unknown rows; the rows whose motion they depend on (own, normal, coupled); where each row stands in these, or −1."""
     rows = unknown.size
@@ -76,19 +65,16 @@ def related_rows(table: ContactTable) -> tuple[Index, Index]:
 
 
 @njit(cache=True)
-def _add_block(block: Array, E: Array, G: Array, row: int, column: int, size: int, width: int) -> None:
-    """block (size, width) += E (size rows, 2H+1) times the real form of G'[row, column] of each harmonic."""
-    harmonics = G.shape[1] - 1
+def _add_block(block: Array, E: Array, G: Array, column: int) -> None:
+    """block += E times the real form of the receptance G[:, :, column] of each harmonic; G (2, H+1, columns)."""
+    size, width = block.shape
+    real, imaginary = G[0, :, column].copy(), G[1, :, column].copy()
     for i in range(size):
-        block[i, 0] += E[i, 0] * G[0, 0, row, column]
-    if width == 1:
-        return
-    for h in range(1, harmonics + 1):
-        real, imaginary = G[0, h, row, column], G[1, h, row, column]
-        for i in range(size):
+        block[i, 0] += E[i, 0] * real[0]
+        for h in range(1, (width + 1) // 2):
             cosine, sine = E[i, 2 * h - 1], E[i, 2 * h]
-            block[i, 2 * h - 1] += cosine * real - sine * imaginary
-            block[i, 2 * h] += cosine * imaginary + sine * real
+            block[i, 2 * h - 1] += cosine * real[h] - sine * imaginary[h]
+            block[i, 2 * h] += cosine * imaginary[h] + sine * real[h]
 
 
 @njit(cache=True)
@@ -104,23 +90,19 @@ def newton_matrix(
     G: Array,
     matrix: Array,
 ) -> None:
-    """Fill matrix[:N, :N] with J on the unknown rows; G = G'[moved rows, unknown rows]."""
+    """Add J on the unknown rows to matrix[:N, :N], zeros before; G = G'[moved rows, unknown rows] as (rows, 2, H+1, columns)."""
     for i in range(active.size):
         r = active[i]
-        size = offsets[r + 1] - offsets[r]
         for j in range(active.size):
             a = active[j]
-            width = offsets[a + 1] - offsets[a]
             block = matrix[offsets[r] : offsets[r + 1], offsets[a] : offsets[a + 1]]
-            block[:, :] = 0.0
-            _add_block(block, own[r], G, place[r], j, size, width)
+            _add_block(block, own[r], G[place[r]], j)
             if normal[r] >= 0:
-                _add_block(block, coupling[r], G, place[normal[r]], j, size, width)
+                _add_block(block, coupling[r], G[place[normal[r]]], j)
             if partner[r] >= 0:
-                _add_block(block, cross[r], G, place[partner[r]], j, size, width)
-            if i == j:
-                for k in range(size):
-                    block[k, k] += 1.0
+                _add_block(block, cross[r], G[place[partner[r]]], j)
+        for k in range(offsets[r], offsets[r + 1]):
+            matrix[k, k] += 1.0
 
 
 @njit(cache=True)

@@ -1,122 +1,49 @@
-"""The linear part, cheap at every frequency: motion of contacts and outputs under loads and λ, on the stuck structure.
+"""The linear part at one frequency, compiled: motion of contacts and outputs under loads and λ, receptance, derivatives.
 
-G'(iΩ) = B (K + BᵀK_cB + iΩC − Ω²M)⁻¹ Bᵀ is a sum over modes, decomposed once:
-
-* C diagonal on the stuck modes: real modes with φᵀ(K + BᵀK_cB)φ = 1 and gain 1/(1 + s c + s² m), s = iΩ. Massless motions
-  have m = 0 and need no special case; a rigid body on its contacts neither.
-* C general: with f, η on those modes, η = [0 I](I − s S)⁻¹[0; I] f, S = [[0, I], [−m, −c]]; the eigenvectors of S give
-  poles σ, gain 1/(1 − s σ), pairs of which are kept real as 2 x 2 blocks. Where the eigenvectors are nearly dependent
-  (critical damping), the dynamic stiffness is factorised at every frequency instead (`DirectPart`): slower, never wrong.
+All are sums over the states that `decoupling` found, G'(s) = shape Γ(s) receiverᵀ, s = i h ω; the gains that Γ is made of are
+computed once for each frequency.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
 from stickslip.kernels import njit
 
-DIAGONAL = 1e-10
-"""Modal damping off the diagonal, relative to the largest, that is rounding."""
+REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE, BLOCK_FIRST, BLOCK_SECOND, WAVE_FIRST, WAVE_SECOND = range(8)
 
-REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE = 0, 1, 2, 3
+Complex = NDArray[np.complex128]
 
 
 class Modes(NamedTuple):
-    """States j with gains: motion = shape · Γ(s) · (receiverᵀ forces), Γ block diagonal.
+    """States with gains: motion = shape · Γ(s) · (receiverᵀ forces).
 
     shape (rows, m): motion of contact rows, then outputs; receiver (contact rows, m): how λ drives the states;
     static, dynamic (m, 2H+1): how the loads drive them, the dynamic part at force level one.
     kind (m,): REAL_MODE with gain 1/(1 + s p + s² q); PAIR_FIRST and PAIR_SECOND for a pole p + i q and its conjugate;
-    REAL_POLE with gain 1/(1 − s p).
+    REAL_POLE with gain 1/(1 − s p); BLOCK_FIRST and BLOCK_SECOND with (I − s [[p, q1], [q2, p]])⁻¹; WAVE_FIRST and WAVE_SECOND
+    for a complex state x with gain 1/(1 + s (p + i r) + s² q), kept as x and i x.
+    partner (m,): the other state of a pair or block. above (m, m): how a state is driven by those after it, x = Γ(f + s above x),
+    or (0, 0) where none is. first, last (H+1,): the states of each harmonic, all of them unless harmonics see structures of
+    their own.
     """
 
     shape: Array
     receiver: Array
     static: Array
     dynamic: Array
-    kind: NDArray[np.int64]
+    kind: Index
     p: Array
     q: Array
-
-
-class StuckModes(NamedTuple):
-    """Real modes of the stuck structure, φᵀK'φ = 1: shapes (n, m) and squares of 1/ω (m,), ascending in frequency."""
-
-    shapes: Array
-    inverse_squares: Array
-
-
-def stuck_modes(M: Array, stiffness: Array) -> StuckModes:
-    """Modes of (stiffness, M), stiffness positive definite, M positive semi-definite."""
-    inverse_squares, shapes = linalg.eigh(M, stiffness)
-    order = np.argsort(-inverse_squares)
-    return StuckModes(np.ascontiguousarray(shapes[:, order]), np.maximum(inverse_squares[order], 0.0))
-
-
-class States(NamedTuple):
-    """Decoupled states of the whole structure: q = output (n, m) · Γ · (inputᵀ p), input (n, m)."""
-
-    output: Array
-    input: Array
-    kind: NDArray[np.int64]
-    p: Array
-    q: Array
-
-
-def states(M: Array, C: Array, stiffness: Array) -> States:
-    """Decouple M q̈ + C q̇ + stiffness q = p. Raises `linalg.LinAlgError` where no accurate decoupling exists."""
-    shapes, inverse_squares = stuck_modes(M, stiffness)
-    damping = shapes.T @ C @ shapes
-    diagonal = np.diag(damping)
-    coupling = float(np.max(np.abs(damping - np.diag(diagonal)), initial=0.0))
-    if coupling <= DIAGONAL * float(np.max(np.abs(diagonal), initial=1e-300)):
-        kind = np.full(inverse_squares.size, REAL_MODE)
-        return States(shapes, shapes, kind, diagonal.copy(), inverse_squares)
-    return _complex_states(shapes, inverse_squares, damping)
-
-
-def _complex_states(shapes: Array, inverse_squares: Array, damping: Array) -> States:
-    size = inverse_squares.size
-    S = np.block([[np.zeros((size, size)), np.eye(size)], [-np.diag(inverse_squares), -damping]])
-    poles, right = linalg.eig(S)
-    condition = np.linalg.cond(right)
-    if not np.isfinite(condition) or condition > 1e9:
-        raise linalg.LinAlgError("the complex modes are nearly dependent")
-    left = linalg.inv(right)[:, size:]
-    output, source = shapes @ right[size:], shapes @ left.T
-    real = np.flatnonzero(poles.imag == 0.0)
-    upper = np.flatnonzero(poles.imag > 0.0)
-    pairs = np.repeat(upper, 2)
-    first = np.tile([True, False], upper.size)
-
-    def interleaved(columns: NDArray[Any]) -> Array:
-        chosen = columns[:, pairs]
-        return np.ascontiguousarray(np.hstack([np.where(first, chosen.real, chosen.imag), columns[:, real].real]))
-
-    kinds = np.concatenate([np.tile([PAIR_FIRST, PAIR_SECOND], upper.size), np.full(real.size, REAL_POLE)])
-    p, q = (np.concatenate([part[pairs], part[real]]) for part in (poles.real, poles.imag))
-    found = States(interleaved(output), interleaved(source), kinds.astype(np.int64), p, q)
-    _check_states(found, shapes, inverse_squares, damping)
-    return found
-
-
-def _check_states(found: States, shapes: Array, inverse_squares: Array, damping: Array) -> None:
-    """Compare with direct solutions across the spectrum; the decomposition must be right to 1e-9."""
-    drive = np.linspace(1.0, 2.0, inverse_squares.size)
-    received = found.input.T @ np.linalg.solve(shapes.T, drive)
-    moving = inverse_squares[inverse_squares > 1e-12 * inverse_squares.max(initial=1e-300)]
-    for frequency in 1.0 / np.sqrt(np.quantile(moving, [0.0, 0.3, 0.6, 1.0])):
-        dynamic = np.eye(drive.size) + 1j * frequency * damping - frequency**2 * np.diag(inverse_squares)
-        direct = shapes @ np.linalg.solve(dynamic, drive)
-        gains = state_gains(1j * frequency, 1j, found.kind, found.p, found.q)
-        state = gains[0] * received + gains[1] * received[partners(found.kind)]
-        if float(np.max(np.abs(found.output @ state - direct))) > 1e-9 * float(np.max(np.abs(direct))):
-            raise linalg.LinAlgError("the complex modes do not reproduce the receptance")
+    r: Array
+    partner: Index
+    above: Array
+    first: Index
+    last: Index
 
 
 @njit(cache=True)
@@ -126,102 +53,224 @@ def _not_zero(value: complex) -> complex:
 
 
 @njit(cache=True)
-def state_gains(s: complex, ds: complex, kind: NDArray[np.int64], p: Array, q: Array) -> NDArray[np.complex128]:
-    """Γ at s as rows (4, m): diagonal gains, cross gains to the partner, and the derivatives of both along ds."""
-    gains = np.zeros((4, kind.size), dtype=np.complex128)
+def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
+    """Gains at s, (2, m): of each state, and to it from its partner."""
+    gains = np.zeros((2, kind.size), dtype=np.complex128)
     for j in range(kind.size):
         if kind[j] == REAL_MODE:
-            gain = 1.0 / _not_zero(1.0 + s * p[j] + s * s * q[j])
-            gains[0, j], gains[2, j] = gain, -gain * gain * (p[j] + 2.0 * s * q[j]) * ds
+            gains[0, j] = 1.0 / _not_zero(1.0 + s * p[j] + s * s * q[j])
         elif kind[j] == REAL_POLE:
-            gain = 1.0 / (1.0 - s * p[j])
-            gains[0, j], gains[2, j] = gain, gain * gain * p[j] * ds
-        else:
+            gains[0, j] = 1.0 / (1.0 - s * p[j])
+        elif kind[j] == BLOCK_FIRST:
+            alone = 1.0 - s * p[j]
+            scale = 1.0 / _not_zero(alone * alone - s * s * q[j] * q[j + 1])
+            gains[0, j] = gains[0, j + 1] = alone * scale
+            gains[1, j], gains[1, j + 1] = s * q[j] * scale, s * q[j + 1] * scale
+        elif kind[j] == WAVE_FIRST:
+            gain = 1.0 / _not_zero(1.0 + s * complex(p[j], r[j]) + s * s * q[j])
+            gains[0, j], gains[0, j + 1] = gain, -gain
+            gains[1, j] = gains[1, j + 1] = 1j * gain
+        elif kind[j] == PAIR_FIRST or kind[j] == PAIR_SECOND:
             pole, sign = complex(p[j], q[j]), 1.0 if kind[j] == PAIR_FIRST else -1.0
             one, two = 1.0 / _not_zero(1.0 - s * pole), 1.0 / _not_zero(1.0 - s * pole.conjugate())
-            d_one, d_two = one * one * pole * ds, two * two * pole.conjugate() * ds
             gains[0, j], gains[1, j] = sign * (one + two), 1j * (one - two)
-            gains[2, j], gains[3, j] = sign * (d_one + d_two), 1j * (d_one - d_two)
     return gains
 
 
 @njit(cache=True)
-def partners(kind: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The state that shares a 2 x 2 block with each state; itself when alone."""
-    partner = np.arange(kind.size)
+def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
+    """Derivatives by s of the gains of states that are driven by none after them."""
+    slopes = np.zeros_like(gains)
     for j in range(kind.size):
-        if kind[j] == PAIR_FIRST:
-            partner[j] = j + 1
-        elif kind[j] == PAIR_SECOND:
-            partner[j] = j - 1
-    return partner
+        gain = gains[0, j]
+        if kind[j] == REAL_MODE:
+            slopes[0, j] = -gain * gain * (p[j] + 2.0 * s * q[j])
+        elif kind[j] == REAL_POLE:
+            slopes[0, j] = gain * gain * p[j]
+        elif kind[j] == WAVE_FIRST:
+            slope = -gain * gain * (complex(p[j], r[j]) + 2.0 * s * q[j])
+            slopes[0, j], slopes[0, j + 1] = slope, -slope
+            slopes[1, j] = slopes[1, j + 1] = 1j * slope
+        elif kind[j] == PAIR_FIRST or kind[j] == PAIR_SECOND:
+            pole, sign = complex(p[j], q[j]), 1.0 if kind[j] == PAIR_FIRST else -1.0
+            one, two = 0.5 * (sign * gain - 1j * gains[1, j]), 0.5 * (sign * gain + 1j * gains[1, j])
+            one, two = one * one * pole, two * two * pole.conjugate()
+            slopes[0, j], slopes[1, j] = sign * (one + two), 1j * (one - two)
+    return slopes
 
 
 @njit(cache=True)
-def motion(modes: Modes, forces: Array, omega: float, level: float, w: Array, by_omega: Array, by_level: Array) -> None:
-    """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1), and its derivatives by ω and by force level at fixed λ.
-
-    forces: λ (contact rows, 2H+1), N; omega [rad/s].
-    """
-    size, columns = modes.kind.size, forces.shape[1]
-    load = modes.static + level * modes.dynamic - modes.receiver.T @ forces
-    partner = partners(modes.kind)
-    state, state_omega, state_level = np.zeros((size, columns)), np.zeros((size, columns)), np.zeros((size, columns))
-    for h in range((columns + 1) // 2):
-        gains = state_gains(1j * h * omega, 1j * h, modes.kind, modes.p, modes.q)
-        a, b = max(2 * h - 1, 0), 2 * h
-        turn = 1j if h > 0 else 0j
-        for j in range(size):
-            k = partner[j]
-            own, other = load[j, a] - turn * load[j, b], load[k, a] - turn * load[k, b]
-            unit, unit_other = modes.dynamic[j, a] - turn * modes.dynamic[j, b], modes.dynamic[k, a] - turn * modes.dynamic[k, b]
-            value = gains[0, j] * own + gains[1, j] * other
-            omega_value = gains[2, j] * own + gains[3, j] * other
-            level_value = gains[0, j] * unit + gains[1, j] * unit_other
-            state[j, a], state_omega[j, a], state_level[j, a] = value.real, omega_value.real, level_value.real
-            if h > 0:
-                state[j, b], state_omega[j, b], state_level[j, b] = -value.imag, -omega_value.imag, -level_value.imag
-    w[:, :] = modes.shape @ state
-    by_omega[:, :] = modes.shape @ state_omega
-    by_level[:, :] = modes.shape @ state_level
-
-
-@njit(cache=True)
-def receptance(modes: Modes, omega: float, harmonics: int, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
-    """G' from contact rows `columns` to motion rows `rows`: (2, H+1, rows, columns), real and imaginary part."""
-    size, width = modes.kind.size, columns.size
-    partner = partners(modes.kind)
-    driven = np.empty((size, 2 * (harmonics + 1) * width))
+def frequency_gains(modes: Modes, omega: float, harmonics: int) -> Complex:
+    """Gains at every harmonic of a frequency, (H+1, 2, m)."""
+    gains = np.empty((harmonics + 1, 2, modes.kind.size), dtype=np.complex128)
     for h in range(harmonics + 1):
-        gains = state_gains(1j * h * omega, 1j * h, modes.kind, modes.p, modes.q)
-        for j in range(size):
-            for c in range(width):
-                value = gains[0, j] * modes.receiver[columns[c], j] + gains[1, j] * modes.receiver[columns[c], partner[j]]
-                driven[j, h * width + c] = value.real
-                driven[j, (harmonics + 1 + h) * width + c] = value.imag
-    shape = np.empty((rows.size, size))
-    for r in range(rows.size):
-        shape[r] = modes.shape[rows[r]]
-    product = (shape @ driven).reshape(rows.size, 2, harmonics + 1, width)
-    return np.ascontiguousarray(product.transpose(1, 2, 0, 3))
+        a, b = modes.first[h], modes.last[h]
+        gains[h, :, a:b] = state_gains(1j * h * omega, modes.kind[a:b], modes.p[a:b], modes.q[a:b], modes.r[a:b])
+    return gains
 
 
 @njit(cache=True)
-def pulled(modes: Modes, omega: float, weighted: Array, columns: NDArray[np.int64]) -> Array:
-    """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of rows `columns`."""
-    result = np.empty((columns.size, weighted.shape[1]))
-    state = modes.shape.T @ weighted
-    partner = partners(modes.kind)
-    for h in range((weighted.shape[1] + 1) // 2):
-        gains = state_gains(1j * h * omega, 1j * h, modes.kind, modes.p, modes.q)
-        a, b = max(2 * h - 1, 0), 2 * h
-        for c in range(columns.size):
-            total = 0j
-            for j in range(modes.kind.size):
-                receiver, other = modes.receiver[columns[c], j], modes.receiver[columns[c], partner[j]]
-                pull = complex(state[j, a], state[j, b] if h > 0 else 0.0)
-                total += pull * (gains[0, j] * receiver + gains[1, j] * other)
-            result[c, a] = -total.real
+def _respond(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex) -> None:
+    """state = Γ(s) load at harmonic h, both (m, k); from the last state to the first, since these may drive those."""
+    driven, last = modes.above.shape[0] > 0, modes.last[h]
+    j = last - 1
+    while j >= modes.first[h]:
+        i = modes.partner[j]
+        for c in range(load.shape[1]):
+            one, two = load[i, c], load[j, c]
+            if driven:
+                for k in range(j + 1, last):
+                    one += s * modes.above[i, k] * state[k, c]
+                    two += s * modes.above[j, k] * state[k, c]
+            state[j, c] = gains[0, j] * two
+            if i != j:
+                state[j, c] += gains[1, j] * one
+                state[i, c] = gains[0, i] * one + gains[1, i] * two
+        j = i - 1
+
+
+@njit(cache=True)
+def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex, slope: Complex) -> None:
+    """slope = dΓ/ds load at harmonic h, all (m, 1); state = Γ load. For driven states Γ = (I − s T)⁻¹, dΓ/ds = Γ T Γ."""
+    a, b = modes.first[h], modes.last[h]
+    if modes.above.shape[0] == 0:
+        slopes = _slope_gains(s, gains[:, a:b], modes.kind[a:b], modes.p[a:b], modes.q[a:b], modes.r[a:b])
+        for j in range(a, b):
+            slope[j, 0] = slopes[0, j - a] * load[j, 0] + slopes[1, j - a] * load[modes.partner[j], 0]
+        return
+    turned = np.empty_like(state)
+    for j in range(a, b):
+        total = modes.p[j] * state[j, 0]
+        if modes.partner[j] != j:
+            total += modes.q[j] * state[modes.partner[j], 0]
+        for k in range(j + 1, b):
+            total += modes.above[j, k] * state[k, 0]
+        turned[j, 0] = total
+    _respond(modes, h, s, gains, turned, slope)
+
+
+@njit(cache=True)
+def _states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: bool) -> Array:
+    """States (m, 2H+1) under loads on them in real storage (m, 2H+1), or their derivative by ω."""
+    size = modes.kind.size
+    found = np.zeros_like(load)
+    load_h, state_h = np.empty((size, 1), dtype=np.complex128), np.empty((size, 1), dtype=np.complex128)
+    slope_h = np.empty((size, 1), dtype=np.complex128)
+    for h in range(gains.shape[0]):
+        s, a, b = 1j * h * omega, max(2 * h - 1, 0), 2 * h
+        for j in range(modes.first[h], modes.last[h]):
+            load_h[j, 0] = complex(load[j, a], -load[j, b] if h > 0 else 0.0)
+        _respond(modes, h, s, gains[h], load_h, state_h)
+        if by_omega:
+            _respond_slope(modes, h, s, gains[h], load_h, state_h, slope_h)
+        for j in range(modes.first[h], modes.last[h]):
+            value = 1j * h * slope_h[j, 0] if by_omega else state_h[j, 0]
+            found[j, a] = value.real
             if h > 0:
-                result[c, b] = -total.imag
+                found[j, b] = -value.imag
+    return found
+
+
+@njit(cache=True)
+def _one_structure(modes: Modes) -> bool:
+    """Whether all harmonics see the same states."""
+    return bool(modes.last[0] - modes.first[0] == modes.kind.size)
+
+
+@njit(cache=True)
+def _seen(modes: Modes, state: Array) -> Array:
+    """Motion (rows, 2H+1) of states (m, 2H+1)."""
+    if _one_structure(modes):
+        return np.dot(modes.shape, state)  # type: ignore[no-any-return]
+    result = np.zeros((modes.shape.shape[0], state.shape[1]))
+    for r in range(result.shape[0]):
+        for h in range(modes.first.size):
+            for j in range(modes.first[h], modes.last[h]):
+                for i in range(max(2 * h - 1, 0), 2 * h + 1):
+                    result[r, i] += modes.shape[r, j] * state[j, i]
+    return result
+
+
+@njit(cache=True)
+def _load(modes: Modes, forces: Array, level: float) -> Array:
+    """What drives the states: loads at a level and forces λ."""
+    load: Array = np.dot(modes.receiver.T, forces)
+    for j in range(load.shape[0]):
+        for i in range(load.shape[1]):
+            load[j, i] = modes.static[j, i] + level * modes.dynamic[j, i] - load[j, i]
+    return load
+
+
+@njit(cache=True)
+def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
+    """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
+    return _seen(modes, _states(modes, omega, gains, _load(modes, forces, level), False))
+
+
+@njit(cache=True)
+def motion_slope(modes: Modes, gains: Complex, forces: Array, omega: float, level: float, by_level: bool) -> Array:
+    """Derivative of the motion (rows, 2H+1) by the force level, or by ω, at fixed λ."""
+    load = modes.dynamic if by_level else _load(modes, forces, level)
+    return _seen(modes, _states(modes, omega, gains, load, not by_level))
+
+
+@njit(cache=True)
+def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
+    """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ (contact rows, 2H+1)."""
+    return _seen(modes, _states(modes, omega, gains, -np.dot(modes.receiver.T, forces), False))
+
+
+@njit(cache=True)
+def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) -> Array:
+    """States under unit λ of contact rows `columns`: (m, 2, H+1, columns), real and imaginary part."""
+    size, width = modes.kind.size, columns.size
+    found = np.empty((size, 2, gains.shape[0], width))
+    load, state = np.empty((size, width), dtype=np.complex128), np.empty((size, width), dtype=np.complex128)
+    for j in range(size):
+        for c in range(width):
+            load[j, c] = modes.receiver[columns[c], j]
+    for h in range(gains.shape[0]):
+        _respond(modes, h, 1j * h * omega, gains[h], load, state)
+        for j in range(modes.first[h], modes.last[h]):
+            for c in range(width):
+                found[j, 0, h, c] = state[j, c].real
+                found[j, 1, h, c] = state[j, c].imag
+    return found
+
+
+@njit(cache=True)
+def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
+    """G' to motion rows `rows` from the driven contact rows: (rows, 2, H+1, columns)."""
+    harmonics, width = driven.shape[2], driven.shape[3]
+    if _one_structure(modes):
+        shape = np.empty((rows.size, modes.kind.size))
+        for r in range(rows.size):
+            shape[r] = modes.shape[rows[r]]
+        product = np.dot(shape, driven.reshape(driven.shape[0], -1))
+        return np.asarray(product.reshape(rows.size, 2, harmonics, width))
+    result = np.zeros((rows.size, 2, harmonics, width))
+    for r in range(rows.size):
+        for part in range(2):
+            for h in range(harmonics):
+                for j in range(modes.first[h], modes.last[h]):
+                    for c in range(width):
+                        result[r, part, h, c] += modes.shape[rows[r], j] * driven[j, part, h, c]
+    return result
+
+
+@njit(cache=True)
+def pulled(modes: Modes, driven: Array, weighted: Array) -> Array:
+    """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
+    state = np.dot(modes.shape.T, weighted)
+    result = np.zeros((driven.shape[3], weighted.shape[1]))
+    for h in range(driven.shape[2]):
+        a, b = max(2 * h - 1, 0), 2 * h
+        for j in range(modes.first[h], modes.last[h]):
+            for c in range(driven.shape[3]):
+                real, imaginary = driven[j, 0, h, c], driven[j, 1, h, c]
+                if h == 0:
+                    result[c, 0] -= state[j, 0] * real
+                else:
+                    result[c, a] -= state[j, a] * real - state[j, b] * imaginary
+                    result[c, b] -= state[j, a] * imaginary + state[j, b] * real
     return result

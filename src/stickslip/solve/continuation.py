@@ -228,7 +228,7 @@ class _Tracer:
             return 0.3
         following = self._solved(correction, condition, distance)
         error = current.metric.length(
-            following.evaluation.w - correction.start.w,
+            following.evaluation.w - correction.start_motion,
             following.point.value(self.parameter) - start.value(self.parameter),
         )
         smooth = distance < 1e-3 or (error < 8.0 * self.control.error and self._aligned(current, following, distance))
@@ -259,13 +259,7 @@ class _Tracer:
 
     def _solved(self, correction: Correction, condition: PathCondition, distance: float) -> CurvePoint:
         evaluation, factors = correction.evaluation, correction.factors
-        fresh = (
-            factors is None
-            or correction.factored is None
-            or correction.factored.error > 1e-3
-            or not np.array_equal(correction.factored.unknown, evaluation.unknown)
-        )
-        if fresh or factors is None:
+        if factors is None or not correction.near:
             factors = self.balance.factorise(evaluation, condition)
         metric = self.metric(evaluation)
         tangent = self._tangent(evaluation, factors, metric)

@@ -186,7 +186,7 @@ def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
     for attempt in (still, correction):
         factors = attempt.factors
         if not attempt.converged and factors is not None:
-            pivots = np.abs(np.diag(factors.lu))
+            pivots = np.abs(factors.pivots)
             if pivots.min() <= SINGULAR * pivots.max():
                 return Outcome.BODY_HELD_BY_NOTHING
     return Outcome.NOT_CONVERGED if still.converged else Outcome.NO_STATIC_EQUILIBRIUM

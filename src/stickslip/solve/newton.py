@@ -1,12 +1,16 @@
-"""Newton's method with a line search on the residual: the one loop in which every point of every curve is solved."""
+"""Newton's method with a line search on the residual: the one loop in which every point of every curve is solved, compiled."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.harmonic.iteration import Border, Bordered, State, System, evaluate, factorise, gap, newton_step
+from stickslip.kernels import njit
 
 TOLERANCE = 1e-12
 """Residual relative to the contact forces, or to the harmonic load, at which a point counts as solved."""
@@ -16,15 +20,21 @@ FLOOR = 1e-9
 
 CONDITION_TOLERANCE = 1e-7
 
+NEAR = 1e-3
+"""Residual up to which the factors of a point serve its solution too."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correction:
-    """Outcome of Newton's method: the evaluation of the start and the last one, the last factors and whose they are."""
+    """Outcome of Newton's method: the motion at the start, the last evaluation, the last factors, if any.
 
-    start: Evaluation
+    near: the last factors are nearly those of the last evaluation.
+    """
+
+    start_motion: Array
     evaluation: Evaluation
     factors: Factors | None
-    factored: Evaluation | None
+    near: bool
     iterations: int
     converged: bool
     singular: bool
@@ -49,59 +59,102 @@ def correct(
     patience: how many times a full step is taken although no step reduces the residual; on the far side of a kink it often
     falls again. Without patience Newton fails there.
     """
-    evaluation = first = balance.evaluate(start)
-    factors: Factors | None = None
-    factored: Evaluation | None = None
-    for iteration in range(iterations + 1):
-        gap = condition.gap(evaluation)
-        if evaluation.error <= TOLERANCE and abs(gap) <= CONDITION_TOLERANCE:
-            return Correction(first, evaluation, factors, factored, iteration, True, False)
-        if iteration == iterations:
+    forces, omega, level = np.ascontiguousarray(start.forces), float(start.omega), float(start.level)
+    found = _newton(balance.system, forces, omega, level, condition.border, iterations, halvings, patience)
+    evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), balance.table, found.state)
+    factors = Factors(found.bordered) if found.factorised else None
+    return Correction(found.start_motion, evaluation, factors, found.near, found.iterations, found.converged, found.singular)
+
+
+class _Found(NamedTuple):
+    """What the compiled loop returns; `bordered` holds nothing unless `factorised`."""
+
+    start_motion: Array
+    state: State
+    omega: float
+    level: float
+    bordered: Bordered
+    factorised: bool
+    near: bool
+    iterations: int
+    converged: bool
+    singular: bool
+
+
+@njit(cache=True)
+def _newton(
+    system: System, forces: Array, omega: float, level: float, border: Border, iterations: int, halvings: int, patience: int
+) -> _Found:
+    state = first = evaluate(system, forces, omega, level)
+    bordered = Bordered(np.empty((0, 0)), np.empty(0, np.int32), np.empty(0, np.int64), np.empty((0, 0), np.bool_), 0.0)
+    done, near, converged, singular = 0, False, False, False
+    while True:
+        missed = gap(border, state, omega, level)
+        if state.error <= TOLERANCE and abs(missed) <= CONDITION_TOLERANCE:
+            converged = True
             break
-        factors, factored = balance.factorise(evaluation, condition), evaluation
-        if factors.orientation == 0.0:
-            return Correction(first, evaluation, factors, factored, iteration, False, True)
-        change, amount = balance.newton_step(evaluation, condition, factors)
-        trial = _search(balance, evaluation, condition, change, amount, gap, halvings)
-        if trial is None and patience > 0:
+        if done == iterations:
+            break
+        bordered = factorise(system, state, omega, level, border)
+        if bordered.sign == 0.0:
+            singular = True
+            break
+        done += 1
+        step, amount = newton_step(system, state, omega, border, missed, bordered)
+        length, following = _search(system, state, omega, level, border, missed, step, amount, halvings)
+        if length == 0.0 and patience > 0 and state.error > FLOOR:
             patience -= 1
-            trial = _full_step(balance, evaluation, condition, change, amount)
-        if trial is None:
-            accepted = evaluation.error <= FLOOR and abs(gap) <= CONDITION_TOLERANCE
-            return Correction(first, evaluation, factors, factored, iteration + 1, accepted, False)
-        evaluation = trial
-    return Correction(first, evaluation, factors, factored, iterations, False, False)
+            length, following = _full_step(system, state, omega, level, border, step, amount)
+        if length == 0.0:
+            near = True
+            converged = state.error <= FLOOR and abs(missed) <= CONDITION_TOLERANCE
+            break
+        near = state.error <= NEAR and np.array_equal(state.unknown, following.unknown)
+        state = following
+        omega, level = _moved(border, omega, level, length * amount)
+    factorised = bordered.lu.shape[0] > 0
+    return _Found(first.w, state, omega, level, bordered, factorised, near, done, converged, singular)
 
 
+@njit(cache=True)
+def _moved(border: Border, omega: float, level: float, amount: float) -> tuple[float, float]:
+    """ω and level with the parameter changed."""
+    return (omega, level + amount) if border.by_level else (omega + amount, level)
+
+
+@njit(cache=True)
 def _full_step(
-    balance: HarmonicBalance, evaluation: Evaluation, condition: PathCondition, change: np.ndarray, amount: float
-) -> Evaluation | None:
-    """The evaluation after Newton's whole step, whatever it does to the residual."""
-    if evaluation.error <= FLOOR or not (np.isfinite(amount) and np.all(np.isfinite(change))):
-        return None
-    point = evaluation.point.moved(change, condition.parameter, amount)
-    return balance.evaluate(point) if point.omega > 0.0 else None
+    system: System, state: State, omega: float, level: float, border: Border, step: Array, amount: float
+) -> tuple[float, State]:
+    """The state after Newton's whole step, whatever it does to the residual; length 0 where there is none."""
+    after, raised = _moved(border, omega, level, amount)
+    if not (after > 0.0 and np.isfinite(amount) and np.all(np.isfinite(step))):
+        return 0.0, state
+    return 1.0, evaluate(system, state.forces + step, after, raised)
 
 
+@njit(cache=True)
 def _search(
-    balance: HarmonicBalance,
-    evaluation: Evaluation,
-    condition: PathCondition,
-    change: np.ndarray,
+    system: System,
+    state: State,
+    omega: float,
+    level: float,
+    border: Border,
+    missed: float,
+    step: Array,
     amount: float,
-    gap: float,
     halvings: int,
-) -> Evaluation | None:
-    """The evaluation after the longest of the steps 1, 1/2, 1/4, ... that reduces residual and gap together, or None."""
-    if not (np.isfinite(amount) and np.all(np.isfinite(change))):
-        return None
-    before = np.hypot(evaluation.error, gap)
+) -> tuple[float, State]:
+    """The longest of the steps 1, 1/2, 1/4, ... that reduces residual and gap together, and the state after it; 0 for none."""
+    if not (np.isfinite(amount) and np.all(np.isfinite(step))):
+        return 0.0, state
+    before = np.hypot(state.error, missed)
     length = 1.0
     for _ in range(halvings + 1):
-        point = evaluation.point.moved(length * change, condition.parameter, length * amount)
-        if point.omega > 0.0:
-            trial = balance.evaluate(point)
-            if np.hypot(trial.error, condition.gap(trial)) < (1.0 - 1e-4 * length) * before:
-                return trial
+        after, raised = _moved(border, omega, level, length * amount)
+        if after > 0.0:
+            trial = evaluate(system, state.forces + length * step, after, raised)
+            if np.hypot(trial.error, gap(border, trial, after, raised)) < (1.0 - 1e-4 * length) * before:
+                return length, trial
         length *= 0.5
-    return None
+    return 0.0, state

@@ -34,12 +34,12 @@ def respond(
     """The whole change for a change of λ̂ at fixed λ, `forces` (k, rows, 2H+1), and of w at fixed λ, `motion` (k, ..), if any."""
     omega = evaluation.point.omega
     changed = np.where(factors.mask, 0.0, forces)
-    right = np.zeros((factors.size + 1, forces.shape[0]), order="F")
+    right = np.zeros((forces.shape[0], factors.size + 1))
     for k, held in enumerate(changed):
-        right[:-1, k] = forces[k][factors.mask]
+        right[k, :-1] = forces[k][factors.mask]
         if held.any():
-            right[:-1, k] += balance.pushed(evaluation, factors.offsets, balance.linear.change(held, omega))
-    changed[:, factors.mask] = factors.solve_many(right)[:-1].T
+            right[k, :-1] += balance.pushed(evaluation, factors.offsets, balance.linear.change(held, omega))
+    changed[:, factors.mask] = factors.solve_many(right)[:, :-1]
     moved = np.stack([balance.linear.change(change, omega) for change in changed]) if len(changed) else changed
     return Change(changed, moved if motion is None else moved + motion)
 

@@ -81,5 +81,5 @@ class StartSolutions:
 
 def _singular(balance: HarmonicBalance, evaluation: Evaluation) -> bool:
     """Whether a body could be anywhere at a solved point: prescribed friction holds it in balance, but does not hold it."""
-    pivots = np.abs(np.diag(solved_factors(balance, evaluation).lu))
+    pivots = np.abs(solved_factors(balance, evaluation).pivots)
     return bool(pivots.min() <= SINGULAR * pivots.max())

@@ -1,0 +1,212 @@
+"""The linear structure as states that respond to a frequency each by itself, or one after the other; decomposed once.
+
+G'(s) = B (K + BᵀK_cB + s C + s² M)⁻¹ Bᵀ, s = iΩ, on the modes φ of the stuck structure, φᵀ(K + BᵀK_cB)φ = 1:
+
+* C diagonal on them: gain 1/(1 + s c + s² m). Massless motions have m = 0 and need no special case; a rigid body on its
+  contacts neither.
+* C general: with f, η on those modes, η = [0 I](I − s S)⁻¹[0; I] f, S = [[0, √m], [−√m, −c]], nearly normal where damping is
+  light. The eigenvectors of S give poles σ, gain 1/(1 − s σ), pairs of which are kept real as 2 x 2 blocks. Where the
+  eigenvectors are nearly dependent (critical damping), the real Schur form of S: triangular but for 2 x 2 blocks, solved from
+  its end, exact whatever the damping.
+
+Harmonics may see structures of their own, complex Hermitian ones: `wave_states`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from stickslip.checks import Array, Index, InputError
+from stickslip.harmonic.receptance import (
+    BLOCK_FIRST,
+    BLOCK_SECOND,
+    PAIR_FIRST,
+    PAIR_SECOND,
+    REAL_MODE,
+    REAL_POLE,
+    WAVE_FIRST,
+    WAVE_SECOND,
+)
+from stickslip.problem import LinearSystem
+
+DIAGONAL = 1e-10
+"""Modal damping off the diagonal, relative to the largest, that is rounding."""
+
+ACCURACY = 1e-9
+"""To which eigenvectors must reproduce direct solutions across the spectrum."""
+
+
+CONDITION = 1e9
+"""Of the eigenvectors of a wave, beyond which its damping counts as critical."""
+
+FIRSTS, SECONDS = (PAIR_FIRST, BLOCK_FIRST, WAVE_FIRST), (PAIR_SECOND, BLOCK_SECOND, WAVE_SECOND)
+
+
+class StuckModes(NamedTuple):
+    """Real modes of the stuck structure, φᵀK'φ = 1: shapes (n, m) and squares of 1/ω (m,), ascending in frequency."""
+
+    shapes: Array
+    inverse_squares: Array
+
+
+def stuck_modes(M: Array, stiffness: Array) -> StuckModes:
+    """Modes of (stiffness, M), stiffness positive definite, M positive semi-definite."""
+    inverse_squares, shapes = linalg.eigh(M, stiffness)
+    order = np.argsort(-inverse_squares)
+    return StuckModes(np.ascontiguousarray(shapes[:, order]), np.maximum(inverse_squares[order], 0.0))
+
+
+class States(NamedTuple):
+    """States of a structure: q = output (n, m) · Γ · (inputᵀ p), input (n, m), motion = shape (rows, m) · Γ · (receiverᵀ λ),
+    receiver (contact rows, m); kind, p, q, r, above as in `Modes`."""
+
+    output: Array
+    input: Array
+    shape: Array
+    receiver: Array
+    kind: Index
+    p: Array
+    q: Array
+    r: Array
+    above: Array
+
+
+def states(system: LinearSystem) -> States:
+    """Decouple M q̈ + C q̇ + K q = p of one real structure as far as it can be done accurately."""
+    modes, C = stuck_modes(system.M, system.K), system.C
+    damping = modes.shapes.T @ C @ modes.shapes
+    diagonal = np.diag(damping)
+    coupling = float(np.max(np.abs(damping - np.diag(diagonal)), initial=0.0))
+    if coupling <= DIAGONAL * float(np.max(np.abs(diagonal), initial=1e-300)):
+        kind = np.full(modes.inverse_squares.size, REAL_MODE)
+        return _real_states(system, modes.shapes, modes.shapes, kind, diagonal.copy(), modes.inverse_squares)
+    return _complex_states(system, modes, damping) or schur_states(system, modes, damping)
+
+
+def _real_states(
+    system: LinearSystem, output: Array, source: Array, kind: Index, p: Array, q: Array, above: Array | None = None
+) -> States:
+    shape, receiver = np.vstack([system.B, system.outputs]) @ output, system.B @ source
+    output, source, shape, receiver = (np.ascontiguousarray(part) for part in (output, source, shape, receiver))
+    above = np.empty((0, 0)) if above is None else np.ascontiguousarray(above)
+    return States(output, source, shape, receiver, kind.astype(np.int64), p, q, np.zeros(p.size), above)
+
+
+def _first_order(inverse_squares: Array, damping: NDArray[Any]) -> NDArray[Any]:
+    """S = [[0, √m], [−√m, −c]], (2m, 2m)."""
+    root = np.diag(np.sqrt(inverse_squares))
+    return np.block([[np.zeros_like(root), root], [-root, -damping]])
+
+
+def _complex_states(system: LinearSystem, modes: StuckModes, damping: Array) -> States | None:
+    """Complex modes; None where the eigenvectors of S are nearly dependent."""
+    shapes, size = modes.shapes, modes.inverse_squares.size
+    poles, right = linalg.eig(_first_order(modes.inverse_squares, damping))
+    try:
+        left = np.linalg.inv(right)[:, size:]
+    except np.linalg.LinAlgError:
+        return None
+    if not _accurate(poles, right[size:], left, modes.inverse_squares, damping):
+        return None
+    output, source = shapes @ right[size:], shapes @ left.T
+    real = np.flatnonzero(poles.imag == 0.0)
+    upper = np.flatnonzero(poles.imag > 0.0)
+    pairs = np.repeat(upper, 2)
+    first = np.tile([True, False], upper.size)
+
+    def interleaved(columns: NDArray[Any]) -> Array:
+        chosen = columns[:, pairs]
+        return np.hstack([np.where(first, chosen.real, chosen.imag), columns[:, real].real])
+
+    kind = np.concatenate([np.tile([PAIR_FIRST, PAIR_SECOND], upper.size), np.full(real.size, REAL_POLE)])
+    p, q = (np.concatenate([part[pairs], part[real]]) for part in (poles.real, poles.imag))
+    return _real_states(system, interleaved(output), interleaved(source), kind, p, q)
+
+
+def _accurate(poles: NDArray[Any], output: NDArray[Any], drive: NDArray[Any], squares: Array, damping: Array) -> bool:
+    """Whether η = output (1 − s pole)⁻¹ drive f solves η + s c η + s² m η = f across the spectrum."""
+    load = np.linspace(1.0, 2.0, squares.size)
+    moving = squares[squares > 1e-12 * squares.max(initial=1e-300)]
+    for frequency in 1.0 / np.sqrt(np.quantile(moving, [0.0, 0.3, 0.6, 1.0])):
+        s = 1j * frequency
+        motion = output @ ((drive @ load) / (1.0 - s * poles))
+        error = motion + s * damping @ motion + s * s * squares * motion - load
+        if not float(np.max(np.abs(error))) <= ACCURACY * float(np.max(np.abs(s * s * squares * motion)) + 2.0):
+            return False
+    return True
+
+
+def schur_states(system: LinearSystem, modes: StuckModes, damping: Array) -> States:
+    """States of the real Schur form S = U T Uᵀ, the first depending on the second and so on."""
+    T, U = linalg.schur(_first_order(modes.inverse_squares, damping))
+    size = T.shape[0]
+    kind, p, q = np.full(size, REAL_POLE), np.diag(T).copy(), np.zeros(size)
+    for j in np.flatnonzero(np.diag(T, -1)):
+        kind[j : j + 2] = BLOCK_FIRST, BLOCK_SECOND
+        q[j : j + 2] = T[j, j + 1], T[j + 1, j]
+        T[j, j + 1] = 0.0
+    shapes = modes.shapes @ U[modes.inverse_squares.size :]
+    return _real_states(system, shapes, shapes, kind, p, q, np.triu(T, 1))
+
+
+Turned = tuple[NDArray[np.complex128], LinearSystem]
+"""A wave that a structure consists of: each sector's share of it (sectors,), and its own system."""
+
+
+def wave_states(waves: Sequence[Turned]) -> States:
+    """States of the uncoupled complex Hermitian waves of a structure: motion turn ⊗ z of the sectors for motion z of a wave."""
+    parts = [(turn[:, None], _wave(system)) for turn, system in waves]
+    output = np.hstack([np.kron(turn, output) for turn, (output, *_) in parts])
+    source = np.hstack([np.kron(turn, drive.conj().T) for turn, (_, drive, *_) in parts]).conj()
+    shape, receiver, p, q = ([part[k] for _, part in parts] for k in range(2, 6))
+    return _as_real(output, source, np.hstack(shape), np.hstack(receiver), np.concatenate(p), np.concatenate(q))
+
+
+def _wave(system: LinearSystem) -> tuple[NDArray[Any], ...]:
+    """q = output Γ drive p, motion = shape Γ receiverᵀ λ, p and q of the gains; refused where damping does not decouple well."""
+    inverse_squares, shapes = linalg.eigh(system.M, system.K)
+    squares = np.maximum(inverse_squares, 0.0)
+    damping = shapes.conj().T @ system.C @ shapes
+    diagonal = np.diag(damping)
+    if np.abs(damping - np.diag(diagonal)).max(initial=0.0) <= DIAGONAL * np.abs(diagonal).max(initial=1e-300):
+        output, drive, p, q = shapes, shapes.conj().T, diagonal, squares
+    else:
+        poles, drive, output = _poles(squares, damping)
+        output, drive, p, q = shapes @ output, drive @ shapes.conj().T, -poles, np.zeros(poles.size)
+    return output, drive, np.vstack([system.B, system.outputs]) @ output, (drive @ system.B.conj().T).T, p, q
+
+
+def _poles(squares: Array, damping: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """η = output (1 − s pole)⁻¹ drive f of η + s c η + s² m η = f."""
+    size = squares.size
+    poles, right = linalg.eig(_first_order(squares, damping))
+    if not np.linalg.cond(right) < CONDITION:
+        raise InputError(
+            "The damping of a disk must decouple into modes, but two of them are critically damped together. "
+            "Use modal damping, or change C a little."
+        )
+    return poles, linalg.inv(right)[:, size:], right[size:]
+
+
+def _as_real(*given: NDArray[Any]) -> States:
+    """Complex output, source, shape, receiver, p and q as real states: x and i x for each complex one, x alone where all is real."""
+    parts, p, q = given[:4], given[4].astype(complex), given[5]
+    if not any(np.iscomplexobj(part) and part.imag.any() for part in (*parts, p)):
+        output, source, shape, receiver = (np.ascontiguousarray(part.real) for part in parts)
+        return States(
+            output, source, shape, receiver, np.full(q.size, REAL_MODE), p.real.copy(), q, np.zeros(q.size), np.empty((0, 0))
+        )
+    output, source, shape, receiver = (np.stack([x.real, x.imag], axis=2).reshape(x.shape[0], -1) for x in parts)
+    kind, real, squares, imaginary = np.tile([WAVE_FIRST, WAVE_SECOND], q.size), *(np.repeat(x, 2) for x in (p.real, q, p.imag))
+    return States(output, source, shape, receiver, kind, real, squares, imaginary, np.empty((0, 0)))
+
+
+def partners(kind: Index) -> Index:
+    """The state that shares a 2 x 2 block with each state; itself when alone."""
+    own = np.arange(kind.size)
+    return own + np.isin(kind, FIRSTS).astype(np.int64) - np.isin(kind, SECONDS)

@@ -1,0 +1,215 @@
+"""What one Newton iteration is made of, compiled: evaluate the balance, factorise its bordered matrix, and directions from it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.checks import Array, Index
+from stickslip.contact.table import ContactTable
+from stickslip.harmonic.contact_forces import contact_forces
+from stickslip.harmonic.fourier import Fourier
+from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
+from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, unknown_entries
+from stickslip.harmonic.receptance import (
+    Complex,
+    Modes,
+    change,
+    driven_states,
+    frequency_gains,
+    motion,
+    motion_slope,
+    pulled,
+    receptance,
+)
+from stickslip.kernels import njit
+
+
+class System(NamedTuple):
+    """A harmonic balance as the kernels read it.
+
+    stiffness (rows,): springs of the stuck contacts; normal, partner: `related_rows`; load_size, least_scale: of residuals;
+    effort (2,): how many evaluations and factorisations were made, counted on.
+    """
+
+    table: ContactTable
+    tables: Fourier
+    modes: Modes
+    stiffness: Array
+    normal: Index
+    partner: Index
+    load_size: float
+    least_scale: float
+    effort: Index
+
+
+class State(NamedTuple):
+    """Everything at a point: forces λ (rows, 2H+1); gains of the modes; motion w (rows and outputs, 2H+1); residual λ − λ̂;
+    unknown (rows,) and the derivatives own, coupling, cross of λ̂, as `contact_forces` fills them; error: ‖residual‖ relative to
+    the contact forces or the harmonic load, whichever is larger."""
+
+    forces: Array
+    gains: Complex
+    w: Array
+    residual: Array
+    unknown: Index
+    own: Array
+    coupling: Array
+    cross: Array
+    error: float
+
+
+class Bordered(NamedTuple):
+    """The factorised bordered matrix: factors and pivots; where the unknowns of each row start; which entries of λ they are;
+    sign of the determinant, 0 when singular."""
+
+    lu: Array
+    pivots: NDArray[np.int32]
+    offsets: Index
+    mask: NDArray[np.bool_]
+    sign: float
+
+
+class Border(NamedTuple):
+    """A path condition, weight · w + slope p = target; weight (rows, 2H+1), or (0, 0) for none; p: the level, or ω."""
+
+    weight: Array
+    slope: float
+    target: float
+    by_level: bool
+
+
+@njit(cache=True)
+def _size(values: Array) -> float:
+    total = 0.0
+    for value in values.flat:
+        total += value * value
+    return float(np.sqrt(total))
+
+
+@njit(cache=True)
+def _dot(a: Array, b: Array) -> float:
+    total = 0.0
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            total += a[i, j] * b[i, j]
+    return total
+
+
+@njit(cache=True)
+def evaluate(system: System, forces: Array, omega: float, level: float) -> State:
+    """Motion, residual and derivatives at a point."""
+    system.effort[0] += 1
+    rows, columns = forces.shape
+    coupled = rows if np.any(system.table.coupled) else 0
+    gains = frequency_gains(system.modes, omega, (columns - 1) // 2)
+    w = motion(system.modes, gains, forces, omega, level)
+    target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
+    own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
+    cross = np.empty((coupled, columns, columns))
+    contact_forces(system.table, system.tables, w, target, unknown, own, coupling, cross)
+    residual = forces - target
+    for r in range(rows):
+        target[r] += system.stiffness[r] * w[r]
+    scale = max(_size(target), level * system.load_size, system.least_scale)
+    return State(forces, gains, w, residual, unknown, own, coupling, cross, _size(residual) / scale)
+
+
+@njit(cache=True)
+def gap(border: Border, state: State, omega: float, level: float) -> float:
+    """How far the path condition is from being met."""
+    reached = border.slope * (level if border.by_level else omega) - border.target
+    return reached + _dot(border.weight, state.w) if border.weight.shape[0] else reached
+
+
+@njit(cache=True)
+def factorise(system: System, state: State, omega: float, level: float, border: Border) -> Bordered:
+    """J on the unknowns, bordered by the derivative by the parameter and the path condition."""
+    system.effort[1] += 1
+    columns = state.forces.shape[1]
+    offsets, mask = unknown_entries(state.unknown, columns)
+    size = offsets[-1]
+    matrix = np.zeros((size + 1, size + 1))
+    matrix[size, size] = border.slope
+    by = motion_slope(system.modes, state.gains, state.forces, omega, level, border.by_level)
+    if border.weight.shape[0]:
+        matrix[size, size] += _dot(border.weight, by)
+    if size:
+        active, moved, place = moved_rows(system.table, state.unknown)
+        driven = driven_states(system.modes, state.gains, omega, active)
+        G = receptance(system.modes, driven, moved)
+        blocks = (state.own, state.coupling, state.cross)
+        newton_matrix(offsets, system.normal, system.partner, active, place, *blocks, G, matrix)
+        matrix[:size, size] = -_pushed(system, state, offsets, by)
+        if border.weight.shape[0]:
+            pull = pulled(system.modes, driven, border.weight)
+            for i in range(active.size):
+                first, last = offsets[active[i]], offsets[active[i] + 1]
+                matrix[size, first:last] = pull[i, : last - first]
+    pivots = lu_factor(matrix)
+    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+
+
+@njit(cache=True)
+def _pushed(system: System, state: State, offsets: Index, dw: Array) -> Array:
+    result = np.empty(offsets[-1])
+    pushed(offsets, system.normal, system.partner, state.own, state.coupling, state.cross, dw, result)
+    return result
+
+
+@njit(cache=True)
+def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
+    """Put the unknowns of a solution into λ (rows, 2H+1)."""
+    for r in range(forces.shape[0]):
+        first = bordered.offsets[r]
+        for i in range(bordered.offsets[r + 1] - first):
+            forces[r, i] = solution[first + i]
+
+
+@njit(cache=True)
+def newton_step(
+    system: System, state: State, omega: float, border: Border, short: float, bordered: Bordered
+) -> tuple[Array, float]:
+    """Newton's change of λ (rows, 2H+1) and of the parameter; short: by how much the path condition is missed."""
+    rows, columns = state.forces.shape
+    step = np.zeros((rows, columns))
+    size = bordered.offsets[-1]
+    right = np.empty((1, size + 1))
+    known = False
+    for r in range(rows):
+        first, count = bordered.offsets[r], bordered.offsets[r + 1] - bordered.offsets[r]
+        for i in range(columns):
+            if i < count:
+                right[0, first + i] = -state.residual[r, i]
+            else:
+                step[r, i] = -state.residual[r, i]
+                known = known or state.residual[r, i] != 0.0
+    right[0, size] = -short
+    if known:
+        moved = change(system.modes, state.gains, step, omega)
+        right[0, :size] += _pushed(system, state, bordered.offsets, moved)
+        if border.weight.shape[0]:
+            right[0, size] -= _dot(border.weight, moved)
+    lu_solve(bordered.lu, bordered.pivots, right)
+    _spread(bordered, right[0], step)
+    return step, right[0, size]
+
+
+@njit(cache=True)
+def tangent(
+    system: System, state: State, omega: float, level: float, by_level: bool, bordered: Bordered
+) -> tuple[Array, Array, float]:
+    """Direction along the curve, path condition growing at rate one: dλ (rows, 2H+1), dw (rows and outputs, 2H+1), dp."""
+    size = bordered.offsets[-1]
+    right = np.zeros((1, size + 1))
+    right[0, size] = 1.0
+    lu_solve(bordered.lu, bordered.pivots, right)
+    forces = np.zeros(state.forces.shape)
+    _spread(bordered, right[0], forces)
+    amount = right[0, size]
+    dw = amount * motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
+    if size:
+        dw += change(system.modes, state.gains, forces, omega)
+    return forces, dw, amount

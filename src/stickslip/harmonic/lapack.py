@@ -1,0 +1,69 @@
+"""LU factorisation by LAPACK from compiled code: the routines that SciPy brings, called without Python in between.
+
+Matrices lie by rows, LAPACK reads them by columns: it factorises the transpose, and solves with the transpose of that.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import binding  # type: ignore[import-untyped]
+from numba import types
+from numba.extending import get_cython_function_address
+from numpy.typing import NDArray
+
+from stickslip.checks import Array
+from stickslip.kernels import njit
+
+for _name in ("dgetrf", "dgetrs"):
+    # A symbol by name, not an address: kernels that call it can be cached.
+    binding.add_symbol(f"stickslip_{_name}", get_cython_function_address("scipy.linalg.cython_lapack", _name))
+
+_pointer: Any = types.CPointer
+_integers, _doubles, _letters = _pointer(types.int32), _pointer(types.float64), _pointer(types.uint8)
+_dgetrf: Any = types.ExternalFunction("stickslip_dgetrf", types.void(*[_integers] * 2, _doubles, *[_integers] * 3))
+_dgetrs: Any = types.ExternalFunction(
+    "stickslip_dgetrs", types.void(_letters, *[_integers] * 2, _doubles, *[_integers] * 2, _doubles, *[_integers] * 2)
+)
+
+_TRANSPOSED = ord("T")
+
+
+@njit(cache=True)
+def lu_factor(matrix: Array) -> NDArray[np.int32]:
+    """Overwrite a matrix (N, N) with its factors; the pivots (N,)."""
+    size, info = np.array([matrix.shape[0]], dtype=np.int32), np.zeros(1, dtype=np.int32)
+    pivots = np.empty(matrix.shape[0], dtype=np.int32)
+    _dgetrf(size.ctypes, size.ctypes, matrix.ctypes, size.ctypes, pivots.ctypes, info.ctypes)
+    return pivots
+
+
+@njit(cache=True)
+def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
+    """Overwrite right-hand sides (k, N) with the solutions of A x = b."""
+    transposed = np.array([_TRANSPOSED], dtype=np.uint8)
+    size, count = np.array([lu.shape[0]], dtype=np.int32), np.array([right.shape[0]], dtype=np.int32)
+    info = np.zeros(1, dtype=np.int32)
+    _dgetrs(
+        transposed.ctypes,
+        size.ctypes,
+        count.ctypes,
+        lu.ctypes,
+        size.ctypes,
+        pivots.ctypes,
+        right.ctypes,
+        size.ctypes,
+        info.ctypes,
+    )
+
+
+@njit(cache=True)
+def orientation(lu: Array, pivots: NDArray[np.int32]) -> float:
+    """Sign of the determinant of a factorised matrix; 0 when it is singular."""
+    sign = 1.0
+    for i in range(pivots.size):
+        sign *= np.sign(lu[i, i])
+        if pivots[i] != i + 1:
+            sign = -sign
+    return sign
