@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from stickslip import rigs
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.solve.continuation import CurvePoint, StepControl, first_point, trace
+from stickslip.solve.newton import correct
 
 
 def parts(request: dict) -> Answer:
@@ -45,21 +48,18 @@ def parts(request: dict) -> Answer:
 
 def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
     """Times at one point: the parts, their sum, a whole iteration, and the ratio of the two."""
-    evaluation, omega = point.evaluation, point.point.omega
-    rows, columns = balance.rows, balance.columns
-    target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
-    own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
-    w, by_omega, by_level = (np.empty_like(evaluation.w) for _ in range(3))
-    active = np.flatnonzero(evaluation.unknown)
-    condition = _plane(balance, point)
-    factors = balance.factorise(evaluation, condition)
+    state, omega = point.evaluation.state, point.point.omega
+    target, unknown = np.empty_like(state.residual), np.zeros_like(state.unknown)
+    own, coupling, cross = np.empty_like(state.own), np.empty_like(state.coupling), np.empty_like(state.cross)
+    active = np.flatnonzero(state.unknown)
+    factors = balance.factorise(point.evaluation, _plane(balance, point))
     matrix = np.asfortranarray(np.eye(factors.size + 1) + 1e-3 * np.random.default_rng(1).normal(size=(factors.size + 1,) * 2))
 
     def forces() -> None:
-        contact_forces(balance.table, balance.tables, evaluation.w, target, unknown, own, coupling, evaluation.cross)
+        contact_forces(balance.table, balance.tables, state.w, target, unknown, own, coupling, cross)
 
     def motion() -> None:
-        balance.linear.motion(evaluation.point.forces, omega, evaluation.point.level, w, by_omega, by_level)
+        balance.linear.motion(state.forces, omega, point.point.level)
 
     def receptance() -> None:
         balance.linear.receptance(omega, balance.harmonics, active, active)
@@ -67,19 +67,25 @@ def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
     def factor() -> None:
         lapack.dgetrf(matrix)
 
-    def iteration() -> None:
-        found = balance.factorise(evaluation, condition)
-        change, amount = balance.newton_step(evaluation, condition, found)
-        balance.evaluate(evaluation.point.moved(change, "omega", amount))
-
     found = {
         "contact_sweep": best_time(forces),
         "motion": best_time(motion),
         "receptance": best_time(receptance) if active.size else 0.0,
         "factorisation": best_time(factor),
     }
-    whole = best_time(iteration)
+    whole = _iteration_time(balance, point)
     return found | {"parts": sum(found.values()), "iteration": whole, "ratio": whole / sum(found.values())}
+
+
+def _iteration_time(balance: HarmonicBalance, point: CurvePoint) -> float:
+    """CPU seconds of one more Newton iteration, as the difference between corrections that stop after two and after one."""
+    condition = _plane(balance, point)
+    tangent = point.tangent
+    start = point.point.moved(0.05 * tangent.forces, "omega", 0.05 * tangent.parameter)
+    # A target far away, so that neither correction ends early.
+    condition = replace(condition, target=condition.target + 0.05)
+    times = [best_time(partial(correct, balance, start, condition, iterations)) for iterations in (1, 2)]
+    return times[1] - times[0]
 
 
 def _plane(balance: HarmonicBalance, point: CurvePoint) -> Any:

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
 from importlib import metadata
-from typing import Any
 
 import numpy as np
 from cases import BY_NAME, HARMONICS, SAMPLES, Case
@@ -28,30 +26,6 @@ IMPORT_SECONDS = time.process_time()
 RIGS = {"B1": rigs.single_mass, "B2a": rigs.chain, "B2b": rigs.chain_varying_load, "blade": rigs.single_blade}
 
 
-@dataclass
-class Calls:
-    """How often the balance was evaluated and factorised."""
-
-    evaluations: int = 0
-    factorisations: int = 0
-
-
-class CountedBalance(HarmonicBalance):
-    """A balance that counts. Its own cost is one addition a call."""
-
-    def __init__(self, problem: Problem, harmonics: int, samples: int) -> None:
-        super().__init__(problem, harmonics, samples)
-        self.calls = Calls()
-
-    def evaluate(self, *arguments: Any) -> Any:
-        self.calls.evaluations += 1
-        return super().evaluate(*arguments)
-
-    def factorise(self, *arguments: Any) -> Any:
-        self.calls.factorisations += 1
-        return super().factorise(*arguments)
-
-
 def problem_of(case: Case) -> Problem:
     """The rig of a case."""
     return RIGS[case.problem]()
@@ -64,7 +38,7 @@ def sweep(request: dict) -> Answer:
     solved_peaks = settings.pop("peaks", False)
     control = StepControl(**settings)
     began = time.process_time()
-    balance = CountedBalance(problem_of(case), HARMONICS, SAMPLES)
+    balance = HarmonicBalance(problem_of(case), HARMONICS, SAMPLES)
     points, reached = _trace(balance, case, control, solved_peaks)
     cpu = time.process_time() - began
     points = sorted(points, key=lambda point: point.point.omega)
@@ -142,7 +116,7 @@ def blade(request: dict) -> Answer:
     began = time.process_time()
     problem = rigs.single_blade(preload_mass=4.6)
     built = time.process_time()
-    balance = CountedBalance(problem, request["harmonics"], SAMPLES)
+    balance = HarmonicBalance(problem, request["harmonics"], SAMPLES)
     prepared = time.process_time()
     low, high = (2.0 * np.pi * frequency for frequency in request["band"])
     points = list(trace(balance, first_point(balance, low, request["force"]), "omega", high, StepControl()))

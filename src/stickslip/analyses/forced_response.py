@@ -29,6 +29,7 @@ from stickslip.results import save
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.densify import densified
+from stickslip.solve.peak import TOLERANCE
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band
 
@@ -110,6 +111,7 @@ def forced_response(
     samples: int = 256,
     *,
     tolerance: float = 2e-3,
+    peak_tolerance: float = TOLERANCE,
     workers: int = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -127,7 +129,7 @@ def forced_response(
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing (the first run on a machine compiles the kernels)")
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance)
+    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance)
     curves = all_cases(work, finished, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -144,6 +146,7 @@ class ForcedResponseWork:
     harmonics: int
     samples: int
     choice: str = ""
+    peak_tolerance: float = TOLERANCE
 
     @classmethod
     def of(
@@ -154,17 +157,21 @@ class ForcedResponseWork:
         harmonics: int | Literal["auto"],
         samples: int,
         tolerance: float = 2e-3,
+        peak_tolerance: float = TOLERANCE,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         (frequencies, exactly), levels = _frequencies(band), force_levels(force)
         Nt = _whole("samples", samples)
         Nt += -Nt % problem.sample_multiple
+        if not positive("peak_tolerance", peak_tolerance) < 0.1:
+            raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
+        sentence = ""
         if harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
-            return cls(problem, tuple(frequencies), exactly, levels, choice.harmonics, choice.samples, choice.sentence)
+            harmonics, Nt, sentence = choice.harmonics, choice.samples, choice.sentence
         H = _whole("harmonics", harmonics)
         fourier(H, Nt)
-        return cls(problem, tuple(frequencies), exactly, levels, H, Nt)
+        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -180,6 +187,7 @@ class ForcedResponseWork:
         """Everything that a curve depends on."""
         where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        how += f", peaks to {self.peak_tolerance!r}"
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
     @property
@@ -194,7 +202,7 @@ class ForcedResponseWork:
         """The arrays of the curve of one force level."""
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
-        curve = solve_curve(self.balance, omegas, self.levels[case], self.exactly, tell)
+        curve = solve_curve(self.balance, omegas, self.levels[case], self.exactly, tell, peak_tolerance=self.peak_tolerance)
         if not self.exactly:
             curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)

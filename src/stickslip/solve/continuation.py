@@ -15,6 +15,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.kernels import njit
 from stickslip.solve.newton import Correction, correct, fixed
 
 
@@ -118,6 +119,16 @@ def trace(
     return _Tracer(balance, parameter, first, end, control or StepControl()).points(first)
 
 
+@njit(cache=True)
+def _moving_sizes(w: Array, rows: int) -> tuple[float, float]:
+    """Root sums of squares of the motion of contacts and of outputs, without their means."""
+    squares = [0.0, 0.0]
+    for r in range(w.shape[0]):
+        for i in range(1, w.shape[1]):
+            squares[0 if r < rows else 1] += w[r, i] ** 2
+    return np.sqrt(squares[0]), np.sqrt(squares[1])
+
+
 class _Tracer:
     """State of one continuation: what changes along the curve, kept in one place."""
 
@@ -129,7 +140,7 @@ class _Tracer:
         self.end = end
         self.direction = 1.0 if end > self.start else -1.0
         self.scale = abs(end - self.start) / 10.0
-        self.largest = np.zeros(2)
+        self.largest = [0.0, 0.0]
         self.orientation = 0.0
         self.step = control.first
 
@@ -159,12 +170,11 @@ class _Tracer:
         """Scales of the motion at a point: its own size, but no less than 2 % of the largest so far."""
         rows = self.balance.rows
         weight = np.zeros_like(evaluation.w)
-        for i, part in enumerate((slice(0, rows), slice(rows, None))):
-            size = float(np.linalg.norm(evaluation.w[part, 1:]))
+        for i, size in enumerate(_moving_sizes(evaluation.w, rows)):
             self.largest[i] = max(self.largest[i], size)
             scale = max(size, 0.02 * self.largest[i])
             if scale > 0.0:
-                weight[part] = 1.0 / scale**2
+                weight[slice(0, rows) if i == 0 else slice(rows, None)] = 1.0 / scale**2
         return Metric(weight, 1.0 / self.scale**2)
 
     def _starting_point(self, first: Correction) -> CurvePoint:

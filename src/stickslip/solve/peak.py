@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -147,6 +147,7 @@ class PeakSearch:
         self.balance, self.curve, self.tolerance = balance, curve, tolerance
         self.lengths = np.cumsum([point.length for point in curve])
         self.solved: dict[int, list[_Place]] = {}
+        self.planes: dict[int, tuple[PathCondition, float]] = {}
 
     def peaks(self, output: int, measure: Measure = first_harmonic, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
@@ -201,12 +202,14 @@ class PeakSearch:
 
     def _plane(self, k: int, fraction: float) -> tuple[PathCondition, float]:
         """The path condition at a fraction of segment k, and how far it reaches over the whole segment."""
-        current, following = self.curve[k], self.curve[k + 1]
-        weight = current.metric.weight * current.tangent.motion
-        slope = current.metric.parameter * current.tangent.parameter
-        ends = [float(np.vdot(weight, p.evaluation.w)) + slope * p.point.omega for p in (current, following)]
-        span = ends[1] - ends[0]
-        return PathCondition("omega", weight, slope, ends[0] + fraction * span), span
+        if k not in self.planes:
+            current, following = self.curve[k], self.curve[k + 1]
+            weight = current.metric.weight * current.tangent.motion
+            plane = PathCondition("omega", weight, current.metric.parameter * current.tangent.parameter, 0.0)
+            ends = [plane.rate(p.evaluation.w, p.point.omega) for p in (current, following)]
+            self.planes[k] = replace(plane, target=ends[0]), ends[1] - ends[0]
+        plane, span = self.planes[k]
+        return PathCondition("omega", plane.weight, plane.slope, plane.target + fraction * span), span
 
     def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Place:
         tangent = point.tangent

@@ -47,6 +47,7 @@ class Sweep:
     harmonics: int | Literal["auto"]
     samples: int
     tolerance: float
+    peak_tolerance: float
 
     @property
     def summary(self) -> str:
@@ -61,7 +62,7 @@ class Sweep:
 
     def forced_response(self) -> ForcedResponseWork:
         """Its forced response, which other analyses go by; "auto" has become a number there."""
-        settings = (self.frequencies, self.force_levels, self.harmonics, self.samples, self.tolerance)
+        settings = (self.frequencies, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance)
         return ForcedResponseWork.of(self.problem, *settings)
 
 

@@ -123,7 +123,8 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
         found.attempt("[sweep]", problem.load, table.wanted_harmonics)
     if problem is None or frequencies is None:
         return None
-    return Sweep(problem, frequencies, tuple(table.force_levels), table.wanted_harmonics, table.samples, table.tolerance)
+    tolerances = table.tolerance, table.peak_tolerance
+    return Sweep(problem, frequencies, tuple(table.force_levels), table.wanted_harmonics, table.samples, *tolerances)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:

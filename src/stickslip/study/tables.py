@@ -178,6 +178,9 @@ class SweepTable(Table):
         float, Field(gt=0.0, lt=0.5, description='for harmonics = "auto": left-out motion of the contacts, relative')
     ] = 2e-3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
+    peak_tolerance: Annotated[float, Field(gt=0.0, lt=0.1, description="relative amplitude by which a peak may be too low")] = (
+        1e-8
+    )
     outputs: Annotated[
         list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
     ] = None
