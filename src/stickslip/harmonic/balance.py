@@ -19,7 +19,7 @@ from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import iteration
 from stickslip.harmonic.fourier import Fourier, fourier
-from stickslip.harmonic.iteration import Border, Bordered, State, System
+from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed, related_rows
@@ -212,8 +212,8 @@ class HarmonicBalance:
         omega, short = evaluation.point.omega, condition.gap(evaluation)
         return iteration.newton_step(self.system, evaluation.state, omega, condition.border, short, factors.bordered)
 
-    def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: Factors) -> tuple[Array, Array, float]:
-        """Direction along the curve with path condition growing at rate one: dλ (rows, 2H+1), dw (motion rows, 2H+1), dp."""
+    def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: Factors) -> Direction:
+        """Direction along the curve, the path condition growing at rate one."""
         point, by_level = evaluation.point, parameter == "level"
         return iteration.tangent(self.system, evaluation.state, point.omega, point.level, by_level, factors.bordered)
 

@@ -194,7 +194,7 @@ def _poles(squares: Array, damping: NDArray[Any]) -> tuple[NDArray[Any], NDArray
 
 
 def _as_real(*given: NDArray[Any]) -> States:
-    """Complex output, source, shape, receiver, p and q as real states: x and i x for each complex one, x alone where all is real."""
+    """Complex output, source, shape, receiver, p and q as real states: x and i x for each, x alone where all is real."""
     parts, p, q = given[:4], given[4].astype(complex), given[5]
     if not any(np.iscomplexobj(part) and part.imag.any() for part in (*parts, p)):
         output, source, shape, receiver = (np.ascontiguousarray(part.real) for part in parts)

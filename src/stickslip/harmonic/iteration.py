@@ -81,6 +81,14 @@ class Border(NamedTuple):
     by_level: bool
 
 
+class Direction(NamedTuple):
+    """Along the curve, the path condition growing at rate one: dλ (rows, 2H+1), dw (rows and outputs, 2H+1), dp."""
+
+    forces: Array
+    motion: Array
+    rate: float
+
+
 @njit(cache=True)
 def _size(values: Array) -> float:
     total = 0.0
@@ -198,18 +206,16 @@ def newton_step(
 
 
 @njit(cache=True)
-def tangent(
-    system: System, state: State, omega: float, level: float, by_level: bool, bordered: Bordered
-) -> tuple[Array, Array, float]:
-    """Direction along the curve, path condition growing at rate one: dλ (rows, 2H+1), dw (rows and outputs, 2H+1), dp."""
+def tangent(system: System, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
+    """The direction of the curve at a point, with the factors there."""
     size = bordered.offsets[-1]
     right = np.zeros((1, size + 1))
     right[0, size] = 1.0
     lu_solve(bordered.lu, bordered.pivots, right)
     forces = np.zeros(state.forces.shape)
     _spread(bordered, right[0], forces)
-    amount = right[0, size]
-    dw = amount * motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
+    rate = right[0, size]
+    dw = rate * motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
     if size:
         dw += change(system.modes, state.gains, forces, omega)
-    return forces, dw, amount
+    return Direction(forces, dw, rate)

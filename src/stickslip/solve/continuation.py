@@ -15,8 +15,9 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.harmonic.iteration import Direction
 from stickslip.kernels import njit
-from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
 
 @dataclass(frozen=True)
@@ -181,14 +182,14 @@ class _Tracer:
         evaluation = first.evaluation
         factors = self.balance.factorise(evaluation, PathCondition(self.parameter, None, self.direction, 0.0))
         metric = self.metric(evaluation)
-        tangent = self._tangent(evaluation, factors, metric)
+        tangent = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, metric)
         factors = self.balance.factorise(evaluation, self._condition(evaluation, tangent, metric, 0.0))
         self.orientation = factors.orientation
         return CurvePoint(evaluation, tangent, metric, first.iterations, factors.size, 0.0)
 
-    def _tangent(self, evaluation: Evaluation, factors: Factors, metric: Metric) -> Tangent:
+    def _tangent(self, direction: Direction, factors: Factors, metric: Metric) -> Tangent:
         """The unit tangent, turned so that the sign of the bordered determinant stays."""
-        forces, motion, amount = self.balance.tangent(evaluation, self.parameter, factors)
+        forces, motion, amount = direction
         length = metric.length(motion, amount)
         if self.orientation * factors.orientation < 0.0:
             length = -length
@@ -231,12 +232,12 @@ class _Tracer:
         start = current.point.moved(forces, self.parameter, amount)
         if start.omega <= 0.0:
             return 0.5
-        correction = correct(self.balance, start, condition, self.control.iterations)
+        correction = correct(self.balance, start, condition, self.control.iterations, direction=NEAR)
         if not correction.converged and self.control.patient[0] < distance < self.control.patient[1]:
-            correction = correct(self.balance, start, condition, iterations=20, patience=10)
+            correction = correct(self.balance, start, condition, iterations=20, patience=10, direction=NEAR)
         if not correction.converged:
             return 0.3
-        following = self._solved(correction, condition, distance)
+        following = self._solved(correction, distance)
         error = current.metric.length(
             following.evaluation.w - correction.start_motion,
             following.point.value(self.parameter) - start.value(self.parameter),
@@ -267,12 +268,12 @@ class _Tracer:
         dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
         return dot > self.control.cosine * metric.length(b.motion, b.parameter)
 
-    def _solved(self, correction: Correction, condition: PathCondition, distance: float) -> CurvePoint:
-        evaluation, factors = correction.evaluation, correction.factors
-        if factors is None or not correction.near:
-            factors = self.balance.factorise(evaluation, condition)
+    def _solved(self, correction: Correction, distance: float) -> CurvePoint:
+        evaluation, factors, direction = correction.evaluation, correction.factors, correction.direction
+        assert factors is not None
+        assert direction is not None
         metric = self.metric(evaluation)
-        tangent = self._tangent(evaluation, factors, metric)
+        tangent = self._tangent(direction, factors, metric)
         return CurvePoint(evaluation, tangent, metric, correction.iterations, factors.size, distance)
 
     def _bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float] | None:
@@ -294,7 +295,7 @@ class _Tracer:
             factors = self.balance.factorise(evaluation, condition)
             if factors.orientation == 0.0:
                 continue
-            turned = self._tangent(evaluation, factors, current.metric)
+            turned = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, current.metric)
             for distance in (1e-3, 1e-2, 1e-4):
                 found = self._try_turned(current, turned, distance)
                 if found is not None:
@@ -305,10 +306,8 @@ class _Tracer:
     def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:
         condition = self._condition(current.evaluation, tangent, current.metric, distance)
         start = current.point.moved(distance * tangent.forces, self.parameter, distance * tangent.parameter)
-        correction = correct(self.balance, start, condition, iterations=15, halvings=8)
-        if not correction.converged:
-            return None
-        return self._solved(correction, condition, distance)
+        correction = correct(self.balance, start, condition, iterations=15, halvings=8, direction=NEAR)
+        return self._solved(correction, distance) if correction.converged else None
 
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
         """The point at the end of the band, exactly, between the last two."""

@@ -9,7 +9,18 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Border, Bordered, State, System, evaluate, factorise, gap, newton_step
+from stickslip.harmonic.iteration import (
+    Border,
+    Bordered,
+    Direction,
+    State,
+    System,
+    evaluate,
+    factorise,
+    gap,
+    newton_step,
+    tangent,
+)
 from stickslip.kernels import njit
 
 TOLERANCE = 1e-12
@@ -21,20 +32,20 @@ FLOOR = 1e-9
 CONDITION_TOLERANCE = 1e-7
 
 NEAR = 1e-3
-"""Residual up to which the factors of a point serve its solution too."""
+"""Residual up to which the factors of a point serve for the direction of the curve at its solution."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correction:
     """Outcome of Newton's method: the motion at the start, the last evaluation, the last factors, if any.
 
-    near: the last factors are nearly those of the last evaluation.
+    direction: along the curve, if it was asked for and the point converged.
     """
 
     start_motion: Array
     evaluation: Evaluation
     factors: Factors | None
-    near: bool
+    direction: Direction | None
     iterations: int
     converged: bool
     singular: bool
@@ -53,29 +64,32 @@ def correct(
     iterations: int = 10,
     halvings: int = 4,
     patience: int = 0,
+    direction: float | None = None,
 ) -> Correction:
     """Solve R = 0 with a path condition from a start.
 
     patience: how many times a full step is taken although no step reduces the residual; on the far side of a kink it often
-    falls again. Without patience Newton fails there.
+    falls again. Without patience Newton fails there. direction: find the direction of the curve too, with factors of the
+    last iterate that has no larger residual than this and the same unknowns, else with those of the solution.
     """
     forces, omega, level = np.ascontiguousarray(start.forces), float(start.omega), float(start.level)
-    found = _newton(balance.system, forces, omega, level, condition.border, iterations, halvings, patience)
+    wanted = -1.0 if direction is None else direction
+    found = _newton(balance.system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
     evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), balance.table, found.state)
-    factors = Factors(found.bordered) if found.factorised else None
-    return Correction(found.start_motion, evaluation, factors, found.near, found.iterations, found.converged, found.singular)
+    factors = Factors(found.bordered) if found.bordered.lu.size else None
+    along = found.direction if direction is not None and found.converged else None
+    return Correction(found.start_motion, evaluation, factors, along, found.iterations, found.converged, found.singular)
 
 
 class _Found(NamedTuple):
-    """What the compiled loop returns; `bordered` holds nothing unless `factorised`."""
+    """What the compiled loop returns; `bordered` and `direction` hold nothing where they were not needed."""
 
     start_motion: Array
     state: State
     omega: float
     level: float
     bordered: Bordered
-    factorised: bool
-    near: bool
+    direction: Direction
     iterations: int
     converged: bool
     singular: bool
@@ -83,7 +97,15 @@ class _Found(NamedTuple):
 
 @njit(cache=True)
 def _newton(
-    system: System, forces: Array, omega: float, level: float, border: Border, iterations: int, halvings: int, patience: int
+    system: System,
+    forces: Array,
+    omega: float,
+    level: float,
+    border: Border,
+    iterations: int,
+    halvings: int,
+    patience: int,
+    wanted: float,
 ) -> _Found:
     state = first = evaluate(system, forces, omega, level)
     bordered = Bordered(np.empty((0, 0)), np.empty(0, np.int32), np.empty(0, np.int64), np.empty((0, 0), np.bool_), 0.0)
@@ -109,11 +131,15 @@ def _newton(
             near = True
             converged = state.error <= FLOOR and abs(missed) <= CONDITION_TOLERANCE
             break
-        near = state.error <= NEAR and np.array_equal(state.unknown, following.unknown)
+        near = state.error <= wanted and np.array_equal(state.unknown, following.unknown)
         state = following
         omega, level = _moved(border, omega, level, length * amount)
-    factorised = bordered.lu.shape[0] > 0
-    return _Found(first.w, state, omega, level, bordered, factorised, near, done, converged, singular)
+    direction = Direction(np.empty((0, 0)), np.empty((0, 0)), 0.0)
+    if converged and wanted >= 0.0:
+        if not near:
+            bordered = factorise(system, state, omega, level, border)
+        direction = tangent(system, state, omega, level, border.by_level, bordered)
+    return _Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
 
 
 @njit(cache=True)

@@ -225,13 +225,11 @@ class PeakSearch:
         forces = hermite(a.forces, interval.width * low.forces_slope, b.forces, interval.width * high.forces_slope, share)
         condition, span = self._plane(low.segment, fraction)
         start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
-        correction = correct(self.balance, start, condition, iterations=20, halvings=8)
-        if not correction.converged:
+        correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
+        if correction.direction is None or correction.factors is None:
             return None
-        factors = self.balance.factorise(correction.evaluation, condition)
-        tangent = Tangent(*self.balance.tangent(correction.evaluation, "omega", factors))
-        metric = self.curve[low.segment].metric
-        point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, factors.size, 0.0)
+        tangent, metric = Tangent(*correction.direction), self.curve[low.segment].metric
+        point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, correction.factors.size, 0.0)
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
