@@ -81,6 +81,8 @@ def test_peak_bounds_hold_for_every_curve():
     band = hertz(200.0, 235.0)
     found = response_bounds(three_mass_wedge(), band, objective="peak").dataset
     low, high = found.amplitude.values[0, :, 0]
+    assert low <= np.nanmin(found.sampled_amplitude)
+    assert high >= np.nanmax(found.sampled_amplitude)
     balance = HarmonicBalance(three_mass_wedge(), 5, 256)
     omegas = (2.0 * np.pi * band.low, 2.0 * np.pi * band.high)
     there = AtPeak(balance, explored_space(balance, omegas, 1.0), 0, omegas, 1.0)

@@ -212,7 +212,9 @@ class Search:
         best: list[list[Extreme | None]] = []
         for k, sign in enumerate(SIGNS):
             tell(0.4 + 0.3 * k)
-            best.append([self._confirmed(place, self._extreme(place, sign, self._promising(cloud, sign), PEAK_EFFORT))])
+            found = self._confirmed(place, self._extreme(place, sign, self._promising(cloud, sign), PEAK_EFFORT))
+            solved = [each for each in (found, *cloud) if each is not None]
+            best.append([max(solved, key=lambda each: sign * each.value, default=None)])
         arrays = self._arrays(best, [cloud])
         arrays["solves"] = np.array([place.solves])
         return arrays
