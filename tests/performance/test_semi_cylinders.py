@@ -53,7 +53,9 @@ def test_what_rubs_dissipates_and_energy_balances(curves):
 def test_band_over_start_states_holds_the_virgin_peak():
     """The wedge whose first peak is practically unique in the start state, and whose second is not."""
     rig = ss.rigs.three_mass_wedge(ss.SliderOffset())
-    found = performance_band(rig, [4.0, 8.0], band=ss.hertz(200.0, 235.0), cloud=6, starts=1, harmonics=3, samples=128).dataset
+    band = performance_band(rig, [4.0, 8.0], band=ss.hertz(200.0, 235.0), cloud=6, starts=1, harmonics=3, samples=128)
+    found = band.dataset
+    assert band.plot().axes
     low, high = found.amplitude_per_force.values.T
     assert np.all(low <= found.virgin_amplitude_per_force.values * (1 + 1e-6))
     assert np.all(high >= found.virgin_amplitude_per_force.values * (1 - 1e-6))
