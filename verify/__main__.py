@@ -31,6 +31,7 @@ TOPICS = (
     "hostile_input",
     "disks",
     "damper_cycle",
+    "identification",
 )
 
 

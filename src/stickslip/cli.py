@@ -116,7 +116,7 @@ def new(
         typer.Argument(
             help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
             "disk), bounds or samples (start states), damper-cycle (a damper alone), performance "
-            "(damper performance curves), design (of a damper)."
+            "(damper performance curves), design (of a damper), identification (of contact parameters)."
         ),
     ],
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
@@ -178,6 +178,25 @@ def run(
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, folder, resume, workers or cores()))
+
+
+@app.command()
+@guarded
+def identify(
+    ctx: typer.Context,
+    loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file a case.")],
+    damper: Annotated[Path, typer.Option(help="Study of an identification; its loops give way to these.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    overwrite: Overwrite = False,
+) -> None:
+    """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
+    from stickslip.study.loops import with_loops
+    from stickslip.study.run import Run
+
+    job = with_loops(read_job(damper), loops)
+    folder = free_folder(out, [""], False, overwrite)
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, folder, False, 1))
 
 
 @app.command()

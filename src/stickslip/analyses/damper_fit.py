@@ -24,6 +24,12 @@ FLOOR = {"force": 0.12, "rotation": 8e-6, "damper": 0.06e-6}
 COLUMNS = {"force_x": 0, "force_y": 1, "damper_y": 3, "rotation": 4}
 """Where a computed cycle holds each channel."""
 
+LAYERS = 3
+"""Parallel elements of a contact with gaps."""
+
+NOISE = 2.2
+"""A harmonic of the platform's motion is noise below so many standard errors of its mean (one in a hundred stays)."""
+
 UNSOLVED = 1e3
 """Residual where no steady cycle was found."""
 
@@ -73,7 +79,8 @@ def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str,
 @dataclass(frozen=True, eq=False)
 class DamperFit:
     """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
-    that resampled ones can be put in their place."""
+    that resampled ones can be put in their place. gaps: above 0, every contact is three parallel elements of the same totals with
+    gaps up to twice this times N/kn: what a microslip law in place of macroslip changes."""
 
     cases: tuple[CycleSet, ...]
     elements: Elements
@@ -85,6 +92,7 @@ class DamperFit:
     data: Array
     spread: Array
     errors: RigErrors
+    gaps: float = 0.0
 
     @classmethod
     def of(
@@ -130,8 +138,14 @@ class DamperFit:
         return found
 
     def _elements(self, theta: Array) -> Elements:
-        values = self.values(theta)
-        return self.elements._replace(kt=values["kt"], kn=values["kn"], mu=values["mu"])
+        values, e = self.values(theta), self.elements
+        if not self.gaps:
+            return e._replace(kt=values["kt"], kn=values["kn"], mu=values["mu"])
+        count, share = len(self.lines), np.linspace(0.0, 1.0, LAYERS)
+        gap = 2.0 * self.gaps * share * max(self.pulls) / count
+        kt, kn, mu = (np.repeat(values[part], LAYERS) for part in PARTS)
+        line = np.repeat(np.arange(count), LAYERS)
+        return e._replace(line=line, kt=kt / LAYERS, kn=kn / LAYERS, mu=mu, constant=-np.tile(gap, count) / LAYERS)
 
     def predicted(self, theta: Array) -> Array | None:
         """Harmonics (cases, channels, 2H+1) of the computed cycles; None where a case has no steady one."""
@@ -167,7 +181,18 @@ class DamperFit:
 
 def _drive(case: CycleSet, steps: int) -> Array:
     """Motion of the left platform in equal steps, (steps, 2) [m]; a direction that was not recorded is at rest."""
-    table = synthesis(steps, (case.harmonics.shape[2] - 1) // 2)
-    return np.stack(
-        [table @ case.channel(name) if case.has(name) else np.zeros(steps) for name in ("platform_x", "platform_y")], axis=1
-    )
+    table, found = synthesis(steps, (case.harmonics.shape[2] - 1) // 2), np.zeros((steps, 2))
+    for axis, name in enumerate(("platform_x", "platform_y")):
+        if case.has(name):
+            index = case.channels.index(name)
+            found[:, axis] = table @ _seen(case.mean[index], case.standard_error[index])
+    return found
+
+
+def _seen(mean: Array, error: Array) -> Array:
+    """The harmonics of a motion that stand out of their scatter between cycles; noise of a laser would move the contacts."""
+    found = mean.copy()
+    power = mean[1::2] ** 2 + mean[2::2] ** 2
+    lost = power <= NOISE**2 * (error[1::2] ** 2 + error[2::2] ** 2)
+    found[1::2][lost] = found[2::2][lost] = 0.0
+    return found

@@ -2,19 +2,21 @@
 
 1. Friction from plateaux of T/N, stiffness from stuck slopes, as far as the loops show them: a start, not a result.
 2. A search of the whole range (differential evolution), then least squares on whole loops of all cases at once.
-3. Intervals from refits to resampled cycles with drawn errors of cells and lasers, and with the misfit itself turned about:
-   the formal covariance is too small by 1.5 to 20 times.
+3. Intervals from refits to resampled cycles with drawn errors of cells and lasers, with the misfit itself turned about and
+   with contacts between macroslip and microslip: the formal covariance is too small by 1.5 to 20 times.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
+from stickslip.analyses.cases import Arrays
 from stickslip.analyses.damper_fit import DamperFit, parameters
 from stickslip.analyses.identification_checks import checked_cases, remarks
 from stickslip.analyses.identification_dataset import identification_dataset
@@ -30,7 +32,10 @@ if TYPE_CHECKING:
 
 UNKNOWN = ("kt", "kn", "mu_L1", "mu_L2", "mu_R")
 COARSE = 120
-"""Steps a cycle in the search; refits of resampled data take twice as many."""
+"""Steps a cycle in the search and in refits of resampled data."""
+
+LAW_GAPS = 0.6
+"""Refits take contacts with gaps drawn up to this: the true law is not known to be macroslip (`DamperFit.gaps`)."""
 
 CERTAINTY = 1.96
 """Standard deviations of a 95 % interval."""
@@ -73,11 +78,11 @@ def identify(
     errors: RigErrors | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     steps: int = 500,
-    resamples: int = 30,
+    resamples: int = 24,
     population: int = 6,
     generations: int = 25,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> Identification:
     """Contact parameters of a damper on macroslip contacts from measured cycles of one or several cases.
 
@@ -87,33 +92,82 @@ def identify(
     of gains and zeros and for the intervals. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
     resamples: refits for the intervals; population (times unknowns), generations: of the search. progress: told the share done.
     """
-    tell = progress or (lambda share: None)
     errors = RigErrors() if errors is None else errors
-    if resamples < 8:
-        raise fault("resamples", "must be at least 8", resamples)
     cases = checked_cases(loops, damper, errors)
-    unknowns = parameters(unknown, damper, bounds or {})
-    fit = DamperFit.of(cases, damper, unknowns, errors, steps)
-    found = clues(cases, damper, errors)
-    start = _searched(fit.steps(COARSE), found, population, generations, seed, lambda share: tell(0.5 * share))
-    theta = _polished(fit, start)
-    tell(0.6)
-    replicates = _replicates(fit, theta, resamples, seed, lambda share: tell(0.6 + 0.4 * share))
-    scatter = np.std(replicates, axis=0, ddof=1)
-    names = [p.name for p in unknowns]
-    values = dict(zip(names, map(float, np.exp(theta)), strict=True))
-    intervals = {
-        name: (float(np.exp(t - CERTAINTY * s)), float(np.exp(t + CERTAINTY * s)))
-        for name, t, s in zip(names, theta, scatter, strict=True)
-    }
-    warnings = (*(sentence for case in cases for sentence in case.warnings), *remarks(fit, theta, scatter))
-    with np.errstate(invalid="ignore"):
-        correlation = np.atleast_2d(np.corrcoef(replicates.T))
-    dataset = identification_dataset(fit, theta, intervals, replicates, warnings)
-    return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset)
+    settings = (tuple(unknown), errors, resamples, seed, bounds or {}, steps, population, generations)
+    work = IdentificationWork(cases, damper, *settings)
+    return work.identification(work.solve(0, lambda share: progress(share) if progress else None))
 
 
-def _searched(fit: DamperFit, found: Clues, population: int, generations: int, seed: int, tell: Callable[[float], None]) -> Array:
+@dataclass(frozen=True, eq=False)
+class IdentificationWork:
+    """An identification as work of one case, which studies keep and resume."""
+
+    cases: tuple[CycleSet, ...]
+    damper: BetweenPlatforms
+    unknown: tuple[str, ...] = UNKNOWN
+    errors: RigErrors = field(default_factory=RigErrors)
+    resamples: int = 24
+    seed: int = 0
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    steps: int = 500
+    population: int = 6
+    generations: int = 25
+    name: str = "identification"
+
+    def __post_init__(self) -> None:
+        if self.resamples < 8:
+            raise fault("resamples", "must be at least 8", self.resamples)
+        object.__setattr__(self, "cases", checked_cases(self.cases, self.damper, self.errors))
+        parameters(self.unknown, self.damper, self.bounds)
+
+    @property
+    def names(self) -> Sequence[str]:
+        return (self.name,)
+
+    @property
+    def words(self) -> Sequence[str]:
+        return (f"{len(self.unknown)} parameters",)
+
+    def prepare(self) -> None:
+        """Compile the cycle."""
+        self.fit.steps(COARSE).predicted(np.mean(self.fit.bounds, axis=0))
+
+    @cached_property
+    def fit(self) -> DamperFit:
+        """Loops and model."""
+        unknowns = parameters(self.unknown, self.damper, self.bounds)
+        return DamperFit.of(self.cases, self.damper, unknowns, self.errors, self.steps)
+
+    def solve(self, case: int, tell: Callable[[float], object]) -> Arrays:
+        """Logarithms of the unknowns and of their refits."""
+        found = clues(self.cases, self.damper, self.errors)
+        coarse = self.fit.steps(COARSE)
+        start = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: tell(0.5 * share))
+        theta = _polished(self.fit, start)
+        tell(0.6)
+        replicates = _replicates(self.fit, theta, self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
+        return {"theta": theta, "replicates": replicates}
+
+    def identification(self, arrays: Arrays) -> Identification:
+        """The result from the arrays of `solve`."""
+        fit, theta, replicates = self.fit, np.asarray(arrays["theta"]), np.asarray(arrays["replicates"])
+        scatter = np.sqrt(np.mean((replicates - theta) ** 2, axis=0))
+        names = [p.name for p in fit.unknowns]
+        values = dict(zip(names, map(float, np.exp(theta)), strict=True))
+        ends = np.exp(np.stack([theta - CERTAINTY * scatter, theta + CERTAINTY * scatter], axis=1))
+        intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
+        warnings = (*(said for case in self.cases for said in case.warnings), *remarks(fit, theta, scatter))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            correlation = np.atleast_2d(np.corrcoef(replicates.T))
+        dataset = identification_dataset(fit, theta, intervals, replicates, warnings)
+        found = clues(self.cases, self.damper, self.errors)
+        return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset)
+
+
+def _searched(
+    fit: DamperFit, found: Clues, population: int, generations: int, seed: int, tell: Callable[[float], object]
+) -> Array:
     """The best of a population over the whole range, the clues among its first members."""
     low, high = fit.bounds
     first = np.clip(np.log([found.guess(p.name, np.sqrt(p.low * p.high)) for p in fit.unknowns]), low, high)
@@ -161,9 +215,9 @@ def _polished(fit: DamperFit, start: Array, evaluations: int = 30, exactly: floa
     return np.asarray(result.x)
 
 
-def _replicates(fit: DamperFit, theta: Array, count: int, seed: int, tell: Callable[[float], None]) -> Array:
+def _replicates(fit: DamperFit, theta: Array, count: int, seed: int, tell: Callable[[float], object]) -> Array:
     """Logarithms of the unknowns refitted to perturbed data, shifted to the final fit, (count, unknowns)."""
-    coarse, generator = fit.steps(2 * COARSE), np.random.default_rng(seed)
+    coarse, generator = fit.steps(COARSE), np.random.default_rng(seed)
     base = _polished(coarse, theta, 8, 1e-4)
     computed = coarse.predicted(base)
     assert computed is not None
@@ -173,7 +227,8 @@ def _replicates(fit: DamperFit, theta: Array, count: int, seed: int, tell: Calla
     for number in range(count):
         cases, data = _perturbed(fit, generator)
         data += generator.normal(size=(*left.shape[:2], 1)) * left
-        found.append(_polished(coarse.with_cases(cases, data), base, 8, 1e-4) - base + theta)
+        other = replace(coarse.with_cases(cases, data), gaps=float(generator.uniform(0.0, LAW_GAPS)))
+        found.append(_polished(other, base, 8, 1e-4) - base + theta)
         tell((number + 1) / count)
     return np.asarray(found)
 

@@ -13,6 +13,9 @@ from stickslip.measurement.cycles import CycleSet, synthesis, whole_cycles
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
 
+TURN = 2.0
+"""Largest rotation, relative to the platform's motion over the mean distance of the contacts from the mass centre."""
+
 REFUSED, POOR = 0.25, 0.06
 """Misfit of forces, relative to their varying part, from which a fit is refused, and from which it is called poor."""
 
@@ -75,8 +78,8 @@ def _check_rotation(case: CycleSet, rig: BetweenPlatforms) -> None:
     motion = max(float(np.ptp(case.cycle(f"platform_{a}"))) for a in "xy" if case.has(f"platform_{a}"))
     size = float(np.mean([np.hypot(*point.arm) for point in rig.points]))
     found = float(np.ptp(case.cycle("rotation")))
-    if found > 10.0 * motion / size:
-        rule = f"must be below {10.0 * motion / size:.3g} rad for this motion"
+    if found > TURN * motion / size:
+        rule = f"must be below {TURN * motion / size:.3g} rad for this motion"
         raise fault(f"rotation of {case.name}", rule, float(f"{found:.3g}"), "Is its unit right?")
 
 

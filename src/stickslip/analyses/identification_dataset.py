@@ -60,11 +60,13 @@ def identification_dataset(
         ),
     }
     coordinates = {
-        "parameter": [p.name for p in fit.unknowns],
-        "parameter_units": ("parameter", units),
-        "case": [case.name for case in fit.cases],
-        "channel": list(fit.channels),
-        "axis": ["x", "y"],
-        "end": ["low", "high"],
+        "parameter": ("parameter", [p.name for p in fit.unknowns], "unknown"),
+        "parameter_units": ("parameter", units, "units of the unknown"),
+        "case": ("case", [case.name for case in fit.cases], "measured loop"),
+        "channel": ("channel", list(fit.channels), "signal"),
+        "axis": ("axis", ["x", "y"], "direction of the platform"),
+        "end": ("end", ["low", "high"], "end of the interval"),
     }
-    return xr.Dataset(variables, coordinates, {"title": "Contact parameters", "warnings": list(warnings)})
+    labels = {name: (dim, names, {"units": "1", "long_name": words}) for name, (dim, names, words) in coordinates.items()}
+    said = {"title": "Contact parameters", "analysis": "identification", "warnings": "\n".join(warnings)}
+    return xr.Dataset(variables, labels, said)

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.checks import Array, InputError, fault, nearest
+from stickslip.files import write_text
 
 UNITS: dict[str, tuple[str, float]] = {
     "s": ("s", 1.0),
@@ -162,6 +163,16 @@ def read_record(
         raise fault(f"Columns of {path.name}", "must hold time", header, "Name it `time [s]`.")
     time = found.pop("time")
     return Record(time, found, path.stem, tuple(warnings), ranges)
+
+
+def write_record(record: Record, path: str | Path) -> Path:
+    """Write a record as the table that `read_record` reads, in s, um, N and rad."""
+    shown = {"time [s]": record.time}
+    for name, values in record.signals.items():
+        metres = QUANTITIES[name] == "m"
+        shown[f"{name} [{'um' if metres else QUANTITIES[name]}]"] = values * (1e6 if metres else 1.0)
+    rows = [",".join(f"{value:.8g}" for value in row) for row in np.stack(list(shown.values()), axis=1)]
+    return write_text(path, "\n".join([",".join(shown), *rows]) + "\n")
 
 
 def _table(path: Path) -> tuple[list[str], Array]:

@@ -27,11 +27,17 @@ FIGURES = {
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
     "TimeResponse": "stickslip.plots.time_response:last_period",
+    "Identification": "stickslip.plots.identification:loops_and_fit",
+    "LawChoice": "stickslip.plots.identification:law_loops",
     "Dataset": "stickslip.plots.forced_response:response_curves",
 }
 """Class of a result: module and function that draws it. A new analysis adds its line here."""
 
 MORE: dict[str, dict[str, str]] = {
+    "Identification": {
+        "residuals": "stickslip.plots.identification:residuals",
+        "posterior": "stickslip.plots.identification:posterior",
+    },
     "ResponseSamples": {"percentiles": "stickslip.plots.response_percentiles:response_percentiles"},
     "ResponseBounds": {
         "loss_factors": "stickslip.plots.response_bounds:loss_factors",

@@ -26,6 +26,7 @@ PRESENTATIONS = {
     "damper_cycle": "stickslip.report.damper_cycle",
     "performance_curve": "stickslip.report.performance",
     "damper_design": "stickslip.report.design",
+    "identification": "stickslip.report.identification",
 }
 """Analysis: module with its PRESENTATION. A new analysis adds its line here."""
 

@@ -17,7 +17,7 @@ from stickslip.kernels import njit
 TOLERANCE = 1e-9
 """Force and moment out of balance, relative to the pull."""
 
-SWEEPS = 5000
+SWEEPS = 2000
 
 REPEATS = 1e-5
 """Change of the forces from cycle to cycle, relative to the pull, at which a cycle counts as steady."""

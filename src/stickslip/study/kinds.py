@@ -6,6 +6,7 @@ from stickslip.study.analysis import Kind
 from stickslip.study.damper_cycle import DAMPER_CYCLE
 from stickslip.study.design import DAMPER_DESIGN
 from stickslip.study.forced_response import FORCED_RESPONSE
+from stickslip.study.identification import IDENTIFICATION
 from stickslip.study.performance import PERFORMANCE_CURVE
 from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
 
@@ -16,6 +17,7 @@ KINDS: dict[str, Kind] = {
     "damper_cycle": DAMPER_CYCLE,
     "performance_curve": PERFORMANCE_CURVE,
     "damper_design": DAMPER_DESIGN,
+    "identification": IDENTIFICATION,
 }
 
 PROBLEM_KEYS = ("structure", "damping", "contact", "force", "dashpot", "base", "sweep")

@@ -35,7 +35,15 @@ class StudyTable(Table):
 
     title: Annotated[str, Field(description="title of results and report")] = ""
     analysis: Annotated[
-        Literal["forced_response", "response_bounds", "response_samples", "damper_cycle", "performance_curve", "damper_design"],
+        Literal[
+            "forced_response",
+            "response_bounds",
+            "response_samples",
+            "damper_cycle",
+            "performance_curve",
+            "damper_design",
+            "identification",
+        ],
         Field(description="what to compute"),
     ]
 

@@ -11,6 +11,7 @@ from stickslip.checks import fault, nearest
 from stickslip.files import replacing, write_text
 from stickslip.rigs import three_mass_wedge
 from stickslip.study.damper_cycle import TEMPLATE as DAMPER_CYCLE
+from stickslip.study.identification_template import write_identification
 from stickslip.study.model_template import write_model
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
@@ -268,6 +269,7 @@ KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "samples": write_samples,
     "damper-cycle": write_damper_cycle,
     "performance": lambda path: [write_text(path, PERFORMANCE)],
+    "identification": write_identification,
     "design": lambda path: [write_text(path, DESIGN)],
 }
 

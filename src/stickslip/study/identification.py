@@ -1,0 +1,115 @@
+"""Identification in a study: the tables [damper] and [identification], from measured loops to contact parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays
+from stickslip.analyses.identification import IdentificationWork
+from stickslip.checks import InputError, fault, nearest
+from stickslip.dampers.between_platforms import BetweenPlatforms
+from stickslip.measurement.cycles import CycleSet, whole_cycles
+from stickslip.measurement.reconstruction import damper_motion
+from stickslip.measurement.records import read_record
+from stickslip.measurement.rig_errors import RigErrors
+from stickslip.measurement.stuck import compliance_parts
+from stickslip.study.analysis import Asked, Kind
+from stickslip.study.damper_cycle import DamperTable
+from stickslip.study.fields import Number, Positive, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class IdentificationTable(Table):
+    """Which loops, what of the damper is unknown, and what the rig is worth."""
+
+    loops: Annotated[list[str], Field(min_length=1, description="files of the measured loops (CSV), one a case")]
+    unknown: Annotated[list[str], Field(min_length=1, description="kt, kn, mu of all lines, or of some: mu_L1, mu_R")] = Field(
+        default_factory=lambda: ["kt", "kn", "mu_L1", "mu_L2", "mu_R"]
+    )
+    frequency: Annotated[Positive | None, Field(description="of the motion, Hz; found in the loops unless given")] = None
+    harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
+    pulls: Annotated[list[Positive] | None, Field(description="pull of each loop, N, where they differ")] = None
+    laser_distance: Annotated[Positive | None, Field(description="from laser 1 to laser 2 along x, m")] = None
+    laser_offset: Annotated[Number, Field(description="of the mass centre from laser 1 along x, m")] = 0.0
+    errors: Annotated[dict[str, Number], Field(description="of the rig, by the names of RigErrors")] = Field(default_factory=dict)
+    resamples: Annotated[int, Field(ge=8, description="refits for the intervals")] = 24
+    seed: Annotated[int, Field(ge=0, description="of search and refits")] = 0
+
+    def rig_errors(self) -> RigErrors:
+        """The errors of the rig."""
+        known = list(asdict(RigErrors()))
+        for name in self.errors:
+            if name not in known:
+                raise fault("[identification] errors", "must be known ones", name, nearest(name, known))
+        return RigErrors(**self.errors)
+
+    def cases(self, folder: Path) -> tuple[CycleSet, ...]:
+        """The loops as cycles."""
+        if self.pulls is not None and len(self.pulls) != len(self.loops):
+            raise fault("pulls", f"must have {len(self.loops)} entries, one a loop", len(self.pulls))
+        found = []
+        for number, name in enumerate(self.loops):
+            pull = None if self.pulls is None else self.pulls[number]
+            cycles = whole_cycles(read_record(folder / name), self.frequency, self.harmonics, pull)
+            if cycles.has("laser_1") and cycles.has("laser_2"):
+                if self.laser_distance is None:
+                    raise InputError("laser_distance must be given, since the loops hold laser_1 and laser_2, but is missing.")
+                cycles = damper_motion(cycles, self.laser_distance, self.laser_offset)
+            found.append(cycles)
+        return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class IdentificationPlan:
+    """Loops and damper, read."""
+
+    rig: BetweenPlatforms
+    table: IdentificationTable
+    folder: Path
+
+    @classmethod
+    def of(cls, asked: Asked) -> IdentificationPlan:
+        """The plan of a study."""
+        damper, table = asked.tables["damper"], asked.tables["identification"]
+        if not isinstance(damper, DamperTable) or not isinstance(table, IdentificationTable):
+            raise AssertionError("the tables of an identification")
+        rig = damper.rig(asked.units)
+        compliance_parts(rig), table.rig_errors()
+        return cls(rig, table, asked.folder)
+
+    def with_loops(self, loops: Sequence[Path]) -> IdentificationPlan:
+        """A copy for other files, which count from the working folder."""
+        table = self.table.model_copy(update={"loops": [str(path.resolve()) for path in loops]})
+        return replace(self, table=table)
+
+    @property
+    def summary(self) -> str:
+        return f"{len(self.table.loops)} loops, unknown {', '.join(self.table.unknown)}"
+
+    @cached_property
+    def works(self) -> Mapping[str, IdentificationWork]:
+        cases, errors = self.table.cases(self.folder), self.table.rig_errors()
+        digest = sha256(b"".join(case.harmonics.tobytes() for case in cases)).hexdigest()[:12]
+        settings = (tuple(self.table.unknown), errors, self.table.resamples, self.table.seed)
+        return {"": IdentificationWork(cases, self.rig, *settings, name=f"identification {digest}")}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        work = self.works[""]
+        return work.identification(results[""][0]).dataset
+
+
+IDENTIFICATION = Kind(
+    IdentificationPlan.of,
+    {"damper": DamperTable, "identification": IdentificationTable},
+    required=("damper", "identification"),
+    on_problem=False,
+)

@@ -1,0 +1,154 @@
+"""Contact parameters from synthetic measurements: exact ones, and 20 sets with the errors of a rig for each of four dampers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from stickslip.analyses.damper_cycle import CycleModel
+from stickslip.analyses.identification import Identification, identify
+from stickslip.analyses.loop_law import ContactLoop, identify_law
+from stickslip.checks import InputError
+from stickslip.dampers.between_platforms import BetweenPlatforms
+from stickslip.dampers.laboratory import ThreePoint
+from stickslip.dampers.platform_motion import PlatformMotion
+from stickslip.measurement.records import Record
+from stickslip.measurement.rig_errors import RigErrors
+from stickslip.measurement.stuck import stiffness_from_slopes
+from stickslip.measurement.synthetic import NO_ERRORS, loop_of, synthetic_record, true_cycle, with_microslip
+from stickslip.rigs.laboratory_damper import laboratory_damper
+from verify.row import CLOSED, Row, at_most
+
+TITLE = "From the rig to the parameters"
+ABOUT = (
+    "Two cases each, out of phase and in phase, 60 um with three small higher harmonics, 20 cycles, 80 N; all five parameters "
+    "unknown. Errors are relative to the truth, root mean squares over 20 sets of measurements."
+)
+SEEDS = 20
+DAMPERS: dict[str, tuple[float, tuple[float, float, float], float]] = {
+    "37 degrees": (37.0, (0.14, 0.13, 0.25), 0.0),
+    "37 degrees, lift-off": (37.0, (0.18, 0.199, 0.45), 0.0),
+    "37 degrees, truth microslip": (37.0, (0.14, 0.15, 0.25), 0.3),
+    "45 degrees, truth microslip": (45.0, (0.15, 0.13, 0.28), 0.3),
+}
+"""Platform angle, friction of L1, L2 and R, and gaps of the true contacts (0: macroslip), by name."""
+ACCURACY = {"kn": 0.08, "kt": 0.12, "mu_R": 0.05, "mu_L1": 0.12, "mu_L2": 0.12}
+SOURCE = "synthetic truth, computed by another scheme"
+
+
+def motion(axis: int) -> PlatformMotion:
+    """30 um along x (0) or y (1), with 3, 1 and 0.3 % in harmonics 3, 5 and 11."""
+    values = np.zeros((2, 23))
+    values[axis, [2, 5, 10, 22]] = np.array([30.0, 0.9, 0.3, 0.1]) * 1e-6
+    return PlatformMotion(values)
+
+
+def records(name: str, errors: RigErrors, seed: int) -> list[Record]:
+    """One set of measurements."""
+    angle, friction, gaps = DAMPERS[name]
+    rig = laboratory_damper(angle, 80.0, friction)
+    truth, cells = with_microslip(rig, gaps) if gaps else rig, errors.draw(np.random.default_rng(1000 + seed))
+    return [
+        synthetic_record(true_cycle(truth, motion(axis)), errors, seed=10 * seed + axis, systematic=cells, name="xy"[axis])
+        for axis in (0, 1)
+    ]
+
+
+def true_values(name: str) -> dict[str, float]:
+    """The parameters that were put in."""
+    return {"kt": 56e6, "kn": 84e6, **dict(zip(("mu_L1", "mu_L2", "mu_R"), DAMPERS[name][1], strict=True))}
+
+
+def found(name: str, errors: RigErrors, seed: int) -> Identification:
+    """Identified without knowing any of them."""
+    blind = laboratory_damper(DAMPERS[name][0], 80.0, 0.3, kt=30e6, kn=30e6)
+    return identify(records(name, errors, seed), blind, errors=errors, seed=seed)
+
+
+def outcome(task: tuple[str, int]) -> tuple[dict[str, float], dict[str, bool], float]:
+    """Relative errors, whether the interval covers the truth, and processor seconds of one identification."""
+    name, seed = task
+    started, truth = time.process_time(), true_values(name)
+    result = found(name, RigErrors(), seed)
+    errors = {key: value / truth[key] - 1.0 for key, value in result.values.items()}
+    covered = {key: low <= truth[key] <= high for key, (low, high) in result.intervals.items()}
+    return errors, covered, time.process_time() - started
+
+
+def rows() -> Iterator[Row]:
+    yield from exact_rows()
+    yield from slope_rows()
+    yield from law_rows()
+    with ProcessPoolExecutor(2) as pool:
+        for name in DAMPERS:
+            yield from noisy_rows(name, list(pool.map(outcome, [(name, seed) for seed in range(SEEDS)])))
+
+
+def exact_rows() -> Iterator[Row]:
+    """Measurements without errors, where the fitted law is the true one."""
+    for name, (_, _, gaps) in DAMPERS.items():
+        if not gaps:
+            result, truth = found(name, NO_ERRORS, 0), true_values(name)
+            worst = max(abs(value / truth[key] - 1.0) for key, value in result.values.items())
+            yield at_most(f"{name}, no errors: worst of five parameters", worst, 2e-3, SOURCE)
+
+
+def noisy_rows(name: str, outcomes: list[tuple[dict[str, float], dict[str, bool], float]]) -> Iterator[Row]:
+    """Accuracy, coverage and time over the sets of one damper."""
+    for key, accuracy in ACCURACY.items():
+        sizes = np.array([errors[key] for errors, _, _ in outcomes])
+        yield at_most(f"{name}: {key}, rms error", float(np.sqrt(np.mean(sizes**2))), accuracy, SOURCE)
+    missed = 1.0 - float(np.mean([list(covered.values()) for _, covered, _ in outcomes]))
+    yield at_most(f"{name}: share of truths outside their 95 % interval", missed, 0.2, "at least 80 % are promised inside")
+    yield at_most(f"{name}: processor seconds, longest", max(seconds for _, _, seconds in outcomes), 120.0, "two minutes")
+
+
+def slope_rows() -> Iterator[Row]:
+    """kt and kn from exact stuck slopes of 500 random geometries; refused ones are counted."""
+    generator, worst, refused = np.random.default_rng(7), 0.0, 0
+    for _ in range(500):
+        angle, other = map(float, generator.uniform(15.0, 70.0, 2))
+        lengths = map(float, generator.uniform((4e-3, 6e-3, 8e-3, -3e-3), (10e-3, 16e-3, 20e-3, 3e-3)))
+        kt, kn = 10.0 ** generator.uniform(6.7, 8.3, 2)
+        damper = ThreePoint(*lengths, left_angle=angle, right_angle=other).damper(pull=80.0)
+        rig = BetweenPlatforms.macroslip(damper, kt, kn, 0.3)
+        K = CycleModel.of(rig).stuck_stiffness()
+        try:
+            one = stiffness_from_slopes(rig, K[0, 0], K[1, 1])
+        except InputError:
+            refused += 1
+            continue
+        worst = max(worst, abs(one.kt / kt - 1.0), abs(one.kn / kn - 1.0))
+    yield at_most("Explicit inversion of stuck slopes: worst of 500 geometries", worst, 1e-10, CLOSED)
+    yield at_most("Explicit inversion: refused near a singular geometry, of 500", float(refused), 50.0, "stated")
+
+
+def law_rows() -> Iterator[Row]:
+    """Single contacts: error of kt and mu, and how often the right law is chosen, over 20 sets of four loops."""
+    place = (np.arange(400) + 0.5) / 400
+    ellipse = np.sqrt(1.0 - place**2) / np.mean(np.sqrt(1.0 - place**2))
+    for law, weights in {"jenkins": np.ones(1), "iwan": ellipse}.items():
+        errors, wrong = [], 0
+        for seed in range(SEEDS):
+            choice = identify_law(contact_loops(weights, seed))
+            wrong += choice.best != law
+            errors.append((choice.fits[law].kt / 20e6 - 1.0, choice.fits[law].mu / 0.4 - 1.0))
+        kt, mu = np.quantile(np.abs(errors), 0.95, axis=0)
+        yield at_most(f"Single contact, {law}: kt, 95 % quantile of errors", float(kt), 0.03, "march of many sliders")
+        yield at_most(f"Single contact, {law}: mu, 95 % quantile of errors", float(mu), 0.03, "march of many sliders")
+        yield at_most(f"Single contact, {law}: wrong law chosen, of {SEEDS}", float(wrong), 0.0, "loops held out")
+
+
+def contact_loops(weights: np.ndarray, seed: int) -> list[ContactLoop]:
+    """Four amplitudes, with gain 1 %, zeros 0.8 N, and noise of cell and laser after the mean of 20 cycles."""
+    generator = np.random.default_rng(seed)
+    gain, loops = 1.0 + 0.01 * generator.standard_normal(), []
+    for amplitude in (2e-6, 4e-6, 8e-6, 16e-6):
+        u, f = loop_of(weights, 20e6, 0.4, 100.0, amplitude)
+        u = u + 0.08e-6 / np.sqrt(20.0) * generator.standard_normal(u.size)
+        f = gain * f + 0.05 * generator.standard_normal(u.size) + 0.8 * generator.standard_normal()
+        loops.append(ContactLoop(u, f, 100.0, f"{amplitude * 1e6:g} um"))
+    return loops
