@@ -86,9 +86,16 @@ class _Interval:
         return self.high.place.length - self.low.place.length
 
     @property
+    def mean_slope(self) -> float:
+        """Slope from end to end; of the ends where they have come together to rounding."""
+        if self.width == 0.0:
+            return 0.5 * (self.low.slope + self.high.slope)
+        return (self.high.amplitude - self.low.amplitude) / self.width
+
+    @property
     def steepness(self) -> float:
         """The largest slope known in the interval; the mean slope foretells by how much it may be exceeded."""
-        mean = (self.high.amplitude - self.low.amplitude) / self.width
+        mean = self.mean_slope
         bend = abs(mean - 0.5 * (self.low.slope + self.high.slope))
         return max(abs(self.low.slope), abs(self.high.slope), bend, self.doubt)
 
@@ -100,15 +107,15 @@ class _Interval:
         """Fraction of the segment to solve next: where the tangents of both ends meet in a maximum, else the middle."""
         a, b = self.low, self.high
         share = 0.5
-        if a.slope > 0.0 > b.slope:
+        if a.slope > 0.0 > b.slope and self.width:
             meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
             share = min(max(meeting, 0.01), 0.99)
         return a.place.fraction + share * (b.place.fraction - a.place.fraction)
 
     def divided(self, middle: _Sample) -> list[_Interval]:
         """The two parts; both doubt as much as the slope in the middle differs from that of the cubic through the ends."""
-        share = (middle.place.length - self.low.place.length) / self.width
-        mean = (self.high.amplitude - self.low.amplitude) / self.width
+        share = (middle.place.length - self.low.place.length) / self.width if self.width else 0.5
+        mean = self.mean_slope
         foretold = 6.0 * share * (1.0 - share) * mean + (1.0 - share) * (1.0 - 3.0 * share) * self.low.slope
         foretold -= share * (2.0 - 3.0 * share) * self.high.slope
         doubt = abs(middle.slope - foretold)
