@@ -46,13 +46,15 @@ def motion(axis: int) -> PlatformMotion:
     return PlatformMotion(values)
 
 
-def records(name: str, errors: RigErrors, seed: int) -> list[Record]:
-    """One set of measurements."""
+def records(name: str, errors: RigErrors, seed: int, samples: int = 400) -> list[Record]:
+    """One set of measurements, `samples` a cycle."""
     angle, friction, gaps = DAMPERS[name]
     rig = laboratory_damper(angle, 80.0, friction)
     truth, cells = with_microslip(rig, gaps) if gaps else rig, errors.draw(np.random.default_rng(1000 + seed))
     return [
-        synthetic_record(true_cycle(truth, motion(axis)), errors, seed=10 * seed + axis, systematic=cells, name="xy"[axis])
+        synthetic_record(
+            true_cycle(truth, motion(axis)), errors, seed=10 * seed + axis, systematic=cells, samples=samples, name="xy"[axis]
+        )
         for axis in (0, 1)
     ]
 
@@ -62,10 +64,10 @@ def true_values(name: str) -> dict[str, float]:
     return {"kt": 56e6, "kn": 84e6, **dict(zip(("mu_L1", "mu_L2", "mu_R"), DAMPERS[name][1], strict=True))}
 
 
-def found(name: str, errors: RigErrors, seed: int) -> Identification:
+def found(name: str, errors: RigErrors, seed: int, samples: int = 400) -> Identification:
     """Identified without knowing any of them."""
     blind = laboratory_damper(DAMPERS[name][0], 80.0, 0.3, kt=30e6, kn=30e6)
-    return identify(records(name, errors, seed), blind, errors=errors, seed=seed)
+    return identify(records(name, errors, seed, samples), blind, errors=errors, steps=max(500, samples), seed=seed)
 
 
 def outcome(task: tuple[str, int]) -> tuple[dict[str, float], dict[str, bool], float]:
@@ -88,10 +90,10 @@ def rows() -> Iterator[Row]:
 
 
 def exact_rows() -> Iterator[Row]:
-    """Measurements without errors, where the fitted law is the true one."""
+    """Measurements without errors, where the fitted law is the true one; 2000 samples and steps a cycle (fewer cost 0.3 %)."""
     for name, (_, _, gaps) in DAMPERS.items():
         if not gaps:
-            result, truth = found(name, NO_ERRORS, 0), true_values(name)
+            result, truth = found(name, NO_ERRORS, 0, 2000), true_values(name)
             worst = max(abs(value / truth[key] - 1.0) for key, value in result.values.items())
             yield at_most(f"{name}, no errors: worst of five parameters", worst, 2e-3, SOURCE)
 
