@@ -1,0 +1,37 @@
+"""The command on finite-element models: info."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stickslip.cli.app import guarded
+from stickslip.console import progress, say
+
+if TYPE_CHECKING:
+    pass
+
+
+@guarded
+def info(
+    ctx: typer.Context,
+    model: Annotated[Path, typer.Argument(help="A finite-element model; of a pair of files that of the stiffness.")],
+    units: Annotated[str, typer.Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
+    names: Annotated[Path | None, typer.Option(help="Mapping file (CSV) of nodes and directions.")] = None,
+    modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
+) -> None:
+    """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
+    import warnings
+
+    from stickslip.models.describe import describe
+    from stickslip.models.read import read_model
+
+    with progress("Model") as tell, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the description says the same
+        tell(0.0, "reading")
+        found = read_model(model, units=units, names=names)
+        tell(0.3, f"modes of {found.size} rows")
+        description = describe(found, modes)
+    say(str(description))

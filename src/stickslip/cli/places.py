@@ -1,0 +1,49 @@
+"""Where results lie, and whether they may be written there."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stickslip.checks import fault
+
+if TYPE_CHECKING:
+    pass
+
+
+def writable_folder(folder: Path) -> Path:
+    """The folder, made when it is missing; refused when nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise fault("The output folder", "must be a folder that can be written", str(folder), f"({error.strerror})") from None
+
+
+def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: bool) -> Path:
+    """The folder for results of these names; refused when it holds such results already, unless told what to do with them."""
+    if resume and overwrite:
+        raise fault("--resume and --overwrite", "must not be given together", "both", "Leave one out.")
+    written = [folder / name / "results.nc" for name in names] + [folder / "report.html"]
+    found = [file for file in written if file.exists()]
+    if found and not (resume or overwrite):
+        remedy = "Name another folder, or add --overwrite to replace them, or --resume to finish an interrupted run."
+        raise fault("--out", "must name a folder without results", f"{found[0]} is there", remedy)
+    return writable_folder(folder)
+
+
+def results_in(place: Path) -> dict[str, Path]:
+    """The results file, or those of a folder and of its folders, by name."""
+    if not place.is_dir():
+        return {"": place}
+    if (place / "results.nc").is_file():
+        return {"": place / "results.nc"}
+    found = {file.parent.name: file for file in sorted(place.glob("*/results.nc"))}
+    if not found:
+        raise fault(
+            "RESULTS", "must be results.nc, or a folder that holds it", str(place), "`stickslip run STUDY --out DIR` writes one."
+        )
+    return found

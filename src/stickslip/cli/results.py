@@ -1,0 +1,97 @@
+"""Commands on results: report and export."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stickslip.checks import fault
+from stickslip.cli.app import guarded
+from stickslip.cli.places import results_in, writable_folder
+from stickslip.console import say
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+@guarded
+def report(
+    ctx: typer.Context, results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")]
+) -> None:
+    """Write the report and the figures of results again."""
+    from stickslip.results import open_results
+
+    files = results_in(results)
+    folder = results if results.is_dir() else results.parent
+    write_reports({name: open_results(file) for name, file in files.items()}, writable_folder(folder))
+
+
+@guarded
+def export(
+    ctx: typer.Context,
+    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="NAME.csv, a table of the curves (that of the peaks goes to NAME_peaks.csv); or NAME.mat for MATLAB."),
+    ],
+    quantity: Annotated[str, typer.Option(help="displacement, velocity or acceleration.")] = "displacement",
+    per_force: Annotated[bool, typer.Option("--per-force", help="Receptance, mobility or inertance.")] = False,
+) -> None:
+    """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
+    from stickslip.quantities import peak_table, quantity_table
+    from stickslip.report.presentation import presentation_of
+    from stickslip.results import open_results
+
+    if out.suffix not in (".csv", ".mat"):
+        raise fault("--out", "must end in .csv or .mat", str(out))
+    datasets = {name: open_results(file) for name, file in results_in(results).items()}
+    if out.suffix == ".mat":
+        from stickslip.results_matlab import save_all_mat
+
+        say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
+        return
+    if not all(presentation_of(dataset).interactive for dataset in datasets.values()):
+        export_tables(datasets, out)
+        return
+    for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table)):
+        write_table({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()}, path)
+        say(f"Wrote {path}")
+
+
+def export_tables(datasets: Mapping[str, xr.Dataset], out: Path) -> None:
+    """The tables of an analysis other than a response, each to NAME_CAPTION.csv."""
+    from stickslip.report.presentation import presentation_of
+
+    tables = {name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}
+    for caption in dict.fromkeys(caption for named in tables.values() for caption in named):
+        path = out.with_name(f"{out.stem}_{caption.replace(' ', '_')}.csv")
+        write_table({name: named[caption] for name, named in tables.items() if caption in named}, path)
+        say(f"Wrote {path}")
+
+
+def write_table(tables: Mapping[str, pd.DataFrame], path: Path) -> None:
+    """One CSV of one table, or of several with a first column `result`."""
+    import pandas as pd
+
+    from stickslip.files import write_text
+
+    several = len(tables) > 1
+    named = [table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()]
+    write_text(path, pd.concat(named).to_csv(index=False))
+
+
+def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
+    """report.html for all, and the figures of each."""
+    from stickslip.plots.files import write_figures
+    from stickslip.report import write
+    from stickslip.report.presentation import presentation_of
+
+    single = datasets.get("") if len(datasets) == 1 else None
+    page = write(datasets if single is None else single, folder / "report.html")
+    for name, dataset in datasets.items():
+        write_figures(presentation_of(dataset).figures(dataset), dataset, folder / name / "figures")
+    say(f"Report: {page}")

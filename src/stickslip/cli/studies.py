@@ -1,0 +1,194 @@
+"""Commands on studies: demo, new, check, run and identify. Finished curves are kept until everything is written."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stickslip.checks import unique
+from stickslip.cli.app import guarded
+from stickslip.cli.places import free_folder
+from stickslip.cli.results import write_reports
+from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, warn
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.finished import FinishedFolder
+    from stickslip.study import Job
+    from stickslip.study.run import Run
+
+DEMO_MASSES = (2.6, 4.6, 6.6)
+FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
+
+
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run of the same study stopped.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results that DIR holds.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Curves computed side by side; the number of cores unless given.")]
+
+
+@guarded
+def demo(
+    ctx: typer.Context,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("results/demo"),
+    preload_mass: Annotated[list[float] | None, typer.Option(help="kg; may be given several times.")] = None,
+    fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    workers: Workers = None,
+) -> None:
+    """Compute a turbine blade with two underplatform dampers, at six force levels and three preloads."""
+    from stickslip import study
+    from stickslip.study.run import Run
+    from stickslip.study.templates import FORCE_LEVELS, single_blade_study
+
+    masses = preload_mass or (FAST_MASSES if fast else DEMO_MASSES)
+    names = [f"{mass:g}kg" for mass in masses]
+    unique("--preload-mass", names)
+    folder = free_folder(out, names, resume, overwrite)
+    levels, harmonics = (FAST_LEVELS, FAST_HARMONICS) if fast else (FORCE_LEVELS, 5)
+    say(f"Meshing and reducing the blade for {', '.join(f'{mass:g} kg' for mass in masses)}.")
+    texts = [single_blade_study(mass, levels, harmonics) for mass in masses]
+    jobs = {name: study.job(text, Path(), "demo") for name, text in zip(names, texts, strict=True)}
+    carry_out(Run(jobs, folder, resume, workers or cores()))
+
+
+@guarded
+def new(
+    ctx: typer.Context,
+    kind: Annotated[
+        str,
+        typer.Argument(
+            help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
+            "disk), bounds or samples (start states), damper-cycle (a damper alone), performance "
+            "(damper performance curves), design (of a damper), identification (of contact parameters)."
+        ),
+    ],
+    file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
+) -> None:
+    """Write a commented study file to begin with."""
+    from stickslip.study.templates import write_new
+
+    written = write_new(kind, file or Path(f"{kind}.toml"), force)
+    say(f"Wrote {' and '.join(map(str, written))}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
+
+
+@guarded
+def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
+    """Check a study without running it; names all its faults at once."""
+    job = read_job(study)
+    say(f"{study} is sound: {job.plan.summary}.")
+
+
+@guarded
+def run(
+    ctx: typer.Context,
+    study: Annotated[Path, typer.Argument(help="The study file.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    workers: Workers = None,
+) -> None:
+    """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
+    from stickslip.study.run import Run
+
+    job = read_job(study)
+    folder = free_folder(out, [""], resume, overwrite)
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, folder, resume, workers or cores()))
+
+
+@guarded
+def identify(
+    ctx: typer.Context,
+    loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file a case.")],
+    damper: Annotated[Path, typer.Option(help="Study of an identification; its loops give way to these.")],
+    out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    overwrite: Overwrite = False,
+) -> None:
+    """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
+    from stickslip.study.loops import with_loops
+    from stickslip.study.run import Run
+
+    job = with_loops(read_job(damper), loops)
+    folder = free_folder(out, [""], False, overwrite)
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, folder, False, 1))
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def read_job(path: Path) -> Job:
+    """The study, with what is to be said of its model."""
+    from stickslip.study import read
+
+    with progress("Model") as tell:
+        job = read(path, tell)
+    for note in job.notes:
+        say(note)
+    return job
+
+
+def carry_out(run: Run) -> None:
+    """Compute what is missing, write everything, and only then let go of the finished curves."""
+    kept = run.kept()
+    with hint_at_resuming(kept):
+        datasets = run.complete() if run.resume and not len(kept) else None
+        if datasets is not None:
+            say(f"Nothing is left to compute: the results in {run.folder} are complete.")
+        else:
+            say_kept(run, len(kept))
+            with progress(run.words) as tell:
+                datasets = run.computed(kept, tell)
+        broken = finish(datasets, run.folder)
+    kept.remove(kept.folder)
+    if broken:
+        raise typer.Exit(INCOMPLETE)
+
+
+def say_kept(run: Run, count: int) -> None:
+    """What an interrupted run left and whether it is used, and why the first run takes longer."""
+    if run.resume and count:
+        say(f"Going on from {count} finished curves in {run.folder / 'unfinished'}.")
+    elif run.resume:
+        say(f"No finished curves in {run.folder}: computing from the start.")
+    elif count:
+        warn(f"An interrupted run left {count} finished curves; they are computed again. Stop, and add --resume to use them.")
+    if nothing_compiled_yet():
+        warn("First run on this machine: the contact kernels are compiled, which takes up to a minute; they are kept on disk.")
+
+
+@contextmanager
+def hint_at_resuming(kept: FinishedFolder) -> Iterator[None]:
+    """Whatever stops the block, say what is kept."""
+    try:
+        yield
+    except (KeyboardInterrupt, OSError, MemoryError):
+        if len(kept):
+            warn(f"{len(kept)} finished curves are kept in {kept.folder}; the same command with --resume goes on from there.")
+        raise
+
+
+def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> list[str]:
+    """What came out to the screen, report and figures to the folder; returns what failed."""
+    from stickslip.report.presentation import presentation_of
+
+    broken = []
+    for name, dataset in datasets.items():
+        presentation = presentation_of(dataset)
+        for number, sentence in enumerate(presentation.sentences(dataset)):
+            say(f"{name}: {sentence}" if name and number == 0 else sentence)
+        broken += [f"{name} {message}".strip() for message in presentation.failures(dataset)]
+    write_reports(datasets, folder)
+    for message in broken:
+        warn(message)
+    return broken
