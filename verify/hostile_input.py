@@ -6,64 +6,85 @@ import os
 import random
 import tempfile
 import warnings
-from collections import Counter
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
-from models.fuzzing import Victims, drawn, peak_memory, reader_of, study_answer
+from models.fuzzing import TookTooLongError, Victims, peak_memory, reader_of, studies, study_answer
+from models.guided import Corpus
 
 from verify.row import Row, at_most
 
 TITLE = "Hostile input"
 ABOUT = """\
-Sound files of every format are damaged by up to five changes, drawn with fixed seeds (bytes flipped, overwritten, dropped,
-doubled, files cut short, counts and numbers made huge), and read. A row counts the answers that are neither a model nor an
-`InputError`; each reading has 20 s. `EXECUTIONS` in the environment sets how many are made of each kind of file, 2000 unless
-given."""
+Sound files of every format are damaged by changes that are drawn with fixed seeds (bytes flipped, overwritten, dropped,
+doubled, files cut short, counts and numbers made huge), and read. The search is guided by coverage: changes that lead to lines
+of the readers or of the studies that none before them reached are kept and changed further. A row counts the answers that are
+neither a model nor an `InputError`, and names the lines reached, with those that the sound files reach; each reading has 20 s.
+`EXECUTIONS` in the environment sets how many are made of each kind of file, 2000 unless given. MATLAB 7.3 files are read in
+a process of their own, where lines are not seen."""
 
 SOURCE = "an InputError or a model"
 STUDIES = "study files"
 SLOW = ("mat73",)
 """Kinds that are read in a process of their own: a twentieth of the executions."""
 
+Answer = Callable[[int, Any], bool]
+
+
+class Tally:
+    """Of one reader, over its kinds of files: executions, wrong answers, lines reached, those of sound files."""
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self.lines: set[Any] = set()
+        self.sound: set[Any] = set()
+
+    def fuzz(self, kind: str, answer: Answer, seeds: int, executions: int) -> None:
+        """Read each of the sound files, then damaged ones."""
+        corpus, generator = Corpus(answer), random.Random(kind)
+        for which in range(seeds):
+            self.counts["wrong"] += not quiet(corpus, kind, which, [])
+        self.sound |= corpus.lines
+        self.counts["wrong"] += sum(not quiet(corpus, kind, *corpus.draw(generator)) for _ in range(executions))
+        self.counts["executions"] += executions
+        self.lines |= corpus.lines
+
+    def row(self, reader: str) -> Row:
+        reached = f"{len(self.lines)} lines reached, {len(self.sound)} by sound files"
+        name = f"{reader}: other answers in {self.counts['executions']} executions; {reached}"
+        return at_most(name, self.counts["wrong"], 0.0, SOURCE)
+
 
 def rows() -> Iterator[Row]:
     executions, before = int(os.environ.get("EXECUTIONS", "2000")), peak_memory()
-    made: Counter[str] = Counter()
-    wrong: Counter[str] = Counter()
+    tallies: defaultdict[str, Tally] = defaultdict(Tally)
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         victims = Victims(Path(folder))
         for kind in victims.paths:
-            reader = reader_of(victims, kind)
             number = max(1, executions // 20) if kind in SLOW else executions
-            made[reader] += number
-            wrong[reader] += sum(not quiet(victims, kind, random.Random(f"{kind} {seed}")) for seed in range(number))
-        made[STUDIES] = executions
+            tallies[reader_of(victims, kind)].fuzz(kind, answer_of(victims, kind), 1, number)
         place = victims.paths["npz"].parent
-        wrong[STUDIES] = sum(not quiet_study(place, random.Random(number)) for number in range(executions))
-    for reader, number in made.items():
-        yield at_most(f"{reader}: other answers in {number} executions", wrong[reader], 0.0, SOURCE)
+        seeds = studies(place)
+        read = lambda which, changes: study_answer(seeds[which % len(seeds)], place, changes)  # noqa: E731
+        tallies[STUDIES].fuzz(STUDIES, read, len(seeds), executions)
+    for reader, tally in tallies.items():
+        yield tally.row(reader)
     yield at_most("growth of memory over all of them, MiB", peak_memory() - before, 300.0, SOURCE)
 
 
-def quiet(victims: Victims, kind: str, generator: random.Random) -> bool:
+def answer_of(victims: Victims, kind: str) -> Answer:
+    """How a kind of file is read."""
+    return lambda which, changes: victims.answer(kind, which, changes)
+
+
+def quiet(corpus: Corpus, kind: str, which: int, changes: Any) -> bool:
     """Whether a damaged file gave a model or an `InputError`."""
-    changes, which = drawn(generator), generator.getrandbits(8)
     try:
-        victims.answer(kind, which, changes)
-    except (Exception, SystemError) as error:
+        corpus.run(which, changes)
+    except (Exception, TookTooLongError) as error:
         print(f"  {kind}, file {which}, {changes}: {type(error).__name__}: {error}")
-        return False
-    return True
-
-
-def quiet_study(folder: Path, generator: random.Random) -> bool:
-    """Whether a damaged study gave a job or an `InputError`."""
-    changes = drawn(generator)
-    try:
-        study_answer(folder, changes)
-    except Exception as error:
-        print(f"  study, {changes}: {type(error).__name__}: {error}")
         return False
     return True

@@ -17,6 +17,7 @@ from models.conftest import KINDS, Chain
 from stickslip.checks import InputError
 from stickslip.models.read import FORMATS, read_model
 from stickslip.study import job
+from stickslip.study.templates import KINDS as KINDS_OF_STUDIES
 
 SECONDS = 20
 HUGE = (b"999999999999", b"-1", b"0", b"1e308", b"nan", b"99999999", b"", b"1000000", b"*", b"\xff\xff\xff\x7f", b"\x00" * 8)
@@ -160,10 +161,21 @@ outputs = ["a.x", { name = "rim", direction = { "a.x" = 1.0, "b.x" = 0.5 } }]
 """
 
 
-def study_answer(folder, changes):
-    """Read a study after changes, beside chain.npz in `folder`; whether it was sound. Only an `InputError` is kept."""
+QUICK = ("bounds", "samples", "damper-cycle", "performance", "design")
+"""Kinds of studies whose check builds no mesh."""
+
+
+def studies(folder):
+    """A study of a model, beside chain.npz in `folder`, and the commented ones that are checked quickly, as bytes."""
+    for kind in QUICK:
+        KINDS_OF_STUDIES[kind](folder / f"{kind}.toml")
+    return (STUDY, *((folder / f"{kind}.toml").read_bytes() for kind in QUICK))
+
+
+def study_answer(study, folder, changes):
+    """Read a study after changes, with its files in `folder`; whether it was sound. Only an `InputError` is kept."""
     with time_limit(), suppress(InputError):
-        job(damaged(STUDY, changes).decode("utf-8", "replace"), folder, "study")
+        job(damaged(study, changes).decode("utf-8", "replace"), folder, "study")
         return True
     return False
 

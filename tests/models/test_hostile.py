@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from models.conftest import KINDS
-from models.fuzzing import CHANGES, Victims, peak_memory, study_answer, time_limit
+from models.fuzzing import CHANGES, Victims, peak_memory, studies, study_answer, time_limit
 
 from stickslip.checks import InputError
 from stickslip.models.read import FORMATS, read_model
@@ -140,12 +140,13 @@ def test_an_archive_that_unpacks_to_far_more(tmp_path, monkeypatch):
 
 def test_damaged_studies(chain, tmp_path):
     chain.save(tmp_path, "npz")
-    assert study_answer(tmp_path, [])
+    sound = studies(tmp_path)
+    assert all(study_answer(study, tmp_path, []) for study in sound)
 
     @settings(budget, max_examples=80)
-    @given(changes)
-    def damage(several):
-        study_answer(tmp_path, several)
+    @given(st.sampled_from(sound), changes)
+    def damage(study, several):
+        study_answer(study, tmp_path, several)
 
     damage()
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from stickslip.checks import Array
 from stickslip.models.model import Model
@@ -68,8 +69,9 @@ def indefinite_mass(M: Sparse) -> bool:
     if M.shape[0] <= DENSE_SIZE:
         return float(np.linalg.eigvalsh(M.toarray())[0]) < -1e-9 * scale * M.shape[0]
     heavy = np.flatnonzero(M.diagonal() > 1e-12 * scale)
+    raised = M[heavy][:, heavy] + sparse.diags_array(1e-9 * M.diagonal()[heavy])  # so that rounding of zeros does not count
     try:
-        return bool(np.any(Factor(M[heavy][:, heavy]).pivots < -1e-9))
+        return Factor(sparse.csc_array(raised)).negative > 0
     except Singular:
         return False
 

@@ -14,7 +14,7 @@ from scipy import linalg, sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from stickslip.checks import Array, InputError, fault
-from stickslip.structure.factor import Factor, Singular
+from stickslip.structure.factor import Factor, Singular, solver
 from stickslip.structure.matrices import Structure
 from stickslip.structure.sparse import symmetric_sparse
 
@@ -59,7 +59,7 @@ def craig_bampton(
     interior = np.setdiff1d(np.arange(size), boundary)
     if modes is not None and not 0 <= modes <= interior.size:
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
-    progress(0.05, f"factorising the stiffness of {interior.size} rows")
+    progress(0.05, f"factorising the stiffness of {interior.size} rows by {solver(interior.size).name}")
     solve = _Interior(stiffness[interior][:, interior], mass[interior][:, interior])
     progress(0.3, f"static modes; the factor takes {solve.megabytes:.0f} MiB")
     static = -solve(stiffness[interior][:, boundary].toarray())
@@ -109,7 +109,7 @@ class _Interior:
             self.factor = Factor(K)
         except Singular:
             raise _not_held() from None
-        if np.any(self.factor.pivots <= 1e-13):
+        if self.factor.negative or self.factor.weak:
             raise _not_held()
 
     @property

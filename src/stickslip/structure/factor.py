@@ -1,21 +1,38 @@
-"""One factorisation of a sparse symmetric matrix: solves with it, the signs of its pivots, the memory it takes."""
+"""One factorisation of a sparse symmetric matrix: solves with it, the signs of its eigenvalues, the memory it takes.
+
+SciPy's SuperLU does it, or, for large matrices and where the extra `fast` is installed, MKL PARDISO.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import linalg
 
 from stickslip.checks import Array
+from stickslip.structure import pardiso
+from stickslip.structure.pardiso import Pardiso
 from stickslip.structure.sparse import Sparse
+from stickslip.structure.superlu import SuperLU
+
+LARGE = 3000
+"""Rows from which the faster solver is worth its start."""
 
 
 class Singular(ValueError):
     """The matrix has no factor."""
 
 
+def solver(rows: int) -> type[SuperLU | Pardiso]:
+    """What factorises a matrix of so many rows."""
+    return Pardiso if rows >= LARGE and pardiso.installed() else SuperLU
+
+
 class Factor:
-    """A = D⁻¹ L U D⁻¹ of symmetric A (n, n), D scaling its diagonal to ±1, rows and columns in one order of little fill."""
+    """A = D⁻¹ F D⁻¹ of symmetric A (n, n), D scaling its diagonal to ±1 and F factorised in an order of little fill.
+
+    negative: how many eigenvalues of A are below zero; weak: how many pivots of F are too small to be told from zero, so that A
+    is singular; megabytes: the memory of the factor, MiB.
+    """
 
     def __init__(self, matrix: Sparse) -> None:
         diagonal = np.abs(matrix.diagonal())
@@ -23,20 +40,13 @@ class Factor:
             raise Singular("a row without a diagonal entry")
         self.scale = 1.0 / np.sqrt(diagonal)
         scaling = sparse.diags_array(self.scale)
-        unit = sparse.csc_array(scaling @ matrix @ scaling)
-        settings = {"SymmetricMode": True}
         try:
-            self._lu = linalg.splu(unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=settings)
-        except RuntimeError as error:
+            self._factor = solver(matrix.shape[0])(sparse.csc_array(scaling @ matrix @ scaling))
+        except ArithmeticError as error:
             raise Singular(str(error)) from None
-        self.pivots: Array = self._lu.U.diagonal()
-
-    @property
-    def megabytes(self) -> float:
-        """The memory of the factor, MiB: a number and an index for each entry."""
-        return float(12.0 * self._lu.nnz / 2**20)
+        self.negative, self.weak, self.megabytes = self._factor.negative, self._factor.weak, self._factor.mebibytes
 
     def solve(self, loads: Array) -> Array:
         """A⁻¹ loads, for loads (n,) or (n, loads)."""
         scale = self.scale if loads.ndim == 1 else self.scale[:, None]
-        return np.asarray(scale * self._lu.solve(scale * loads))
+        return np.asarray(scale * self._factor.solve(scale * loads))

@@ -1,4 +1,4 @@
-"""The lowest modes of a large free or held body, by shift and invert; what is wrong with M or K shows in the signs of pivots."""
+"""The lowest modes of a large free or held body, by shift and invert; negative ones below the shift are counted."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def lowest_modes(M: Sparse, K: Sparse, number: int = 10) -> LowestModes | None:
 
 
 def _above(shift: float, M: Sparse, K: Sparse, number: int) -> tuple[Array, int, float]:
-    """The lowest ω² above `shift`, how many lie below it (the negative pivots of K − shift M), and the MiB of the factor."""
+    """The lowest ω² above `shift`, how many lie below it (the negative eigenvalues of K − shift M), and the MiB of the factor."""
     factor = Factor(sparse.csc_array(K - shift * M))
     inverse = linalg.LinearOperator(K.shape, matvec=factor.solve, dtype=float)
     start = np.random.default_rng(1).standard_normal(K.shape[0])
     squares = linalg.eigsh(K, number, M, sigma=shift, which="LA", OPinv=inverse, v0=start, return_eigenvectors=False)
-    return np.sort(squares), int(np.sum(factor.pivots < 0.0)), factor.megabytes
+    return np.sort(squares), factor.negative, factor.megabytes

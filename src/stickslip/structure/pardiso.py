@@ -1,0 +1,63 @@
+"""Factors by MKL PARDISO, several times faster than SciPy's and smaller (optional: pip install "stickslip[fast]").
+
+PARDISO keeps one triangle, A = L D Lᵀ with blocks of 1 and 2 in D, and counts the signs of their eigenvalues: by Sylvester's
+law these are the signs of the eigenvalues of A.
+"""
+
+from __future__ import annotations
+
+import weakref
+from importlib import import_module, util
+
+import numpy as np
+from scipy import sparse
+
+from stickslip.checks import Array, fault
+from stickslip.structure.sparse import Sparse
+
+PACKAGE = "pypardiso"
+SYMMETRIC_INDEFINITE = -2
+SMALLEST_PIVOT = 13
+"""Pivots below 1e-13 of the norm of the matrix are raised to it and counted."""
+SETTINGS = {1: 1, 2: 2, 10: SMALLEST_PIVOT, 18: -1, 21: 1}
+"""By the numbers of MKL's manual: own settings, nested dissection, smallest pivot, count entries, pivots of 1 and 2."""
+NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB, OUT_OF_MEMORY = 23, 14, 16, 17, -2
+
+
+def installed() -> bool:
+    """Whether the package is there."""
+    return util.find_spec(PACKAGE) is not None
+
+
+class Pardiso:
+    """The factor of a symmetric matrix (n, n) whose diagonal has no zeros.
+
+    negative: how many eigenvalues are below zero; weak: how many pivots are too small to be told from zero; mebibytes: of the
+    factor.
+    """
+
+    name = "MKL PARDISO"
+
+    def __init__(self, matrix: Sparse) -> None:
+        package = import_module(f"{PACKAGE}.pardiso_wrapper")
+        self._upper = sparse.csr_matrix(sparse.triu(matrix))
+        try:
+            self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+        except ImportError as error:
+            raise fault("pypardiso", "must find the library MKL", str(error), "Install or remove it.") from None
+        for number, value in SETTINGS.items():
+            self._solver.set_iparm(number, value)
+        weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
+        try:
+            self._solver.factorize(self._upper)
+        except package.PyPardisoError as error:
+            if error.value == OUT_OF_MEMORY:
+                raise MemoryError(str(error)) from None
+            raise ArithmeticError(str(error)) from None
+        counted = {number: int(self._solver.get_iparm(number)) for number in (NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB)}
+        self.negative, self.weak = counted[NEGATIVE], counted[RAISED]
+        self.mebibytes = (counted[KEPT_KIB] + counted[FACTOR_KIB]) / 1024.0
+
+    def solve(self, loads: Array) -> Array:
+        """A⁻¹ loads, for loads (n,) or (n, loads)."""
+        return np.asarray(self._solver.solve(self._upper, loads))
