@@ -35,10 +35,6 @@ def _opening(found: dict[str, Any]) -> str:
     day = date.fromisoformat(found["date"])
     ours, theirs = versions["stickslip"], versions["pyHarm"]
     return f"""
----
-orphan: true
----
-
 # Benchmarks
 
 `make bench` measures stickslip beside [pyHarm](https://gitlab.com/drti/pyharm), an open harmonic balance code, on the same
