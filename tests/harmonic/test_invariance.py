@@ -8,9 +8,11 @@ from harmonic.problems import everything
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.contact.start import MeanTraction, SliderOffset
+from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Force
 from stickslip.problem import Problem
 from stickslip.rigs import chain_of_three, chain_varying_load, three_mass_wedge
+from stickslip.solve.continuation import first_point
 from stickslip.units import Band, hertz, radians_per_second
 
 CASES = {
@@ -112,3 +114,11 @@ def test_units_of_force_and_length_do_not_matter():
     first, second = (forced_response(p, [145.0, 222.0], harmonics=4).dataset for p in (plain, changed))
     np.testing.assert_allclose(second.response, 1e3 * first.response, atol=1e-9 * float(np.abs(second.response).max()))
     np.testing.assert_allclose(second.contact_force, first.contact_force, atol=1e-7)
+
+
+@pytest.mark.parametrize("omega", [0.9, 0.8999999999999999, 0.7, 1.3])
+def test_a_prescribed_frequency_stays_to_the_last_bit(omega):
+    """A frequency listed in a study is found again among the solved ones; pivoting alone would leave rounding in it."""
+    found = first_point(HarmonicBalance(everything(), 4, 256), omega, 1.0)
+    assert found.converged
+    assert found.evaluation.point.omega == omega

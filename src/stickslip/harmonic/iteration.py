@@ -202,7 +202,8 @@ def newton_step(
             right[0, size] -= _dot(border.weight, moved)
     lu_solve(bordered.lu, bordered.pivots, right)
     _spread(bordered, right[0], step)
-    return step, right[0, size]
+    # A prescribed parameter stays what it is to the last bit: pivoting would leave rounding in it.
+    return step, right[0, size] if border.weight.shape[0] else -short / border.slope
 
 
 @njit(cache=True)
