@@ -47,6 +47,12 @@ _HOME = {
     "nodal_diameters": "stickslip.analyses.nodal_diameters",
     "TunedDisk": "stickslip.disk",
     "FullDisk": "stickslip.disk",
+    "Mistuning": "stickslip.analyses.mistuned_disk",
+    "Scatter": "stickslip.analyses.mistuned_disk",
+    "mistuned_disk": "stickslip.analyses.mistuned_disk",
+    "MistunedDisks": "stickslip.analyses.mistuning",
+    "mistuned_response": "stickslip.analyses.mistuning",
+    "mistuned_population": "stickslip.analyses.mistuning",
     "CyclicStructure": "stickslip.structure.cyclic",
     "cyclic": "stickslip.structure.cyclic",
     "sector_chain": "stickslip.structure.cyclic",
@@ -121,6 +127,8 @@ if TYPE_CHECKING:
     from stickslip.analyses.harmonic_cycle import harmonic_cycle
     from stickslip.analyses.identification import Identification, identify
     from stickslip.analyses.loop_law import ContactLoop, identify_law
+    from stickslip.analyses.mistuned_disk import Mistuning, Scatter, mistuned_disk
+    from stickslip.analyses.mistuning import MistunedDisks, mistuned_population, mistuned_response
     from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters
     from stickslip.analyses.peak_path import PeakPath, follow_peaks
     from stickslip.analyses.performance_band import PerformanceBand, performance_band

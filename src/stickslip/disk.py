@@ -229,7 +229,9 @@ def full_structure(disk: CyclicStructure, dampings: NDArray[np.complex128] | Non
 
 def _is_circulant(matrix: Array, sectors: int) -> bool:
     """Whether block (j, k) of a matrix depends on j − k alone, to rounding."""
-    size = matrix.shape[0] // sectors
+    size, rest = divmod(matrix.shape[0], sectors)
+    if rest:
+        return False
     blocks = matrix.reshape(sectors, size, sectors, size)
     turned = np.roll(blocks, (1, 1), axis=(0, 2))
     return bool(np.abs(turned - blocks).max() <= 1e-10 * np.abs(blocks).max(initial=1e-300))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -34,6 +35,12 @@ def with_preload_factor(problem: Problem, factor: float) -> Problem:
         return _changed(contact, **{key: _times(factor, value) for key, value in values.items()})
 
     return problem.with_forces(forces).with_contacts(loaded)
+
+
+def with_factors(contact: Contact, factors: Mapping[str, float]) -> Contact:
+    """A copy with fields of its law times factors; fields that the law does not have are passed over."""
+    law = contact.law
+    return _changed(contact, **{key: _times(factor, getattr(law, key)) for key, factor in factors.items() if _has(law, key)})
 
 
 def centrifugal_pull(problem: Problem) -> float:

@@ -25,6 +25,7 @@ FIGURES = {
     "Design": "stickslip.plots.design:design_space",
     "WhatMatters": "stickslip.plots.what_matters:tornado",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
+    "MistunedDisks": "stickslip.plots.mistuning:all_blades",
     "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
     "TimeResponse": "stickslip.plots.time_response:last_period",
     "Identification": "stickslip.plots.identification:loops_and_fit",
@@ -46,6 +47,10 @@ MORE: dict[str, dict[str, str]] = {
         "force_ratios": "stickslip.plots.bound_cycles:force_ratios",
         "loops": "stickslip.plots.bound_cycles:loops",
         "force_plane": "stickslip.plots.force_plane:force_plane",
+    },
+    "MistunedDisks": {
+        "amplification": "stickslip.plots.mistuning:amplification",
+        "worst_blade": "stickslip.plots.mistuning:worst_blade",
     },
 }
 """Further figures of a result by name: `result.plot(figure="loops")`."""

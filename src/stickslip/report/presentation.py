@@ -27,6 +27,7 @@ PRESENTATIONS = {
     "performance_curve": "stickslip.report.performance",
     "damper_design": "stickslip.report.design",
     "identification": "stickslip.report.identification",
+    "mistuned_population": "stickslip.report.mistuning",
 }
 """Analysis: module with its PRESENTATION. A new analysis adds its line here."""
 

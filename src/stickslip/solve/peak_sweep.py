@@ -24,7 +24,7 @@ def swept_summits(
 
     Raises `LostCurveError` where the curve does not reach the end of the band.
     """
-    points = _curve(balance, level, band)
+    points = swept_curve(balance, level, band)
     row = balance.rows + output
     sizes = np.array([float(np.hypot(*point.evaluation.w[row, 1:3])) for point in points])
     tops = [k for k in _tops(points, row, sizes) if sizes[k] >= LEAST * sizes.max()]
@@ -41,7 +41,7 @@ def swept_summits(
     return _prominent(inside, sizes), len(points), solves
 
 
-def _curve(balance: HarmonicBalance, level: float, band: tuple[float, float]) -> list[CurvePoint]:
+def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float]) -> list[CurvePoint]:
     """The points from one end of the band to the other, from further out where Newton fails there or the curve turns back."""
     reason = "No point could be solved at the start of the band."
     for run_up in RUN_UPS:

@@ -7,6 +7,7 @@ from stickslip.study.damper_cycle import DAMPER_CYCLE
 from stickslip.study.design import DAMPER_DESIGN
 from stickslip.study.forced_response import FORCED_RESPONSE
 from stickslip.study.identification import IDENTIFICATION
+from stickslip.study.mistuning import MISTUNED_POPULATION
 from stickslip.study.performance import PERFORMANCE_CURVE
 from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
 
@@ -18,6 +19,7 @@ KINDS: dict[str, Kind] = {
     "performance_curve": PERFORMANCE_CURVE,
     "damper_design": DAMPER_DESIGN,
     "identification": IDENTIFICATION,
+    "mistuned_population": MISTUNED_POPULATION,
 }
 
 PROBLEM_KEYS = ("structure", "damping", "contact", "force", "dashpot", "base", "sweep")

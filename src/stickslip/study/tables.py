@@ -43,6 +43,7 @@ class StudyTable(Table):
             "performance_curve",
             "damper_design",
             "identification",
+            "mistuned_population",
         ],
         Field(description="what to compute"),
     ]

@@ -12,6 +12,7 @@ from stickslip.files import replacing, write_text
 from stickslip.rigs import three_mass_wedge
 from stickslip.study.damper_cycle import TEMPLATE as DAMPER_CYCLE
 from stickslip.study.identification_template import write_identification
+from stickslip.study.mistuning import TEMPLATE as MISTUNING
 from stickslip.study.model_template import write_model
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
@@ -271,6 +272,7 @@ KINDS: dict[str, Callable[[Path], list[Path]]] = {
     "performance": lambda path: [write_text(path, PERFORMANCE)],
     "identification": write_identification,
     "design": lambda path: [write_text(path, DESIGN)],
+    "mistuning": lambda path: [write_text(path, MISTUNING)],
 }
 
 

@@ -1,0 +1,172 @@
+"""A disk whose sectors are not alike: what is different in each of them, and the full disk that this makes of a tuned one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import linalg
+
+from stickslip.analyses.scaled_problem import PRELOADS, with_factors
+from stickslip.checks import Array, InputError, fault, nearest, vector
+from stickslip.contact.point import Contact
+from stickslip.disk import FullDisk, TunedDisk
+from stickslip.loads import Output
+from stickslip.structure.cyclic import sector_name
+from stickslip.structure.matrices import Structure
+
+RELATIVE = ("blade", "kt", "kn", "mu", "pull")
+"""What may deviate from sector to sector, in the order in which it is drawn."""
+LAW_FIELDS = {"kt": ("kt", "kt2"), "kn": ("kn",), "mu": ("mu",), "pull": PRELOADS}
+"""Fields of contact laws that a deviation scales."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mistuning:
+    """Relative deviations of N sectors from the tuned disk, each (N,) or one number for all; 0 is tuned.
+
+    blade: of the frequency of each blade held where it joins the rest; kt, kn, mu: of all contacts of the damper that follows
+    each blade; pull: of that damper's centrifugal force and of preloads in its laws. missing: sectors, from 1, whose damper is
+    not there.
+    """
+
+    blade: ArrayLike = 0.0
+    kt: ArrayLike = 0.0
+    kn: ArrayLike = 0.0
+    mu: ArrayLike = 0.0
+    pull: ArrayLike = 0.0
+    missing: Sequence[int] = ()
+
+    def of(self, sectors: int) -> Mistuning:
+        """The same as arrays of `sectors` entries; every deviation above −1."""
+        found = {name: vector(f"Mistuning, {name}", getattr(self, name), sectors) for name in RELATIVE}
+        for name, deviation in found.items():
+            if deviation.size and deviation.min() <= -1.0:
+                raise fault(f"Mistuning, {name}", "must be above -1, relative to the tuned disk", float(deviation.min()))
+        unknown = [sector for sector in self.missing if not 1 <= sector <= sectors]
+        if unknown:
+            raise fault("Mistuning, missing", f"must hold sectors from 1 to {sectors}", unknown)
+        return Mistuning(**found, missing=tuple(sorted({int(sector) for sector in self.missing})))
+
+    def on_top_of(self, base: Mistuning) -> Mistuning:
+        """Both together, of arrays: factors multiply."""
+        both = {name: (1.0 + base.deviation(name)) * (1.0 + self.deviation(name)) - 1.0 for name in RELATIVE}
+        return Mistuning(**both, missing=tuple(sorted({*base.missing, *self.missing})))
+
+    def deviation(self, name: str) -> Array:
+        """One of the deviations, by its name in `RELATIVE`."""
+        return np.asarray(getattr(self, name), dtype=float)
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Random deviations: standard deviations of the blade frequency (normal) and of ln kt, ln kn, ln mu and ln pull (normal, so
+    that none turns negative), independent from sector to sector; missing: probability that a damper is not there.
+    """
+
+    blade: float = 0.0
+    kt: float = 0.0
+    kn: float = 0.0
+    mu: float = 0.0
+    pull: float = 0.0
+    missing: float = 0.0
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if not 0.0 <= value < 1.0:
+                raise fault(f"Scatter, {each.name}", "must lie between 0 and 1", value)
+
+    def draw(self, sectors: int, seed: int, sample: int) -> Mistuning:
+        """The deviations of one sample. They depend on the seed and its number alone, and one scatter does not move another."""
+        random = np.random.default_rng((seed, sample))
+        normal = random.standard_normal((len(RELATIVE), sectors))
+        lost = np.flatnonzero(random.random(sectors) < self.missing) + 1
+        blade, *others = normal
+        logarithmic = {name: np.expm1(getattr(self, name) * row) for name, row in zip(RELATIVE[1:], others, strict=True)}
+        return Mistuning(blade=self.blade * blade, **logarithmic, missing=tuple(lost.tolist()))
+
+
+def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | None = None) -> FullDisk:
+    """The whole disk with its sectors mistuned; without any deviation it is `disk.full()`, bit by bit.
+
+    blade: nodes or degrees of freedom of a sector that make up its blade, those of the outputs and all modal coordinates unless
+    given. With b the blades and r the rest, Ψ = −K_bb⁻¹K_br, S = diag(1 + blade): the elastic energy of the blades relative to
+    what carries them is scaled, K + [I −Ψ]ᵀ(S K_bb S − K_bb)[I −Ψ]. A blade held at r has its frequencies times 1 + blade, and a
+    motion that does not bend it meets no other stiffness than before. Damping matrix and masses stay those of the tuned disk.
+    """
+    given = mistuning.of(disk.sectors)
+    for name in RELATIVE[1:4]:
+        _refuse_without_effect(disk, name, given.deviation(name))
+    full = disk.full()
+    parts = len(disk.contacts), len(disk.forces), len(disk.mean_springs)
+    contacts = [_contact(c, given, k // parts[0]) for k, c in enumerate(full.contacts)]
+    pull = 1.0 + given.deviation("pull")
+    forces = [replace(f, static=f.static * pull[k // parts[1]]) for k, f in enumerate(full.forces)]
+    structure = _with_blades(disk, full.structure, given.deviation("blade"), blade)
+    if not given.missing:
+        return replace(full, structure=structure, contacts=tuple(contacts), forces=tuple(forces))
+    springs = [spring for k, spring in enumerate(full.mean_springs) if k // parts[2] + 1 not in given.missing]
+    kept = [c for k, c in enumerate(contacts) if k // parts[0] + 1 not in given.missing]
+    lost = {sector_name(sector, dof) for sector in given.missing for dof in _loose(disk)}
+    loads = [force for force in forces if not lost & force.direction.keys()]
+    return replace(
+        full, structure=_without(structure, lost), contacts=tuple(kept), forces=tuple(loads), mean_springs=tuple(springs)
+    )
+
+
+def _contact(contact: Contact, given: Mistuning, sector: int) -> Contact:
+    factors = {field: 1.0 + given.deviation(name)[sector] for name, names in LAW_FIELDS.items() for field in names}
+    return with_factors(contact, {field: factor for field, factor in factors.items() if factor != 1.0})
+
+
+def _refuse_without_effect(disk: TunedDisk, name: str, deviation: Array) -> None:
+    if deviation.any() and not any(hasattr(contact.law, name) for contact in disk.contacts):
+        raise fault(f"Mistuning, {name}", "must meet a contact law that has it", "none does")
+
+
+def _with_blades(disk: TunedDisk, structure: Structure, deviation: Array, blade: Sequence[str] | None) -> Structure:
+    if not deviation.any():
+        return structure
+    own = blade_dofs(disk, blade)
+    b = np.array([structure.index(sector_name(j, dof)) for j in range(1, disk.sectors + 1) for dof in own])
+    K_bb, K_b = structure.K[np.ix_(b, b)], structure.K[b]
+    relative = np.asarray(linalg.solve(K_bb, K_b, assume_a="pos"))
+    S = 1.0 + np.repeat(deviation, len(own))
+    K = structure.K + relative.T @ ((S[:, None] * S - 1.0) * K_bb) @ relative
+    return replace(structure, K=0.5 * (K + K.T))
+
+
+def blade_dofs(disk: TunedDisk, blade: Sequence[str] | None = None) -> list[str]:
+    """The degrees of freedom of a sector that make up its blade, by nodes or degrees of freedom, or as they are by default."""
+    names = disk.structure.dofs
+    if blade is None:
+        outputs = {dof for output in disk.outputs for dof in Output.of(output).direction}
+        blade = [*{dof.rsplit(".", 1)[0]: None for dof in names if dof in outputs or dof.startswith("mode/")}]
+    nodes = {dof.rsplit(".", 1)[0] for dof in names}
+    for name in blade:
+        if name not in nodes and name not in names:
+            raise fault("blade", "must name nodes or degrees of freedom of a sector", name, nearest(name, [*nodes, *names]))
+    found = [dof for dof in names if dof in blade or dof.rsplit(".", 1)[0] in blade]
+    loose = set(found) & set(_loose(disk))
+    if loose or not found:
+        raise fault("blade", "must name what stiffness holds", sorted(loose))
+    return found
+
+
+def _loose(disk: TunedDisk) -> list[str]:
+    """Degrees of freedom of a sector that no stiffness holds but that of contacts: its damper."""
+    held = np.abs(np.asarray(disk.disk.stiffnesses)).max(axis=(0, 2))
+    return [dof for dof, stiffness in zip(disk.structure.dofs, held, strict=True) if stiffness == 0.0]
+
+
+def _without(structure: Structure, lost: set[str]) -> Structure:
+    """The structure without some degrees of freedom."""
+    if not lost:
+        raise InputError("A missing damper must be a body that only its contacts hold, but the sector has none such.")
+    kept = [k for k, dof in enumerate(structure.dofs) if dof not in lost]
+    M, K = (matrix[np.ix_(kept, kept)] for matrix in (structure.M, structure.K))
+    C = None if structure.C is None else structure.C[np.ix_(kept, kept)]
+    return replace(structure, M=M, K=K, C=C, dofs=tuple(structure.dofs[k] for k in kept))

@@ -1,0 +1,117 @@
+"""Mistuned disks: the response of all blades of one disk, or of a population of them drawn at random, beside the tuned disk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from stickslip.analyses.cases import Finished, Progress, all_cases
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.mistuned_disk import Mistuning, Scatter, blade_dofs
+from stickslip.analyses.mistuning_dataset import population_dataset
+from stickslip.analyses.mistuning_work import PopulationWork
+from stickslip.checks import InputError, fault
+from stickslip.disk import TunedDisk
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PEAK_TOLERANCE = 1e-4
+"""Relative amplitude by which the maximum of a blade may be too low; a tenth of it doubles the work."""
+
+
+@dataclass(frozen=True, eq=False)
+class MistunedDisks:
+    """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the
+    frequency, the envelope, the maximum of each blade, the worst blade, the amplification and the deviations drawn.
+    """
+
+    dataset: xr.Dataset
+    disk: TunedDisk
+
+    def plot(self, **options: Any) -> Any:
+        """All blades of one sample and the envelope; figure="amplification" or "worst_blade" for the population."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def mistuned_response(
+    disk: TunedDisk,
+    band: Band | Sequence[float],
+    mistuning: Mistuning,
+    force: float = 1.0,
+    harmonics: int = 3,
+    samples: int = 96,
+    **options: Any,
+) -> MistunedDisks:
+    """The response of all blades of one mistuned disk; arguments and options as of `mistuned_population`."""
+    return mistuned_population(disk, band, 1, Scatter(), mistuning, force, harmonics, samples, **options)
+
+
+def mistuned_population(
+    disk: TunedDisk,
+    band: Band | Sequence[float],
+    count: int,
+    scatter: Scatter,
+    mistuning: Mistuning | None = None,
+    force: float = 1.0,
+    harmonics: int = 3,
+    samples: int = 96,
+    *,
+    seed: int = 0,
+    blade: Sequence[str] | None = None,
+    output: int = 0,
+    peak_tolerance: float = PEAK_TOLERANCE,
+    workers: int = 1,
+    finished: Finished | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> MistunedDisks:
+    """Responses of `count` disks whose sectors deviate at random, all under one engine order and one force level.
+
+    mistuning: deviations that all samples share; with a pattern of the blades there and scatter of contacts alone, the samples
+    are one disk mounted again and again. blade: what makes up a blade, see `mistuned_disk`. output: which output of a sector
+    is the amplitude of its blade. band, force, harmonics, samples, workers, finished, progress: see `forced_response`; at a
+    list of frequencies, maxima are the largest values there. peak_tolerance: by how much maxima over a band may be too low.
+
+    Amplification is the highest |X_1| of any blade over the band, divided by that of the tuned disk with the same dampers and
+    force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
+    """
+    work = planned_population(
+        disk, band, count, scatter, mistuning, force, harmonics, samples, seed, blade, output, peak_tolerance
+    )
+    results = all_cases(work, finished, workers, progress)
+    return MistunedDisks(population_dataset(work, results), disk)
+
+
+def planned_population(
+    disk: TunedDisk,
+    band: Band | Sequence[float],
+    count: int,
+    scatter: Scatter,
+    mistuning: Mistuning | None,
+    force: float,
+    harmonics: int,
+    samples: int,
+    seed: int = 0,
+    blade: Sequence[str] | None = None,
+    output: int = 0,
+    peak_tolerance: float = PEAK_TOLERANCE,
+) -> PopulationWork:
+    """The work of the arguments of `mistuned_population`, checked."""
+    if not isinstance(disk, TunedDisk):
+        raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
+    for name, value, least in (("count", count, 1), ("seed", seed, 0)):
+        if isinstance(value, bool) or int(value) != value or value < least:
+            raise fault(name, f"must be a whole number from {least} on", value)
+    if not 0 <= output < len(disk.outputs):
+        raise fault("output", f"must lie between 0 and {len(disk.outputs) - 1}", output)
+    base = (mistuning or Mistuning()).of(disk.sectors)
+    own = tuple(blade_dofs(disk, blade))
+    reported = replace(disk, outputs=(disk.outputs[output],))
+    sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance)
+    if len(sweep.levels) != 1:
+        raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
+    return PopulationWork(sweep, reported, base, scatter, int(count), int(seed), own)

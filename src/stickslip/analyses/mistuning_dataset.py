@@ -1,0 +1,97 @@
+"""The labelled results of mistuned disks, from the arrays of the tuned disk and of all samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.analyses.cases import Arrays
+from stickslip.analyses.mistuning_work import PopulationWork
+from stickslip.checks import Array
+from stickslip.outcome import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORDS = {
+    "blade": "blade frequency",
+    "kt": "tangential stiffness",
+    "kn": "normal stiffness",
+    "mu": "friction coefficient",
+    "pull": "pull on the damper",
+}
+
+
+def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Dataset:
+    """Axes sample, point (padded with NaN), blade (from 1); the tuned disk beside them."""
+    import xarray as xr
+
+    tuned, samples = results[0], results[1:]
+    data = _samples(samples) | _tuned(tuned) | _amplification(samples, tuned) | _deviations(work)
+    N = work.disk.sectors
+    coords = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
+    attrs: dict[str, Any] = {"title": work.disk.title, "study": "", "analysis": "mistuned_population"}
+    attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
+    attrs |= {"harmonics": work.sweep.harmonics, "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
+    attrs["cpu_seconds"] = sum(float(arrays["cpu_seconds"]) for arrays in results)
+    return xr.Dataset(data, coords, attrs)
+
+
+def _named(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}
+
+
+def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
+    """Curves, maxima and outcomes."""
+    longest = max(arrays["frequency"].size for arrays in samples)
+    frequency = np.full((len(samples), longest), np.nan)
+    amplitude = np.full((len(samples), longest, samples[0]["peak"].size), np.nan)
+    for k, arrays in enumerate(samples):
+        frequency[k, : arrays["frequency"].size] = arrays["frequency"]
+        amplitude[k, : arrays["frequency"].size] = arrays["amplitude"]
+    curve, each = ("sample", "point"), ("sample", "blade")
+    peak, place = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency"))
+    outcome = np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8)
+    return {
+        "frequency": (curve, frequency, _named("Hz", "excitation frequency")),
+        "amplitude": ((*curve, "blade"), amplitude, _named("m", "amplitude of the first harmonic of each blade")),
+        "envelope": (curve, amplitude.max(axis=2), _named("m", "largest amplitude of all blades")),
+        "blade_peak": (each, peak, _named("m", "largest amplitude of each blade over the band")),
+        "blade_peak_frequency": (each, place, _named("Hz", "frequency of the largest amplitude of each blade")),
+        "sample_outcome": ("sample", outcome, _named("1", f"{int(Outcome.CONVERGED)} where the sample was solved")),
+        "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "what came of the sample")),
+        "cpu_time": ("sample", [float(a["cpu_seconds"]) for a in samples], _named("s", "processor time of the sample")),
+    }
+
+
+def _tuned(tuned: Arrays) -> dict[str, Any]:
+    return {
+        "tuned_frequency": ("tuned_point", tuned["frequency"], _named("Hz", "excitation frequency of the tuned disk")),
+        "tuned_amplitude": ("tuned_point", tuned["amplitude"][:, 0], _named("m", "amplitude of the tuned disk")),
+        "tuned_peak": ((), float(tuned["peak"][0]), _named("m", "largest amplitude of the tuned disk")),
+        "tuned_peak_frequency": ((), float(tuned["peak_frequency"][0]), _named("Hz", "frequency of that amplitude")),
+    }
+
+
+def _amplification(samples: Sequence[Arrays], tuned: Arrays) -> dict[str, Any]:
+    """Largest over all blades against the tuned disk, and the blade that has it; NaN and 0 where a sample failed."""
+    largest = np.array([arrays["peak"].max() for arrays in samples])
+    worst = [0 if np.isnan(arrays["peak"]).any() else int(arrays["peak"].argmax()) + 1 for arrays in samples]
+    ratio: Array = largest / float(tuned["peak"][0])
+    return {
+        "amplification": ("sample", ratio, _named("1", "largest amplitude of any blade over that of the tuned disk")),
+        "worst_blade": ("sample", worst, _named("1", "blade with the largest amplitude; 0 where the sample failed")),
+    }
+
+
+def _deviations(work: PopulationWork) -> dict[str, Any]:
+    drawn = [work.mistuning(sample) for sample in range(work.count)]
+    each = ("sample", "blade")
+    data: dict[str, Any] = {
+        f"{name}_deviation": (each, np.array([m.deviation(name) for m in drawn]), _named("1", f"relative deviation, {words}"))
+        for name, words in WORDS.items()
+    }
+    missing = np.array([np.isin(np.arange(1, work.disk.sectors + 1), m.missing) for m in drawn], dtype=np.int8)
+    return data | {"damper_missing": (each, missing, _named("1", "1 where the damper after the blade is missing"))}

@@ -1,0 +1,113 @@
+"""A population of mistuned disks as independent cases: the tuned disk first, then one sample each."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.linalg import LinAlgError
+
+from stickslip.analyses.cases import Arrays, Tell
+from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.mistuned_disk import RELATIVE, Mistuning, Scatter, mistuned_disk
+from stickslip.checks import Array, InputError
+from stickslip.disk import TunedDisk
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.solve.continuation import CurvePoint, LostCurveError
+from stickslip.solve.curve import solve_curve
+from stickslip.solve.peak import PeakSearch
+from stickslip.solve.peak_sweep import swept_curve
+
+LEAST = 0.9
+"""Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""
+
+
+@dataclass(frozen=True, eq=False)
+class PopulationWork:
+    """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1. sweep: where and how finely, with the tuned disk.
+
+    base: deviations that all samples share, as arrays; blade: degrees of freedom of a sector that make up its blade.
+    """
+
+    sweep: ForcedResponseWork
+    disk: TunedDisk
+    base: Mistuning
+    scatter: Scatter
+    count: int
+    seed: int
+    blade: tuple[str, ...]
+
+    def mistuning(self, sample: int) -> Mistuning:
+        """The deviations of a sample, counted from 0."""
+        return self.scatter.draw(self.disk.sectors, self.seed, sample).on_top_of(self.base)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a sample depends on."""
+        shared = [self.base.deviation(name).tolist() for name in RELATIVE]
+        what = f"{self.scatter!r} on {shared!r}, missing {self.base.missing!r}, seed {self.seed}, blade {self.blade!r}"
+        return tuple(
+            f"{'tuned' if k == 0 else f'sample {k - 1}'} of {what}: {self.sweep.names[0]}" for k in range(self.count + 1)
+        )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("the tuned disk", *(f"sample {k + 1}" for k in range(self.count)))
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk."""
+        self.sweep.prepare()
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
+        started = time.process_time()
+        try:
+            problem = self.disk if case == 0 else mistuned_disk(self.disk, self.mistuning(case - 1), self.blade)
+            arrays = self._solved(problem, tell)
+        except (LostCurveError, LinAlgError, InputError) as reason:
+            arrays = _failed(1 if case == 0 else self.disk.sectors, str(reason))
+        return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
+
+    def _solved(self, problem: Problem, tell: Tell) -> Arrays:
+        sweep = self.sweep
+        balance = HarmonicBalance(problem, sweep.harmonics, sweep.samples)
+        omegas = [2.0 * np.pi * frequency for frequency in sweep.frequencies]
+        if sweep.exactly:
+            curve = solve_curve(balance, omegas, sweep.levels[0], True, tell)
+            if curve.outcome != Outcome.CONVERGED:
+                raise LostCurveError(curve.message)
+            return _blades(balance, curve.points, None)
+        points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
+        tell(0.3)
+        return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance))
+
+
+def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None) -> Arrays:
+    """Amplitudes of all blades at the points (points, blades), the maximum of each and where it is."""
+    amplitude = np.array([_amplitudes(balance, point) for point in points])
+    frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
+    peak, place = amplitude.max(axis=0), frequency[amplitude.argmax(axis=0)]
+    for blade in range(peak.size if search is not None else 0):
+        assert search is not None
+        for found in search.peaks(blade, least=LEAST).points:
+            size = _amplitudes(balance, found)[blade]
+            if size > peak[blade]:
+                peak[blade], place[blade] = size, found.point.omega / (2.0 * np.pi)
+    told = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
+    return {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place, **told}
+
+
+def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
+    outputs = point.evaluation.w[balance.rows :]
+    return np.asarray(np.hypot(outputs[:, 1], outputs[:, 2]))
+
+
+def _failed(blades: int, reason: str) -> Arrays:
+    nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades))}
+    unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency")}
+    return {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(reason)}

@@ -1,0 +1,82 @@
+"""How mistuned disks are told."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.checks import counted
+from stickslip.plots.files import Figures
+from stickslip.plots.mistuning import all_blades, amplification, worst_blade
+from stickslip.report.presentation import Presentation
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The tuned disk, the amplification and the worst blade."""
+    solved = dataset.isel(sample=dataset["worst_blade"].values > 0)
+    tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
+    lines = [f"tuned disk of {dataset.attrs['sectors']} blades: {1e6 * tuned:.4g} µm at {place:.5g} Hz"]
+    ratio = solved["amplification"].values
+    if not np.isfinite(ratio).any():
+        return [*lines, "no amplification: every sample or the tuned disk failed"]
+    top = solved.isel(sample=int(ratio.argmax()))
+    blade = int(top["worst_blade"])
+    where = f"blade {blade} at {float(top['blade_peak_frequency'].sel(blade=blade)):.5g} Hz"
+    lines.append(f"highest amplification {float(ratio.max()):.4g}: {where}")
+    if ratio.size > 1:
+        middle, high = np.percentile(ratio, [50, 95])
+        lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")
+        often, times = Counter(solved["worst_blade"].values.tolist()).most_common(1)[0]
+        lines.append(f"most often worst: blade {often}, in {counted(times, 'sample')}")
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """Samples that failed, grouped by why."""
+    reasons: dict[str, list[int]] = {}
+    for sample in np.flatnonzero(dataset["worst_blade"].values == 0):
+        reasons.setdefault(str(dataset["sample_message"].values[sample]), []).append(int(sample) + 1)
+    lines = [f"{counted(len(samples), 'sample')} failed, the first is {samples[0]}: {why}" for why, samples in reasons.items()]
+    return (
+        lines if np.isfinite(float(dataset["tuned_peak"])) else [*lines, "The tuned disk failed, so there is no amplification."]
+    )
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Every sample, and every blade of the worst one."""
+    import pandas as pd
+
+    samples = pd.DataFrame(
+        {
+            "sample": range(1, dataset.sizes["sample"] + 1),
+            "amplification": dataset["amplification"].values,
+            "worst blade": dataset["worst_blade"].values,
+            "largest amplitude [m]": dataset["blade_peak"].max("blade").values,
+            "dampers missing": dataset["damper_missing"].sum("blade").values,
+        }
+    )
+    found = {"samples": samples}
+    if np.isfinite(dataset["amplification"].values).any():
+        top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
+        columns = {"blade": top["blade"], "largest amplitude [m]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
+        columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
+        found["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
+    return found
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The blades of the worst sample; of several samples the distribution and the worst blades."""
+    if not np.isfinite(dataset["amplification"].values).any():
+        return {}
+    several = dataset.sizes["sample"] > 1
+    return {"all_blades": all_blades} | ({"amplification": amplification, "worst_blade": worst_blade} if several else {})
+
+
+PRESENTATION = Presentation("Mistuned disks", sentences, failures, figures, tables)

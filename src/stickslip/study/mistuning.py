@@ -1,0 +1,131 @@
+"""Mistuned disks in a study: the table [mistuning] and what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays, Work
+from stickslip.analyses.mistuned_disk import Mistuning, Scatter
+from stickslip.analyses.mistuning import PEAK_TOLERANCE, planned_population
+from stickslip.analyses.mistuning_dataset import population_dataset
+from stickslip.analyses.mistuning_work import PopulationWork
+from stickslip.checks import InputError, counted
+from stickslip.disk import TunedDisk
+from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.fields import Numbers, Positive, Table
+from stickslip.study.forced_response import sweep_of
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
+
+
+class MistuningTable(Table):
+    """What differs from sector to sector. A pattern is one number for all sectors or one for each, relative to the tuned disk."""
+
+    count: Annotated[int, Field(ge=1, description="disks, each with scatter of its own")] = 1
+    seed: Annotated[int, Field(ge=0, description="of the random draws; disk k depends on it and on k alone")] = 0
+    blade_scatter: Annotated[Share, Field(description="standard deviation of the blade frequencies, relative")] = 0.0
+    kt_scatter: Annotated[Share, Field(description="standard deviation of ln kt from damper to damper")] = 0.0
+    kn_scatter: Annotated[Share, Field(description="of ln kn")] = 0.0
+    mu_scatter: Annotated[Share, Field(description="of ln mu")] = 0.0
+    pull_scatter: Annotated[Share, Field(description="of ln pull")] = 0.0
+    missing_probability: Annotated[Share, Field(description="that a damper is not there")] = 0.0
+    blade: Annotated[Numbers, Field(description="pattern of the blade frequencies, shared by all disks")] = 0.0
+    kt: Annotated[Numbers, Field(description="pattern of the tangential stiffness of the dampers")] = 0.0
+    kn: Annotated[Numbers, Field(description="pattern of the normal stiffness")] = 0.0
+    mu: Annotated[Numbers, Field(description="pattern of the friction coefficient")] = 0.0
+    pull: Annotated[Numbers, Field(description="pattern of the centrifugal pull on the dampers")] = 0.0
+    missing: Annotated[list[int], Field(description="sectors, from 1, whose damper is missing in all disks")] = Field(
+        default_factory=list
+    )
+    blade_nodes: Annotated[
+        list[str] | None,
+        Field(min_length=1, description="what of a sector is its blade; nodes of outputs and modes unless given"),
+    ] = None
+    peak_tolerance: Annotated[Positive, Field(lt=0.1, description="relative, of the maximum of a blade")] = PEAK_TOLERANCE
+
+    def pattern(self) -> Mistuning:
+        """What all disks share."""
+        return Mistuning(self.blade, self.kt, self.kn, self.mu, self.pull, tuple(self.missing))
+
+    def scatter(self) -> Scatter:
+        """What differs from disk to disk."""
+        kept: dict[str, Any] = {name: getattr(self, f"{name}_scatter") for name in ("blade", "kt", "kn", "mu", "pull")}
+        return Scatter(**kept, missing=self.missing_probability)
+
+
+@dataclass(frozen=True, eq=False)
+class MistuningPlan:
+    """One mistuned disk, or a population."""
+
+    sweep: Sweep
+    work: PopulationWork
+
+    @classmethod
+    def of(cls, asked: Asked) -> MistuningPlan:
+        """The plan of a study."""
+        sweep, table = sweep_of(asked), MistuningTable.model_validate(asked.tables["mistuning"])
+        disk = sweep.problem
+        if not isinstance(disk, TunedDisk):
+            raise InputError(
+                '[structure]: mistuning must have a tuned disk, such as rig = "lumped_blisk", but has another problem.'
+            )
+        if len(sweep.force_levels) != 1:
+            raise InputError("[sweep]: mistuning must have one force level, but has several. Write a study for each.")
+        if sweep.harmonics == "auto":
+            raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
+        where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
+        how = (sweep.force_levels[0], sweep.harmonics, sweep.samples, table.seed, table.blade_nodes, 0, table.peak_tolerance)
+        return cls(sweep, planned_population(disk, where, table.count, table.scatter(), table.pattern(), *how))
+
+    @property
+    def summary(self) -> str:
+        return f"{self.sweep.summary} a sector; {counted(self.work.count, 'mistuned disk')} of {self.work.disk.sectors} sectors"
+
+    @cached_property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return population_dataset(self.work, results[""])
+
+
+MISTUNED_POPULATION = Kind(MistuningPlan.of, {"mistuning": MistuningTable}, ("mistuning",))
+
+TEMPLATE = """\
+# A population of mistuned bladed disks with dampers: every sector differs a little, which blade is worst and by how much?
+# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR --workers 2` computes it, two seconds a disk.
+
+[study]
+title = "Lumped bladed disk, 0.3 % scatter of blade frequencies"
+analysis = "mistuned_population"
+
+[structure]
+rig = "lumped_blisk"              # or another tuned disk
+
+[structure.parameters]
+engine_order = 2
+
+[sweep]
+frequency = [140.0, 156.0]        # Hz: the band in which the highest blade is sought
+force_levels = [0.4]              # N on each blade; one level
+harmonics = 3
+samples = 96
+
+[mistuning]
+count = 20                        # disks
+seed = 0                          # disk k depends on the seed and k alone
+blade_scatter = 0.003             # standard deviation of the blade frequencies; also kt_, kn_, mu_, pull_scatter
+missing_probability = 0.0         # that a damper is not there
+# A pattern that all disks share, relative to the tuned disk: one number, or one for each sector; also kt, kn, mu, pull
+# blade = [0.01, -0.01, 0.01, -0.01]  # with as many entries as sectors
+# missing = [3]                   # dampers that are not there
+"""

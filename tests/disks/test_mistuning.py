@@ -1,0 +1,130 @@
+"""Mistuned disks: without deviation the tuned disk, closed forms of the blades, populations that do not depend on their order."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.mistuned_disk import blade_dofs
+from stickslip.analyses.mistuning import planned_population
+from stickslip.checks import InputError
+from stickslip.report.presentation import presentation_of
+from stickslip.results import open_results, save, stamped
+from stickslip.rigs import lumped_blisk
+from stickslip.study import read
+from stickslip.study.templates import write_new
+
+SIX = lumped_blisk("W", sectors=6)
+AT = [float(SIX.frequencies(stuck=True)[0]) - 0.1]
+
+
+def test_without_deviation_it_is_the_tuned_disk():
+    found = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4).dataset
+    ratio = found.amplitude.values[0] / found.tuned_amplitude.values[:, None]
+    assert np.abs(ratio - 1.0).max() < 1e-10
+    assert float(found.amplification[0]) == pytest.approx(1.0, abs=1e-10)
+
+
+def test_a_hardly_mistuned_disk_is_nearly_the_tuned_one():
+    """The deviation takes the disk off the path of nodal diameters: all sectors are solved together."""
+    tiny = 1e-9 * np.arange(6)
+    found = ss.mistuned_response(SIX, AT, ss.Mistuning(blade=tiny, kt=tiny, kn=tiny, mu=tiny, pull=tiny), force=0.4).dataset
+    ratio = found.amplitude.values[0] / found.tuned_amplitude.values[:, None]
+    assert 0.0 < np.abs(ratio - 1.0).max() < 1e-5
+
+
+def test_a_blade_held_at_its_platform_has_its_frequency_scaled():
+    """k (1 + δ)² between platform and tip and nothing else: the lumped blade is one spring."""
+    deviation = np.linspace(-0.05, 0.05, 6)
+    full, detuned = SIX.full(), ss.mistuned_disk(SIX, ss.Mistuning(blade=deviation))
+    change = detuned.structure.K - full.structure.K
+    expected = np.zeros_like(change)
+    for sector, each in enumerate(deviation):
+        p, t = (full.structure.index(f"{sector + 1}/{node}.t") for node in ("platform", "tip"))
+        expected[np.ix_([p, t], [p, t])] = 5.5e5 * ((1.0 + each) ** 2 - 1.0) * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    assert np.abs(change - expected).max() < 1e-9 * 5.5e5
+    assert blade_dofs(SIX) == ["tip.t"]
+
+
+def test_contacts_and_pull_are_those_of_their_sector():
+    changed = ss.mistuned_disk(SIX, ss.Mistuning(kt=[0.1, 0, 0, 0, 0, 0], mu=0.5, pull=[0, 0, 0, 0, 0, -0.2]))
+    assert [c.law.kt for c in changed.contacts[:4]] == pytest.approx([1.87e7, 1.87e7, 1.7e7, 1.7e7])
+    assert {round(c.law.mu, 12) for c in changed.contacts} == {0.9}
+    assert [f.static for f in changed.forces if f.static] == pytest.approx([147.0] * 5 + [117.6])
+
+
+def test_all_dampers_missing_is_the_free_disk():
+    bare = ss.mistuned_disk(SIX, ss.Mistuning(missing=range(1, 7)))
+    assert bare.contacts == ()
+    modes = SIX.modes(2, stuck=False).frequencies[2:]
+    assert all(np.abs(bare.frequencies(stuck=True) - frequency).min() < 1e-6 for frequency in modes)
+
+
+def test_one_missing_damper_is_felt_by_its_neighbours():
+    found = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.1).dataset
+    assert found.sample_message.values[0] == "Converged."
+    assert found.damper_missing.values[0].tolist() == [0, 0, 1, 0, 0, 0]
+    assert np.ptp(found.blade_peak.values) > 0.1 * float(found.tuned_peak)
+
+
+def test_samples_depend_on_seed_and_number_alone():
+    scatter = ss.Scatter(blade=0.003, kt=0.1, missing=0.1)
+    few, many = (ss.mistuned_population(SIX, AT, count, scatter, seed=3).dataset for count in (1, 2))
+    assert np.array_equal(few.amplitude[0], many.amplitude[0])
+    assert not np.array_equal(many.blade_deviation[0], many.blade_deviation[1])
+    other = ss.Scatter(blade=0.003, mu=0.1).draw(6, 3, 0)
+    assert other.deviation("blade") == pytest.approx(many.blade_deviation.values[0], abs=1e-15)
+
+
+def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
+    """A scatter of 90 % draws blades of negative frequency sooner or later."""
+    found = ss.mistuned_population(SIX, AT, 4, ss.Scatter(blade=0.9), seed=1).dataset
+    failed = found.worst_blade.values == 0
+    assert 0 < failed.sum() < 4
+    assert np.isnan(found.amplification.values[failed]).all()
+    assert np.isfinite(found.amplification.values[~failed]).all()
+    dataset = open_results(save(stamped(found), tmp_path / "results.nc"))
+    told = presentation_of(dataset)
+    assert "failed, the first is" in told.failures(dataset)[0]
+    assert len(told.tables(dataset)["samples"]) == 4
+    assert all(draw(dataset).axes for draw in told.figures(dataset).values())
+
+
+def test_a_study(tmp_path):
+    write_new("mistuning", tmp_path / "study.toml")
+    work = read(tmp_path / "study.toml").plan.works[""]
+    assert (work.count, work.scatter.blade, work.blade) == (20, 0.003, ("tip.t",))
+    assert len(set(work.names)) == 21
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("# missing = [3]", "blade = [0.01, -0.01]", "Mistuning, blade must have 24 entries"),
+        ("# missing = [3]", "missing = [25]", "must hold sectors from 1 to 24"),
+        ("# missing = [3]", 'blade_nodes = ["tipp"]', "Did you mean 'tip'"),
+        ("# missing = [3]", 'blade_nodes = ["damper"]', "must name what stiffness holds"),
+        ("[0.4]", "[0.4, 0.8]", "one force level"),
+        ("lumped_blisk", "single_mass", "tuned disk"),
+    ],
+)
+def test_faults_of_a_study_are_said(tmp_path, before, after, words):
+    path = write_new("mistuning", tmp_path / "study.toml")[0]
+    text = path.read_text().replace("engine_order = 2", "" if after == "single_mass" else "engine_order = 2")
+    path.write_text(text.replace(before, after, 1))
+    with pytest.raises(InputError, match=words):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ss.Mistuning(blade=-1.0).of(6), "must be above -1"),
+        (lambda: ss.Scatter(kt=-0.1), "must lie between 0 and 1"),
+        (lambda: planned_population(SIX, AT, 0, ss.Scatter(), None, 1.0, 3, 96), "count must be"),
+        (lambda: planned_population(SIX.full(), AT, 1, ss.Scatter(), None, 1.0, 3, 96), "must be a tuned one"),
+        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, [1.0, 2.0], 3, 96), "force must be one level"),
+    ],
+)
+def test_wrong_input(make, words):
+    with pytest.raises(InputError, match=words):
+        make()
