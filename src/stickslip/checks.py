@@ -118,7 +118,15 @@ def unique(what: str, names: Sequence[Any]) -> None:
     """Refuse what stands twice in `names`."""
     repeated = [name for name in dict.fromkeys(names) if list(names).count(name) > 1] if len(set(names)) < len(names) else []
     if repeated:
-        raise fault(what, "must be unique", repeated)
+        listed = ", ".join(repr(name) for name in repeated)
+        raise InputError(f"{what} must be unique, but {listed} {'is' if len(repeated) == 1 else 'are'} given more than once.")
+
+
+def several(what: str, values: Iterable[Any]) -> tuple[Any, ...]:
+    """`values` as a tuple; one value alone is refused, a text too, whose letters would pass for names."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise fault(what, "must be a tuple or list", values, "For a single one write (...,).")
+    return tuple(values)
 
 
 def storable(what: str, text: str) -> str:

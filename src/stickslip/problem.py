@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import SMALLEST, Array, InputError, fault, storable, unique
+from stickslip.checks import SMALLEST, Array, InputError, fault, several, storable, unique
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
@@ -52,7 +52,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
+            object.__setattr__(self, key, several(key, getattr(self, key)))
         unique("Names of contacts", [contact.name for contact in self.contacts])
         unique("Names of outputs", self.output_names)
         storable("The title", self.title)

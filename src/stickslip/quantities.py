@@ -80,7 +80,10 @@ def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.D
 
 
 def quantity_table(dataset: xr.Dataset, name: str = "displacement", per_force: bool = False) -> pd.DataFrame:
-    """Every converged point of every curve as a row; amplitudes are of the first harmonic, units stand in the column names."""
+    """Every converged point of every curve as a row; amplitudes are of the first harmonic, units stand in the column names.
+
+    Samples have a column `start` that tells their start states apart.
+    """
     import pandas as pd
 
     converted = as_quantity(dataset, name, per_force)
@@ -94,6 +97,7 @@ def quantity_table(dataset: xr.Dataset, name: str = "displacement", per_force: b
                 rows.append(
                     {
                         "force_level": float(level),
+                        **({"start": int(dataset["start"].values[case])} if "start" in dataset.coords else {}),
                         "output": str(label),
                         "point": int(k),
                         "frequency [Hz]": float(dataset["frequency"].values[case, k]),
@@ -118,8 +122,9 @@ def peak_table(dataset: xr.Dataset, name: str = "displacement", per_force: bool 
     units = _units(dataset, quantity, per_force)
     table[f"amplitude [{units}]"] = table["peak_amplitude"] * scale
     table = table.rename(columns={"peak_frequency": "frequency [Hz]", "peak_loss_factor": "loss_factor"})
-    columns = ["force_level", "output", "peak", "frequency [Hz]", f"amplitude [{units}]", "loss_factor"]
-    return table[columns].sort_values(["force_level", "output", "peak"], ignore_index=True)
+    which = ["force_level", *(["start"] if "start" in dataset.coords else []), "output", "peak"]
+    columns = [*which, "frequency [Hz]", f"amplitude [{units}]", "loss_factor"]
+    return table[columns].sort_values(which, ignore_index=True)
 
 
 def _units(dataset: xr.Dataset, quantity: Quantity, per_force: bool) -> str:

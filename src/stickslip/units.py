@@ -72,6 +72,10 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     return UNIT_SYSTEMS[name]
 
 
+WIDEST = 1e6
+"""Ratio of the ends of a band beyond which one of them is a mistake."""
+
+
 @dataclass(frozen=True)
 class Band:
     """A frequency band, in Hz; `start` above `stop` sweeps downwards."""
@@ -84,6 +88,8 @@ class Band:
         positive("Band.stop", self.stop)
         if self.start == self.stop:
             raise fault("Band", "must have two different ends", (self.start, self.stop), "Widen it, or use `at`.")
+        if self.high > WIDEST * self.low:
+            raise fault("Band", f"must end within {WIDEST:g} times its start", (self.start, self.stop), "Check its unit.")
 
     @property
     def low(self) -> float:

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import stickslip
 from stickslip import console
 from stickslip.cli import app
+from stickslip.cli.places import claimed
 from stickslip.report.responses import PRESENTATION
 from stickslip.results import open_results
 
@@ -134,7 +135,10 @@ def test_the_demo_overwrites_only_when_asked(tmp_path):
     (tmp_path / "4.6kg" / "results.nc").write_text("a result")
     refused(stickslip_command("demo", "--fast", "--out", tmp_path), "must name a folder without results", "--overwrite")
     twice = ("--preload-mass", 2.6, "--preload-mass", 2.6)
-    refused(stickslip_command("demo", "--out", tmp_path / "new", *twice), "--preload-mass must be unique, but is ['2.6kg']")
+    refused(
+        stickslip_command("demo", "--out", tmp_path / "new", *twice),
+        "--preload-mass must be unique, but '2.6kg' is given more than once",
+    )
 
 
 def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
@@ -261,3 +265,10 @@ def test_contact_stiffness_is_printed_and_drawn(tmp_path):
         "Did you give metres?" in stickslip_command("contact-stiffness", "--length", 0.0276, "--radius", 5, "--load", 80).output
     )
     assert stickslip_command(*damper).exit_code == 2
+
+
+def test_two_runs_do_not_share_a_folder(one_mass, tmp_path):
+    """The second one is refused while the first one runs, and neither loses anything."""
+    with claimed(tmp_path):
+        refused(stickslip_command("run", one_mass, "--out", tmp_path), "--out must not be in use by another run")
+    assert not list(tmp_path.glob("results*"))

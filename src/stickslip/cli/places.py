@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stickslip.checks import fault
-
-if TYPE_CHECKING:
-    pass
 
 
 def writable_folder(folder: Path) -> Path:
@@ -47,3 +45,26 @@ def results_in(place: Path) -> dict[str, Path]:
             "RESULTS", "must be results.nc, or a folder that holds it", str(place), "`stickslip run STUDY --out DIR` writes one."
         )
     return found
+
+
+@contextmanager
+def claimed(folder: Path) -> Iterator[None]:
+    """Keep other runs out of a folder while the block runs. The claim ends with the process, whatever ends it.
+
+    Without locks of files in the system (Windows) nothing is claimed.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    claim = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(claim)
+        raise fault("--out", "must not be in use by another run", str(folder), "Wait for it, or name another folder.") from None
+    try:
+        yield
+    finally:
+        os.close(claim)

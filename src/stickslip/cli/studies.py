@@ -12,7 +12,7 @@ import typer
 
 from stickslip.checks import unique
 from stickslip.cli.app import guarded
-from stickslip.cli.places import free_folder
+from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
 from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, warn
 
@@ -140,6 +140,14 @@ def read_job(path: Path) -> Job:
 
 def carry_out(run: Run) -> None:
     """Compute what is missing, write everything, and only then let go of the finished curves."""
+    with claimed(run.folder):
+        broken = computed_and_written(run)
+    if broken:
+        raise typer.Exit(INCOMPLETE)
+
+
+def computed_and_written(run: Run) -> list[str]:
+    """The work of `carry_out`; returns what failed."""
     kept = run.kept()
     with hint_at_resuming(kept):
         datasets = run.complete() if run.resume and not len(kept) else None
@@ -151,8 +159,7 @@ def carry_out(run: Run) -> None:
                 datasets = run.computed(kept, tell)
         broken = finish(datasets, run.folder)
     kept.remove(kept.folder)
-    if broken:
-        raise typer.Exit(INCOMPLETE)
+    return broken
 
 
 def say_kept(run: Run, count: int) -> None:

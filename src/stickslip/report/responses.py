@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from stickslip.analyses.bounds_dataset import detached, has_bounds
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
@@ -21,9 +24,24 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     chosen = dataset.attrs.get("harmonics_chosen")
     lines = [f"{chosen}."] if chosen else []
     lines += [f"highest peaks of {dataset['output'].values[0]}"]
-    lines += [
-        f"  force {level:<8g} {peak_words(first.isel(case=case))}" for case, level in enumerate(first["force_level"].values)
-    ]
+    starts = [f"start {int(start) + 1:<4d} " for start in first["start"].values] if "start" in first.coords else None
+    for case, level in enumerate(first["force_level"].values):
+        lines.append(f"  force {level:<8g} {starts[case] if starts else ''}{peak_words(first.isel(case=case))}")
+    return [*lines, *(bound_sentences(detached(dataset)) if has_bounds(dataset) else [])]
+
+
+def bound_sentences(bounds: xr.Dataset) -> list[str]:
+    """Where the bounds of each force level are furthest apart, in m."""
+    lines = [f"bounds over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
+    for case, level in enumerate(bounds["force_level"].values):
+        low, high = bounds["amplitude"].values[case]
+        if not np.any(np.isfinite(high - low)):
+            lines.append(f"  force {level:<8g} none found")
+            continue
+        k = int(np.nanargmax(high - low))
+        frequency = float(bounds["frequency"].values[k])
+        at = [frequency, frequency] if np.isfinite(frequency) else bounds["resonance"].values[case, :, k]
+        lines.append(f"  force {level:<8g} {low[k]:12.6g} m at {at[0]:.6g} Hz to {high[k]:12.6g} m at {at[1]:.6g} Hz")
     return lines
 
 

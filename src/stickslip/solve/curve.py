@@ -18,6 +18,7 @@ RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""
 
 TURNED_BACK = "The curve turned back and left the band through its start."
+PASSED_BY = "The curve has no point inside the band."
 ARRIVED = "The curve reached the end of the band."
 
 TRAVEL = 0.3
@@ -81,7 +82,7 @@ def solve_curve(
             failed = failed or failure(balance, first)
             continue
         travels.append(_travel(balance, first, start, end, travelled, control))
-        if travels[-1].lost != TURNED_BACK:
+        if travels[-1].lost not in (TURNED_BACK, PASSED_BY):
             break
     if not travels:
         outcome = failed or Outcome.NOT_CONVERGED
@@ -115,6 +116,8 @@ def _travel(
             before = point
     except LostCurveError as reason:
         return _Travel(points, str(reason))
+    if not points:
+        return _Travel(points, PASSED_BY)
     arrived = before is not None and before.point.omega == end
     return _Travel(points, None if arrived else TURNED_BACK)
 

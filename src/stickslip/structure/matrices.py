@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, InputError, fault, nearest, square, storable, symmetric, unique
+from stickslip.checks import SMALLEST, Array, InputError, fault, nearest, several, square, storable, symmetric, unique
 from stickslip.structure.damping import Damping
 
 
@@ -26,8 +26,8 @@ class Structure:
     damping: Damping | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "dofs", several("dofs", self.dofs))
         size = len(self.dofs)
-        object.__setattr__(self, "dofs", tuple(self.dofs))
         check_names(self.dofs)
         object.__setattr__(self, "M", symmetric("M", self.M, size))
         object.__setattr__(self, "K", symmetric("K", self.K, size))
