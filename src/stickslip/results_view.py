@@ -57,9 +57,11 @@ def length_unit(*datasets: xr.Dataset) -> Length:
 
 
 def level_text(dataset: xr.Dataset, case: int) -> str:
-    """The force level in words: "20 N" where the dataset says that the levels are newtons, else "force × 20"."""
+    """The force level in words: "20 N" where the dataset says that the levels are newtons, else "force × 20"; with the start
+    state of a sample."""
     level = f"{float(dataset.force_level[case]):g}"
-    return f"{level} N" if levels_in_newtons(dataset) else f"force × {level}"
+    words = f"{level} N" if levels_in_newtons(dataset) else f"force × {level}"
+    return f"{words}, start {int(dataset['start'][case]) + 1}" if "start" in dataset.coords else words
 
 
 def levels_in_newtons(dataset: xr.Dataset) -> bool:

@@ -101,8 +101,11 @@ def test_a_single_matrix_needs_its_counterpart(chain, tmp_path):
 
 
 def test_an_unknown_ending_and_units(tmp_path):
+    with pytest.raises(InputError, match=r"must be a file that exists, but is '.*nofile'"):
+        ss.read_structure(tmp_path / "nofile")
+    (tmp_path / "model.doc").write_text("")
     with pytest.raises(InputError, match=r"must be a file ending in .*\.npz.*, but is 'model.doc'"):
-        ss.read_structure("model.doc")
+        ss.read_structure(tmp_path / "model.doc")
     np.savez(tmp_path / "a.npz", M=np.eye(1), K=np.eye(1))
     with pytest.raises(InputError, match="Did you mean 'mm-t-s'"):
         ss.read_structure(tmp_path / "a.npz", units="mm-t")

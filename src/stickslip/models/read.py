@@ -148,10 +148,10 @@ def format_of(path: Path) -> Format:
     """The format of a file, by its ending and first bytes."""
     endings = sorted({ending for form in FORMATS for ending in form.endings})
     fitting = [form for form in FORMATS if path.suffix.lower() in form.endings]
-    if not fitting:
-        raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
     if not path.is_file():
         raise fault("A model", "must be a file that exists", str(path), "It is a folder." if path.is_dir() else "")
+    if not fitting:
+        raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
     with path.open("rb") as file:
         start = file.read(64)
     return next((form for form in fitting if form.start and start.startswith(form.start)), fitting[0])

@@ -44,10 +44,16 @@ def _headline(dataset: xr.Dataset, output: int) -> str:
     best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
     unit = length_unit(dataset)
     per_force = "/N" if levels_in_newtons(dataset) else " per unit level"
+    several = "curves" if "start" in dataset.coords else "force levels"
+    lowest = "the lowest response per force at its peak" if peaks[best].local else "the lowest largest response per force"
+    sentence = (
+        f"Of the {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
+        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{_reductions(dataset, best, peaks[best], output)}."
+    )
+    if not (peaks[first].local and peaks[last].local):
+        return sentence
     return (
-        f"Of the {len(peaks)} force levels, {level_text(dataset, best)} has the lowest response per force at its peak: "
-        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{_reductions(dataset, best, peaks[best], output)}. "
-        f"From {level_text(dataset, first)} to {level_text(dataset, last)} the peak moves from "
+        f"{sentence} From {level_text(dataset, first)} to {level_text(dataset, last)} the peak moves from "
         f"{hertz(peaks[first].frequency)} to {hertz(peaks[last].frequency)} Hz."
     )
 
