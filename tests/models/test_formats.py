@@ -193,3 +193,24 @@ def test_directions_that_change_along_the_nodes_of_a_substructure(tmp_path):
     (tmp_path / "a.mtx").write_text(ELEMENT + ELEMENT)
     with pytest.raises(InputError, match="must hold one substructure"):
         ss.read_model(tmp_path / "a.mtx")
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "entries", "message"),
+    [
+        ("symmetric", "1 1 2e6\n1 2 -1e6\n2 1 -1e6\n2 2 2e6\n", "must store one triangle"),
+        ("skew-symmetric", "1 1 2e6\n2 2 2e6\n", "must have no diagonal"),
+    ],
+)
+def test_a_triangle_is_not_counted_twice(symmetry, entries, message, tmp_path):
+    head = f"%%MatrixMarket matrix coordinate real {symmetry}\n2 2 {entries.count(chr(10))}\n"
+    (tmp_path / "a_K.mtx").write_text(head + entries)
+    (tmp_path / "a_M.mtx").write_text("%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1\n2 2 1\n")
+    with pytest.raises(InputError, match=message):
+        ss.read_structure(tmp_path / "a_K.mtx")
+
+
+def test_a_model_without_rows(tmp_path):
+    np.savez(tmp_path / "none.npz", M=np.zeros((0, 0)), K=np.zeros((0, 0)))
+    with pytest.raises(InputError, match="must have rows"):
+        ss.read_structure(tmp_path / "none.npz")

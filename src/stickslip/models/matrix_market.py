@@ -85,6 +85,10 @@ def _filled(matrix: Any, symmetry: str) -> Any:
     """Both triangles of a matrix that stores one."""
     if symmetry == "general":
         return matrix
+    if sparse.tril(matrix, -1).multiply(sparse.triu(matrix, 1).T).nnz:
+        raise fault(f"A {symmetry} matrix", "must store one triangle", "both", "Write `general` in its first line.")
+    if symmetry == "skew-symmetric" and np.any(matrix.diagonal()):
+        raise fault("A skew-symmetric matrix", "must have no diagonal", "one", "Is it symmetric?")
     other = matrix.conj().T if symmetry == "hermitian" else matrix.T
     whole = sparse.csc_array(matrix - other if symmetry == "skew-symmetric" else matrix + other)
     return whole - sparse.diags_array(matrix.diagonal()) if symmetry != "skew-symmetric" else whole

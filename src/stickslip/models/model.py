@@ -78,6 +78,8 @@ def model_of(content: Content, units: UnitSystem, variables: Mapping[Any, str], 
     names = tuple(dofs) or content.dofs
     matrices = _checked(chosen(content, variables, file), file, names)
     size = _common_size(matrices, names)
+    if not size:
+        raise fault("A model", "must have rows", "empty")
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: (x * units.metres, y * units.metres, z * units.metres) for node, (x, y, z) in content.nodes.items()}
