@@ -137,3 +137,11 @@ def test_negative_mass_is_odd(chain, tmp_path):
 def test_negative_stiffness_is_odd(chain, tmp_path):
     chain.K[0, 0] = -1e5
     assert "K has 1 motions of negative stiffness" in str(describe(ss.read_model(chain.save(tmp_path, "npz"))))
+
+
+def test_a_negative_mass_inside_is_refused(tmp_path):
+    """The modes would drop it without a word."""
+    K = 2e6 * np.eye(12) - 1e6 * (np.eye(12, k=1) + np.eye(12, k=-1))
+    np.savez(tmp_path / "m.npz", M=np.diag([1.0, 1, 1, -1, *np.ones(8)]), K=K, dofs=[f"{n}.x" for n in range(1, 13)])
+    with pytest.raises(InputError, match="M must have no negative eigenvalue"):
+        ss.read_structure(tmp_path / "m.npz", keep=["1"], modes=3)

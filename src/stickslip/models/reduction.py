@@ -15,6 +15,7 @@ import numpy as np
 import stickslip
 from stickslip.checks import Array, InputError, fault
 from stickslip.files import replacing
+from stickslip.models.describe import indefinite_mass
 from stickslip.models.limits import within_memory
 from stickslip.models.model import Model
 from stickslip.models.places import Place
@@ -68,6 +69,8 @@ def _mode_names(number: int) -> tuple[str, ...]:
 def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress) -> dict[str, Array]:
     basis = 8 * model.size * (len(kept) + modes)
     within_memory("The basis of the reduction", 3 * basis)
+    if indefinite_mass(model.M):
+        raise fault("M", "must have no negative eigenvalue", "indefinite", "Check the sign and the export of the mass.")
     sizes = f"{model.size} rows to {len(kept)} kept and {modes} modes; the basis takes {basis / 2**20:.0f} MiB"
     progress(0.0, f"reducing {sizes}")
     reduction = craig_bampton(model.M, model.K, kept, modes, progress)
