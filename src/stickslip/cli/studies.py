@@ -171,7 +171,7 @@ def say_kept(run: Run, count: int) -> None:
     elif count:
         warn(f"An interrupted run left {count} finished curves; they are computed again. Stop, and add --resume to use them.")
     if nothing_compiled_yet():
-        warn("First run on this machine: the contact kernels are compiled, which takes up to a minute; they are kept on disk.")
+        warn("First run on this machine: the contact kernels are compiled, which takes a minute or two; they are kept on disk.")
 
 
 @contextmanager
