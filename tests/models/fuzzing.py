@@ -17,7 +17,7 @@ from models.conftest import KINDS, Chain
 from stickslip.checks import InputError
 from stickslip.models.read import FORMATS, read_model
 from stickslip.study import job
-from stickslip.study.templates import KINDS as KINDS_OF_STUDIES
+from stickslip.study.templates import write_new
 
 SECONDS = 20
 HUGE = (b"999999999999", b"-1", b"0", b"1e308", b"nan", b"99999999", b"", b"1000000", b"*", b"\xff\xff\xff\x7f", b"\x00" * 8)
@@ -168,7 +168,7 @@ QUICK = ("bounds", "samples", "damper-cycle", "performance", "design")
 def studies(folder):
     """A study of a model, beside chain.npz in `folder`, and the commented ones that are checked quickly, as bytes."""
     for kind in QUICK:
-        KINDS_OF_STUDIES[kind](folder / f"{kind}.toml")
+        write_new(kind, folder / f"{kind}.toml", overwrite=True)
     return (STUDY, *((folder / f"{kind}.toml").read_bytes() for kind in QUICK))
 
 

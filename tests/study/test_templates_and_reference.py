@@ -1,17 +1,21 @@
 """Templates are sound studies, and the documentation of the study file is current."""
 
+import re
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
 
 from stickslip.checks import InputError
+from stickslip.cli.studies import new
 from stickslip.contact.start import TractionRatio
 from stickslip.rigs import three_mass_wedge
-from stickslip.study import read
+from stickslip.study import read, templates
 from stickslip.study.reference import reference
 from stickslip.study.templates import KINDS, write_new
 
+TEMPLATES = Path(templates.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"
 
 
@@ -22,6 +26,12 @@ def test_templates_are_sound(tmp_path, kind):
     study = read(tmp_path / "study.toml")
     assert study.plan.summary
     assert study.sweep is None or study.sweep.problem.contacts
+
+
+def test_the_help_of_new_names_every_kind():
+    words = set(re.findall(r"[\w-]+", get_type_hints(new, include_extras=True)["kind"].__metadata__[0].help))
+    assert set(KINDS) <= words
+    assert {file.stem for file in TEMPLATES.glob("*.toml")} == set(KINDS)
 
 
 def test_the_template_of_the_rig_is_sound(tmp_path):

@@ -149,30 +149,3 @@ DAMPER_CYCLE = Kind(
     required=("damper", "motion"),
     on_problem=False,
 )
-
-TEMPLATE = """\
-# A damper alone between two platforms that move as prescribed: the laboratory damper with two feet and a cylinder.
-# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR` computes it.
-
-[study]
-title = "Three-point damper, in phase"
-analysis = "damper_cycle"
-
-[damper]
-shape = "three_point"             # or cylinder, half_cylinder, wedge, curved_flat, crossed_curved_flat
-dimensions = { foot_distance = 14e-3, radius = 5e-3 }  # of the shape, in m; its defaults for the rest
-left_angle = 45.0                 # slopes of the platforms in degrees
-right_angle = 45.0
-pull = 50.0                       # centrifugal force, N
-kt = 56e6                         # tangential stiffness, N/m; a number, or one entry for each line of contact
-kn = 84e6                         # normal stiffness, N/m
-mu = [0.40, 0.22, 0.32]           # friction of L1, L2 (the left feet, lower one first) and R
-
-[motion]
-vertical = 30e-6                  # in phase, m: the platforms pass each other; horizontal: out of phase; both with a phase
-
-[cycle]
-steps = 1000                      # of a cycle
-# method = "generalised_alpha"    # with inertia, in time; quasi-static without
-# frequency = 5.0                 # Hz, for a method in time
-"""

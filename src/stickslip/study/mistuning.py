@@ -99,33 +99,3 @@ class MistuningPlan:
 
 
 MISTUNED_POPULATION = Kind(MistuningPlan.of, {"mistuning": MistuningTable}, ("mistuning",))
-
-TEMPLATE = """\
-# A population of mistuned bladed disks with dampers: every sector differs a little, which blade is worst and by how much?
-# `stickslip check FILE` validates this file, `stickslip run FILE --out DIR --workers 2` computes it, two seconds a disk.
-
-[study]
-title = "Lumped bladed disk, 0.3 % scatter of blade frequencies"
-analysis = "mistuned_population"
-
-[structure]
-rig = "lumped_blisk"              # or another tuned disk
-
-[structure.parameters]
-engine_order = 2
-
-[sweep]
-frequency = [140.0, 156.0]        # Hz: the band in which the highest blade is sought
-force_levels = [0.4]              # N on each blade; one level
-harmonics = 3
-samples = 96
-
-[mistuning]
-count = 20                        # disks
-seed = 0                          # disk k depends on the seed and k alone
-blade_scatter = 0.003             # standard deviation of the blade frequencies; also kt_, kn_, mu_, pull_scatter
-missing_probability = 0.0         # that a damper is not there
-# A pattern that all disks share, relative to the tuned disk: one number, or one for each sector; also kt, kn, mu, pull
-# blade = [0.01, -0.01, 0.01, -0.01]  # with as many entries as sectors
-# missing = [3]                   # dampers that are not there
-"""

@@ -1,0 +1,69 @@
+"""Commented study files to begin with: one KIND.toml in this folder for each, where $words stand for what is put in.
+
+`beside.py` writes the files that some of them need beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from string import Template
+
+from stickslip.checks import fault, nearest
+from stickslip.files import write_text
+from stickslip.study.templates.beside import blade_model, synthetic_loops, wedge_matrices
+
+FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
+"""Force levels of the published experiment on the single blade, N."""
+
+KINDS = (
+    "forced_response",
+    "lumped",
+    "model",
+    "blisk",
+    "bounds",
+    "samples",
+    "damper-cycle",
+    "performance",
+    "identification",
+    "design",
+    "mistuning",
+)
+
+BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
+    "lumped": wedge_matrices,
+    "model": blade_model,
+    "identification": synthetic_loops,
+}
+"""What writes the files beside a study at a path: the words that it puts into the study, and the files."""
+
+
+def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
+    """Write a study of a kind to `path`; returns the paths of all files written."""
+    if kind not in KINDS:
+        raise fault("KIND", "must be a known one", kind, f"{nearest(kind, KINDS)} Kinds: {', '.join(KINDS)}.")
+    for existing in (path, path.with_suffix(".npz")):
+        if existing.exists() and not overwrite:
+            raise fault("FILE", "must not exist yet", str(existing), "Name another, or add --force.")
+    if path.suffix != ".toml":
+        raise fault("FILE", "must end in .toml", str(path))
+    if kind == "forced_response":
+        return [write_text(path, single_blade_study())]
+    words, files = BESIDE[kind](path) if kind in BESIDE else ({}, [])
+    return [write_text(path, _text(kind, words)), *files]
+
+
+def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] = FORCE_LEVELS, harmonics: int = 5) -> str:
+    """The study of the single-blade rig, as text."""
+    words = {
+        "preload_mass": float(preload_mass),
+        "force_levels": [float(level) for level in force_levels],
+        "harmonics": harmonics,
+    }
+    return _text("forced_response", words)
+
+
+def _text(kind: str, words: Mapping[str, object]) -> str:
+    template = resources.files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8")
+    return Template(template).substitute(words)

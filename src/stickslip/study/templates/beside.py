@@ -1,0 +1,61 @@
+"""The files that a commented study needs beside it; each function returns the words that name them there, and the files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.files import replacing
+from stickslip.measurement.records import write_record
+from stickslip.measurement.rig_errors import RigErrors
+from stickslip.measurement.synthetic import synthetic_record, true_cycle
+from stickslip.rigs import three_mass_wedge
+from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.structure.solid import box_mesh, solid
+
+BLADE = (8.0, 120.0, 30.0)
+"""Thickness, height and width of the blade, mm."""
+
+
+def wedge_matrices(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """M, K and C of the three-mass wedge."""
+    structure, file = three_mass_wedge().structure, study.with_suffix(".npz")
+    with replacing(file) as temporary:
+        np.savez(temporary, M=structure.M, K=structure.K, C=np.asarray(structure.C))
+    return {"matrices": file.name}, [file]
+
+
+def blade_model(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """A clamped blade as another program would export it: matrices in mm, t, s with names and coordinates of its nodes."""
+    file = study.with_suffix(".npz")
+    with replacing(file) as temporary:
+        np.savez_compressed(temporary, **_blade())  # type: ignore[arg-type]
+    return {"model": file.name}, [file]
+
+
+def _blade() -> dict[str, object]:
+    thickness, height, width = (1e-3 * size for size in BLADE)
+    lines = (np.array([0.0, thickness]), np.linspace(0.0, height, 9), np.linspace(0.0, width, 3))
+    blade = solid(box_mesh(*lines)).clamp(lambda points: points[:, 1] < 1e-9)
+    names = {
+        int(row): f"{node}.{axis}"
+        for node, rows in enumerate(blade.numbers, start=1)
+        for axis, row in zip("xyz", rows, strict=True)
+        if row >= 0
+    }
+    nodes = np.column_stack([np.arange(1, len(blade.points) + 1), 1e3 * blade.points])
+    dofs = [names[row] for row in range(blade.size)]
+    return {"M": 1e-3 * blade.M.toarray(), "K": 1e-3 * blade.K.toarray(), "dofs": dofs, "nodes": nodes}
+
+
+def synthetic_loops(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """Two loops of the laboratory damper, measured with the errors of a rig."""
+    rig, errors = laboratory_damper(37.0), RigErrors()
+    systematic, loops = errors.draw(np.random.default_rng(0)), []
+    for seed, (name, motion) in enumerate({"out_of_phase": out_of_phase(30e-6), "in_phase": in_phase(30e-6)}.items()):
+        record = synthetic_record(true_cycle(rig, motion), errors, seed=seed, systematic=systematic, cycles=10, name=name)
+        loops.append(write_record(record, study.with_name(f"{study.stem}_{name}.csv")))
+    return {"loops": json.dumps([loop.name for loop in loops], ensure_ascii=False)}, loops
