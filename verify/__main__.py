@@ -1,6 +1,7 @@
-"""Compute every promised number: `python -m verify [TOPIC ...]`. Writes results/verify.json and docs/verification.md.
+"""Compute every promised number: `python -m verify [TOPIC ...]`. Writes results/verify.json, and docs/verification.md from it.
 
-A topic is a module of this folder with TITLE, ABOUT and rows(). Ends with code 1 when a row fails.
+A topic is a module of this folder with TITLE, ABOUT and rows(). It is kept as soon as it is finished, with its commit: without a
+TOPIC, those that this commit has finished already are left out, so an interrupted run goes on. Ends with code 1 when a row fails.
 """
 
 from __future__ import annotations
@@ -11,12 +12,18 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import stickslip
+from stickslip.files import write_text
 from verify.page import page
+from verify.row import Row
 
 ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "results" / "verify.json"
+PAGE = ROOT / "docs" / "verification.md"
 TOPICS = (
     "single_contact",
     "one_mass",
@@ -36,9 +43,9 @@ TOPICS = (
 
 
 def commit() -> str:
-    """The commit that is verified, with a + when files differ from it."""
+    """The last commit of what is verified, with a + when files differ from it."""
     try:
-        name = _git("rev-parse", "--short=12", "HEAD")
+        name = _git("log", "-1", "--format=%h", "--abbrev=12", "--", "src", "verify")
         changed = _git("status", "--porcelain", "--untracked-files=no", "--", "src", "verify")
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
@@ -54,20 +61,37 @@ def cpu_seconds() -> float:
     return sum(os.times()[:4])
 
 
-def computed(name: str) -> dict[str, object]:
-    """One topic with its rows and the CPU time that they took."""
+def computed(name: str) -> dict[str, Any]:
+    """One topic with its rows, the commit, and the CPU time that they took."""
     module = importlib.import_module(f"verify.{name}")
     started = cpu_seconds()
-    rows = [row.as_dict() for row in module.rows()]
+    rows = [row.as_dict() for row in said(module.rows())]
+    about = {"title": module.TITLE, "about": module.ABOUT, "cpu_seconds": cpu_seconds() - started}
+    return {**about, "version": stickslip.__version__, "commit": commit(), "date": time.strftime("%Y-%m-%d"), "rows": rows}
+
+
+def said(rows: Iterator[Row]) -> Iterator[Row]:
+    """The rows, each printed as soon as it is known."""
     for row in rows:
-        print(f"  {'passed' if row['passed'] else 'FAILED'}  {row['name']}: {row['value']:.10g}", flush=True)
-    return {
-        "topic": name,
-        "title": module.TITLE,
-        "about": module.ABOUT,
-        "cpu_seconds": time.process_time() - started,
-        "rows": rows,
-    }
+        print(f"  {'passed' if row.passed else 'FAILED'}  {row.name}: {row.value:.10g}", flush=True)
+        yield row
+
+
+def kept() -> dict[str, dict[str, Any]]:
+    """The topics of earlier runs, by name."""
+    return json.loads(KEPT.read_text()) if KEPT.is_file() else {}
+
+
+def finished(topic: dict[str, Any] | None) -> bool:
+    """Whether a topic was computed by this very commit."""
+    return topic is not None and topic["commit"] == commit() and not topic["commit"].endswith(("+", "unknown"))
+
+
+def keep(topics: dict[str, dict[str, Any]]) -> None:
+    """Write the topics, and the page once there are all."""
+    write_text(KEPT, json.dumps(topics, indent=1) + "\n")
+    if all(name in topics for name in TOPICS):
+        write_text(PAGE, page([topics[name] for name in TOPICS]))
 
 
 def main(wanted: list[str]) -> int:
@@ -76,20 +100,13 @@ def main(wanted: list[str]) -> int:
     if unknown:
         print(f"Unknown topic {', '.join(unknown)}. Topics: {', '.join(TOPICS)}.")
         return 2
-    topics = []
-    for name in wanted or TOPICS:
+    topics = kept()
+    for name in wanted or [name for name in TOPICS if not finished(topics.get(name))]:
         print(name, flush=True)
-        topics.append(computed(name))
-    result = {"version": stickslip.__version__, "commit": commit(), "date": time.strftime("%Y-%m-%d"), "topics": topics}
-    target = ROOT / "results" / "verify.json"
-    target.parent.mkdir(exist_ok=True)
-    target.write_text(json.dumps(result, indent=1) + "\n")
-    if not wanted:
-        (ROOT / "docs" / "verification.md").write_text(page(result))
-    failed = [row["name"] for topic in topics for row in topic["rows"] if not row["passed"]]
-    print(
-        f"{sum(len(topic['rows']) for topic in topics)} numbers, {len(failed)} failed" + "".join(f"\n  {name}" for name in failed)
-    )
+        keep(topics := {**topics, name: computed(name)})
+    rows = [row for name in wanted or TOPICS for row in topics[name]["rows"]]
+    failed = [row["name"] for row in rows if not row["passed"]]
+    print(f"{len(rows)} numbers, {len(failed)} failed" + "".join(f"\n  {name}" for name in failed))
     return 1 if failed else 0
 
 
