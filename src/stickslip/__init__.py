@@ -88,8 +88,8 @@ _HOME = {
     "force_plane": "stickslip.analyses.force_plane",
     "DamperCycle": "stickslip.analyses.damper_cycle",
     "damper_cycle": "stickslip.analyses.damper_cycle",
-    "steady_cycles": "stickslip.analyses.damper_cycle",
-    "damper_evolution": "stickslip.analyses.damper_cycle",
+    "steady_cycles": "stickslip.analyses.damper_cycles",
+    "damper_evolution": "stickslip.analyses.damper_cycles",
     "harmonic_cycle": "stickslip.analyses.harmonic_cycle",
     "blade_with_routine": "stickslip.analyses.damper_routine",
     "time_response": "stickslip.analyses.time_response",
@@ -118,7 +118,8 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 if TYPE_CHECKING:
     from stickslip import dampers, rigs, units
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
-    from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle, damper_evolution, steady_cycles
+    from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle
+    from stickslip.analyses.damper_cycles import damper_evolution, steady_cycles
     from stickslip.analyses.damper_routine import blade_with_routine
     from stickslip.analyses.design import Design, design_damper
     from stickslip.analyses.force_plane import force_plane

@@ -1,7 +1,6 @@
 """The damper routine in a blade against the same blade with the damper's body and contacts in the problem."""
 
 import numpy as np
-import pytest
 
 from stickslip.analyses.damper_routine import blade_with_routine
 from stickslip.analyses.forced_response import forced_response
@@ -33,14 +32,15 @@ def grounded(direction):
     return {dof: value for dof, value in direction.items() if not dof.startswith("right")}
 
 
-@pytest.mark.parametrize("frequency", [350.0, 420.0])
-def test_the_routine_stands_for_the_body(frequency):
-    """At 19 and 11 µm, in gross slip: 3e-3 with 5 harmonics, which the body's own motion has too."""
+def test_the_routine_stands_for_the_body():
+    """At 11 µm, in gross slip: what differs is the truncated motion of the damper's body, which the routine does not truncate."""
     rig, forces = laboratory_damper(45.0, 50.0, (0.14, 0.13, 0.13)), (Force("left.x", 60.0),)
-    routine = blade_with_routine(blade(), ("left.x", "left.y"), rig, forces, frequency, harmonics=5)
-    balance = forced_response(with_body(rig, forces), [frequency], [1.0], harmonics=5, samples=1024).dataset
-    assert int(balance.outcome[0, 0]) == 1
-    assert float(balance.share_slip.max()) > 0.9
-    found = balance.response.values[0, 0, :, 1]
-    first = routine.platform[:, 1:3] * [1.0, -1.0]
-    np.testing.assert_allclose(first, found, atol=3e-3 * np.abs(found).max())
+    routine = blade_with_routine(blade(), ("left.x", "left.y"), rig, forces, 420.0, harmonics=15, steps=1024)
+    first, missed = routine.platform[:, 1:3] * [1.0, -1.0], {}
+    for harmonics in (5, 41):
+        balance = forced_response(with_body(rig, forces), [420.0], [1.0], harmonics=harmonics, samples=1024).dataset
+        assert int(balance.outcome[0, 0]) == 1
+        assert float(balance.share_slip.max()) > 0.9
+        missed[harmonics] = np.abs(first - balance.response.values[0, 0, :, 1]).max() / np.abs(first).max()
+    assert missed[5] < 4e-3
+    assert missed[41] < 1e-4

@@ -8,14 +8,13 @@ from scipy.spatial import ConvexHull
 from stickslip.checks import InputError
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import ground
-from stickslip.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Shape, Wedge
+from stickslip.dampers import SHAPES, Cylinder, FlatCylinder, HalfCylinder, Wedge
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.damper import ContactSurface, Damper
 from stickslip.dampers.section import Section, polygon, rounded_hull
 
 PLACE = (0.02, 0.087, 0.003)
 CASES = [(shape, side) for shape in SHAPES for side in (-1, 1)]
-PLANE = [shape for shape in SHAPES if issubclass(shape, Shape)]
 
 
 def all_contacts(damper: Damper, kt: float = 1e6, kn: float = 1e6):
@@ -65,7 +64,7 @@ def test_normal_loads_without_friction_balance_the_pull(shape, side):
     assert list(by_surface.values()) == pytest.approx([pull / (2.0 * np.cos(np.pi / 4.0))] * 2, rel=1e-4)
 
 
-@pytest.mark.parametrize("shape", PLANE)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_unequal_slopes_share_the_pull_by_the_sine_rule(shape):
     """Without friction, three forces: N_left/sin α_R = N_right/sin α_L = F_C/sin(α_L + α_R)."""
     left, right, pull = np.radians(35.0), np.radians(50.0), 45.0
@@ -78,7 +77,7 @@ def test_unequal_slopes_share_the_pull_by_the_sine_rule(shape):
     np.testing.assert_allclose(total[:3], [0.0, -pull, 0.0], atol=1e-12)
 
 
-@pytest.mark.parametrize("shape", PLANE)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_a_mirrored_shape_is_the_shape_of_exchanged_slopes_mirrored(shape):
     """The mirror image has the same loads and the mirror image of every point, normal and principal inertia."""
     one = shape(left_angle=35.0, right_angle=50.0).damper(pull=10.0)
@@ -93,7 +92,7 @@ def test_a_mirrored_shape_is_the_shape_of_exchanged_slopes_mirrored(shape):
     np.testing.assert_allclose(np.linalg.eigvalsh(other.body.inertia), np.linalg.eigvalsh(one.body.inertia))
 
 
-@pytest.mark.parametrize("shape", PLANE)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_damper_and_both_platforms_moving_as_one_body_cause_no_relative_motion(shape):
     """Translations with rigid platforms as well as with an elastic right one; a rotation moves a contact by θ × arm."""
     damper = shape(left_angle=40.0, right_angle=48.0).damper(pull=10.0)
@@ -128,7 +127,7 @@ def outline(shape) -> np.ndarray:
     return cloud[ConvexHull(cloud).vertices]
 
 
-@pytest.mark.parametrize("shape", [s for s in PLANE if hasattr(s(), "density")])
+@pytest.mark.parametrize("shape", [s for s in SHAPES if hasattr(s(), "density")])
 def test_mass_and_inertia_are_those_of_the_filled_outline(shape):
     """Against a midpoint sum over the points of a fine grid that lie inside the outline."""
     dimensions = shape(left_angle=40.0, right_angle=48.0)
@@ -174,7 +173,7 @@ def test_a_rounded_hull_of_three_circles():
 
 
 def test_flat_cylinder_from_its_dimensions():
-    damper = FlatCylinder().damper("damper_right", PLACE, 1, 45.0, "right")
+    damper = FlatCylinder().beside_blade("damper_right", PLACE, 1, 45.0, "right")
     flat, line = np.asarray(damper.surface("flat").points), np.asarray(damper.surface("cylinder").points)
     np.testing.assert_allclose(flat[-1], PLACE)
     np.testing.assert_allclose(flat[:4].mean(axis=0), PLACE, atol=1e-15)
@@ -183,13 +182,12 @@ def test_flat_cylinder_from_its_dimensions():
     np.testing.assert_allclose(damper.body.centre - PLACE, [8e-3, 0.0, 0.0], atol=1e-15)
     names = [c.name for c in all_contacts(damper)]
     assert names == [f"right flat {i}" for i in range(1, 6)] + [f"right cylinder {i}" for i in range(1, 4)]
-    assert FlatCylinder().normal_load(4.6 * 9.81) == pytest.approx(4.6 * 9.81 / np.sqrt(2.0))
 
 
 def test_left_damper_is_the_mirror_image():
     mirror = np.diag([-1.0, 1.0, 1.0])
-    right = FlatCylinder().damper("r", PLACE, 1, 45.0)
-    left = FlatCylinder().damper("l", mirror @ PLACE, -1, 45.0)
+    right = FlatCylinder().beside_blade("r", PLACE, 1, 45.0)
+    left = FlatCylinder().beside_blade("l", mirror @ PLACE, -1, 45.0)
     for one, other in zip(left.surfaces, right.surfaces, strict=True):
         np.testing.assert_allclose(np.asarray(one.points), np.asarray(other.points) @ mirror, atol=1e-15)
         np.testing.assert_allclose(np.asarray(one.frame), np.asarray(other.frame) @ mirror, atol=1e-15)
@@ -197,7 +195,7 @@ def test_left_damper_is_the_mirror_image():
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
-    [({"mass": 0.0}, "mass must be positive"), ({"platform_angle": 90.0}, "must lie in"), ({"depth": -1.0}, "depth must be")],
+    [({"mass": 0.0}, "mass must be positive"), ({"left_angle": 90.0}, "must lie in"), ({"depth": -1.0}, "depth must be")],
 )
 def test_impossible_dimensions_are_refused(wrong, message):
     with pytest.raises(InputError, match=message):
@@ -205,12 +203,12 @@ def test_impossible_dimensions_are_refused(wrong, message):
 
 
 def test_faults_of_dampers_say_what_is_known():
-    damper = FlatCylinder().damper("d", PLACE, 1, 45.0)
+    damper = FlatCylinder().beside_blade("d", PLACE, 1, 45.0)
     with pytest.raises(InputError, match=r"no contact surface 'flt'. Did you mean 'flat'"):
         damper.surface("flt")
     with pytest.raises(InputError, match="must be one, or 5, one per point"):
         damper.contacts("flat", lambda share: Macroslip(1.0, 0.5, 1.0), [ground, ground])
     with pytest.raises(InputError, match="must be positive with sum 1"):
         ContactSurface("line", [[0.0, 0.0, 0.0]], np.eye(3), [0.5])
-    with pytest.raises(InputError, match=r"side must be 1 \(right\) or -1"):
+    with pytest.raises(InputError, match="side must be 1, or -1"):
         FlatCylinder().damper("d", PLACE, 0, 45.0)

@@ -1,15 +1,22 @@
 """A damper cycle from a study file: the same numbers as from Python, a report with its figure, faults said in words."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from stickslip.analyses.damper_cycle import damper_cycle
+from stickslip.analyses.damper_cycles import steady_cycles
 from stickslip.checks import InputError
 from stickslip.cli import main
-from stickslip.dampers import in_phase
+from stickslip.dampers import in_phase, out_of_phase
 from stickslip.results import open_results
 from stickslip.rigs import laboratory_damper
-from stickslip.study import read
-from stickslip.study.damper_cycle import TEMPLATE
+from stickslip.study import read, templates
+
+KINDS = ("damper-cycle", "steady-cycles", "damper-evolution")
+TEMPLATES = [(Path(templates.__file__).parent / f"{kind}.toml").read_text() for kind in KINDS]
+TEMPLATE, STARTS_TEMPLATE, EVOLUTION_TEMPLATE = TEMPLATES
 
 
 def test_the_template_runs_to_a_report(tmp_path, capsys):
@@ -56,3 +63,89 @@ def test_units_and_an_elastic_rig(tmp_path):
     assert plan.rig.laws[0].kn == pytest.approx(84e6)
     assert float(plan.rig.right.stiffness[1, 1]) == pytest.approx(30e6)
     assert plan.motion.harmonics[1, 2] == pytest.approx(30e-6)
+
+
+def finished(study, out, *options):
+    with pytest.raises(SystemExit) as end:
+        main(["run", str(study), "--out", str(out), *options])
+    assert not end.value.code
+    return open_results(out / "results.nc")
+
+
+def test_every_steady_cycle_from_a_study(tmp_path, capsys):
+    text = STARTS_TEMPLATE.replace("count = 20 ", "count = 6 ").replace("steps = 500 ", "steps = 100 ")
+    (tmp_path / "study.toml").write_text(text)
+    found = finished(tmp_path / "study.toml", tmp_path / "out", "--workers", "1")
+    python = steady_cycles(laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), out_of_phase(0.3e-6), starts=6, steps=100)
+    np.testing.assert_allclose(found.loop_energy, [cycle.energy for cycle in python.cycles], rtol=1e-9)
+    assert tuple(found.starts.values) == python.counts
+    assert "steady cycles from 6 initial states" in capsys.readouterr().out
+    assert (tmp_path / "out" / "figures" / "damper_cycles.png").stat().st_size > 10_000
+
+
+def test_an_evolution_from_a_study(tmp_path):
+    (tmp_path / "study.toml").write_text(EVOLUTION_TEMPLATE.replace("steps = 500 ", "steps = 100 "))
+    found = finished(tmp_path / "study.toml", tmp_path / "out")
+    np.testing.assert_allclose(found.friction[:, 0], [0.3, 0.5, 0.7, 0.9, 1.1, 1.2])
+    assert float(found.loop_energy[3]) > 5.0 * float(found.loop_energy[-1])  # beyond the cone the damper wedges: a small loop
+    (tmp_path / "wrong.toml").write_text(EVOLUTION_TEMPLATE.replace("[0.3, 0.5,", "[[0.3, 0.2], 0.5,"))
+    with pytest.raises(InputError, match="friction must have 3 entries"):
+        read(tmp_path / "wrong.toml")
+
+
+def table(path, count=300, periods=1, header="time [ms],platform_x [um],platform_y [um]"):
+    """So many periods of an ellipse at 5 Hz, with a third harmonic."""
+    phase = np.arange(count) / count * periods
+    angle = 2.0 * np.pi * phase
+    rows = np.stack([200.0 * phase, 20.0 * np.sin(angle), 8.0 * np.cos(angle) + 0.5 * np.sin(3.0 * angle)], axis=1)
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def measured_study(folder, more=""):
+    text = TEMPLATE.replace("vertical = 30e-6 ", f'file = "cycle.csv"\n{more}\n# ')
+    (folder / "study.toml").write_text(text.replace("steps = 1000 ", "steps = 300 "))
+    return folder / "study.toml"
+
+
+@pytest.mark.parametrize(("periods", "more"), [(1, ""), (4, "frequency = 5.0")])
+def test_a_measured_motion_drives_the_damper(tmp_path, periods, more):
+    table(tmp_path / "cycle.csv", 300 * periods, periods)
+    motion = read(measured_study(tmp_path, more)).plan.motion
+    angle = 2.0 * np.pi * np.arange(150) / 150
+    expected = 1e-6 * np.stack([20.0 * np.sin(angle), 8.0 * np.cos(angle) + 0.5 * np.sin(3.0 * angle)], axis=1)
+    np.testing.assert_allclose(motion.samples(150), expected, atol=1e-11)
+
+
+def test_a_changed_table_is_computed_anew(tmp_path):
+    table(tmp_path / "cycle.csv")
+    first = finished(measured_study(tmp_path), tmp_path / "out")
+    table(tmp_path / "cycle.csv", header="time [ms],platform_y [um],platform_x [um]")
+    with pytest.raises(SystemExit) as end:
+        main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--resume"])
+    assert end.value.code == 2
+    other = finished(tmp_path / "study.toml", tmp_path / "out", "--overwrite")
+    assert float(other.loop_energy) != pytest.approx(float(first.loop_energy), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "more", "message"),
+    [
+        (lambda path: table(path, 900, 3), "", "must be one period of the motion, but is '3 periods or so'"),
+        (lambda path: table(path, 40), "", "must have more than 62 rows for 30 harmonics"),
+        (lambda path: table(path, header="time [ms],a [um],b [um]"), "", "must hold platform_x or platform_y"),
+        (lambda path: table(path, header="time [ms],platform_x,platform_y"), "", "must be stated"),
+        (lambda path: path.write_text("time [s],platform_x [um]\n0.0,nan\n" * 20), "", "cycle.csv"),
+        (lambda path: None, "", "must be a file"),
+        (table, "horizontal = 1e-6", "must stand alone"),
+    ],
+)
+def test_faults_of_a_measured_motion_are_said(tmp_path, change, more, message):
+    change(tmp_path / "cycle.csv")
+    with pytest.raises(InputError, match=message):
+        read(measured_study(tmp_path, more))
+
+
+def test_harmonics_of_no_file_are_refused(tmp_path):
+    (tmp_path / "study.toml").write_text(TEMPLATE.replace("vertical = 30e-6 ", "harmonics = 9\nvertical = 30e-6 "))
+    with pytest.raises(InputError, match="harmonics need it"):
+        read(tmp_path / "study.toml")

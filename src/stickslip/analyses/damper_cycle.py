@@ -1,7 +1,6 @@
 """The cycle of a damper alone between two platforms that move as prescribed: loops, contact forces, motion, states, energies.
 
-`damper_cycle` computes one steady cycle, `steady_cycles` all those that seeded initial states lead to, `damper_evolution` a
-sequence of cycles while friction changes.
+`damper_cycle` computes one steady cycle; `damper_cycles.py` several of them.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import Arrays, Tell
-from stickslip.analyses.damper_cycle_dataset import contact_states, cycle_dataset
+from stickslip.analyses.damper_cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
 from stickslip.checks import Array, fault, positive, vector
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -124,6 +123,26 @@ def _sentence(march: SteadyCycle, cause: str) -> str:
     return words[march.outcome]
 
 
+def march_arrays(march: SteadyCycle) -> Arrays:
+    """A march as plain arrays, which travel and are kept."""
+    end = np.array([march.cycles, march.outcome, march.change])
+    state = {f"state_{key}": value for key, value in march.state._asdict().items()}
+    return {"end": end, "drive": march.drive, **march.record._asdict(), **state}
+
+
+def march_of(arrays: Arrays) -> SteadyCycle:
+    """The march of its arrays."""
+    record = Record(*(np.asarray(arrays[name]) for name in Record._fields))
+    state = PlatformState(*(np.asarray(arrays[f"state_{name}"]) for name in PlatformState._fields))
+    cycles, outcome, change = arrays["end"]
+    return SteadyCycle(record, arrays["drive"], state, int(cycles), CycleOutcome(int(outcome)), float(change))
+
+
+def gathered(rig: BetweenPlatforms, motion: PlatformMotion, march: SteadyCycle, marching: Marching = QUASI_STATIC) -> DamperCycle:
+    """The labelled cycle of a march."""
+    return _labelled(rig, motion, CycleModel.of(rig), march, marching)
+
+
 @dataclass(frozen=True, eq=False)
 class CycleWork:
     """One steady cycle as work of a study: what `damper_cycle` takes, and its march as plain arrays."""
@@ -138,7 +157,7 @@ class CycleWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return ("cycle",)
+        return (f"cycle {self.motion.digest}",)
 
     @property
     def words(self) -> Sequence[str]:
@@ -149,96 +168,14 @@ class CycleWork:
 
     def solve(self, case: int, tell: Tell) -> Arrays:
         """The march of the cycle."""
-        march = damper_cycle(
-            self.rig,
-            self.motion,
-            steps=self.steps,
-            method=self.method,
-            frequency=self.frequency,
-            tolerance=self.tolerance,
-            cycles=self.most,
-        ).march
-        end = np.array([march.cycles, march.outcome, march.change])
-        return {
-            "end": end,
-            "drive": march.drive,
-            **march.record._asdict(),
-            **{f"state_{k}": v for k, v in march.state._asdict().items()},
-        }
+        settings: dict[str, Any] = {"steps": self.steps, "method": self.method, "frequency": self.frequency}
+        settings |= {"tolerance": self.tolerance, "cycles": self.most}
+        return march_arrays(damper_cycle(self.rig, self.motion, **settings).march)
 
     def gathered(self, arrays: Arrays) -> DamperCycle:
         """The cycle from its arrays."""
-        record = Record(*(np.asarray(arrays[name]) for name in Record._fields))
-        state = PlatformState(*(np.asarray(arrays[f"state_{name}"]) for name in PlatformState._fields))
-        cycles, outcome, change = arrays["end"]
-        march = SteadyCycle(record, arrays["drive"], state, int(cycles), CycleOutcome(int(outcome)), float(change))
         marching = _marching(self.method, self.frequency, self.tolerance, self.most)
-        return _labelled(self.rig, self.motion, CycleModel.of(self.rig), march, marching)
-
-
-@dataclass(frozen=True, eq=False)
-class SteadyCycles:
-    """The distinct steady cycles that were found, the most frequent first, and how many of the starts led to each; starts that
-    led to none: `failed`."""
-
-    cycles: tuple[DamperCycle, ...]
-    counts: tuple[int, ...]
-    failed: int
-
-
-def steady_cycles(
-    rig: BetweenPlatforms,
-    motion: PlatformMotion,
-    *,
-    starts: int = 20,
-    spread: float | None = None,
-    seed: int = 0,
-    same: float = 1e-6,
-    steps: int = 1000,
-) -> SteadyCycles:
-    """Steady quasi-static cycles from the virgin and from seeded random slider offsets, uniform in ±spread [m].
-
-    spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
-    `same` of the largest count as one.
-    """
-    model, generator = CycleModel.of(rig), np.random.default_rng(seed)
-    elements = model.table.stiffness.size
-    width = 2.0 * float(np.hypot(*model.load[:2]) / model.table.stiffness.min()) if spread is None else positive("spread", spread)
-    offsets = np.vstack([np.zeros(elements), generator.uniform(-width, width, (max(starts - 1, 0), elements))])
-    found: list[DamperCycle] = []
-    counts: list[int] = []
-    failed = 0
-    for offset in offsets:
-        cycle = damper_cycle(rig, motion, start=offset, steps=steps)
-        if cycle.outcome not in (CycleOutcome.STEADY, CycleOutcome.JAMMED):
-            failed += 1
-            continue
-        match = next((i for i, other in enumerate(found) if _difference(cycle, other) <= same), None)
-        if match is None:
-            found.append(cycle)
-            counts.append(1)
-        else:
-            counts[match] += 1
-    order = sorted(range(len(found)), key=lambda i: -counts[i])
-    return SteadyCycles(tuple(found[i] for i in order), tuple(counts[i] for i in order), failed)
-
-
-def _difference(a: DamperCycle, b: DamperCycle) -> float:
-    """Largest difference of contact forces relative to the largest force."""
-    one, other = a.march.record.force, b.march.record.force
-    return float(np.max(np.abs(one - other)) / np.max(np.abs(one)))
-
-
-def damper_evolution(
-    rig: BetweenPlatforms, motion: PlatformMotion, friction: Sequence[ArrayLike], *, steps: int = 1000, cycles: int = 1
-) -> tuple[DamperCycle, ...]:
-    """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
-    cycles, which starts from the state that the set before left."""
-    found: list[DamperCycle] = []
-    for mu in friction:
-        start: PlatformState | float = found[-1].state if found else 0.0
-        found.append(damper_cycle(rig.with_friction(mu), motion, start=start, steps=steps, cycles=cycles))
-    return tuple(found)
+        return gathered(self.rig, self.motion, march_of(arrays), marching)
 
 
 def cycle_forces(model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC) -> tuple[Array, SteadyCycle]:
@@ -247,4 +184,4 @@ def cycle_forces(model: CycleModel, platform: Array, marching: Marching = QUASI_
     model: `CycleModel.of(rig)`, changed with `with_parameters`; platform: `motion.samples(steps)`.
     """
     march = steady_cycle(model, platform, marching)
-    return -march.record.force @ model.right, march
+    return forces_on_platforms(model, march)[1], march

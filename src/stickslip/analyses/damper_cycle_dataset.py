@@ -19,71 +19,21 @@ HARMONICS = 15
 """Harmonics of the platform forces that are kept."""
 
 
+Variables = dict[str, tuple[tuple[str, ...], Any, str, str]]
+"""Dimensions, values, units and meaning by name."""
+
+EACH, PLACE = ("sample", "contact"), ("sample", "axis")
+
+
 def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, marching: Marching, sentence: str) -> xr.Dataset:
     """Everything about the last cycle."""
     import xarray as xr
 
-    record, steps = march.record, march.drive.shape[0]
-    platform = march.drive @ np.linalg.pinv(model.left.T)
-    tangential = np.setdiff1d(np.arange(record.w.shape[1]), model.table.normal_row)
-    u, z = record.w[:, tangential], record.w[:, model.table.normal_row]
-    friction, normal = record.force[:, tangential], record.force[:, model.table.normal_row]
-    on_left, on_right = -record.force @ model.left, -record.force @ model.right
-    work, loop = slip_work(model, march), float(-_loop(on_left, platform).sum())
-    states = contact_states(model, march)
-    radius = np.array([point.radius for point in rig.points])
-    elastic = friction / model.stiffness[tangential]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(normal > 0.0, friction / normal, np.nan)
-    each, place = ("sample", "contact"), ("sample", "axis")
-    spectrum = harmonics_of(np.stack([on_left.T, on_right.T]), min(HARMONICS, steps // 4))
-    variables: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
-        "phase": (("sample",), np.arange(steps) / steps, "1", "share of the cycle that has passed"),
-        "platform_motion": (place, platform, "m", "motion of the left platform"),
-        "right_motion": (
-            place,
-            record.motion[:, 3:5] if rig.right else np.zeros((steps, 2)),
-            "m",
-            "motion of the right platform",
-        ),
-        "force_on_left": (place, on_left, "N", "force of the damper on the left platform"),
-        "force_on_right": (place, on_right, "N", "force of the damper on the right platform"),
-        "damper_motion": (("sample", "damper"), record.motion[:, :3], "m, m, rad", "motion of the damper's mass centre"),
-        "friction_force": (each, friction, "N", "friction force along t1"),
-        "normal_force": (each, normal, "N", "normal force"),
-        "force_ratio": (each, ratio, "1", "friction over normal force"),
-        "tangential_motion": (each, u, "m", "tangential motion of the damper at the contact, relative to the platform"),
-        "approach": (each, z, "m", "normal motion, positive closing"),
-        "elastic_motion": (each, elastic, "m", "part of the tangential motion that the contact springs hold"),
-        "slip_motion": (each, u - elastic, "m", "part of the tangential motion that the sliders have gone"),
-        "rolling": (each, record.motion[:, 2:3] * radius, "m", "motion of the rounding's axis by rolling"),
-        "slip_limit": (each, _limits(model, march), "N", "friction force at which all of the contact slips"),
-        "state": (each, states, "1", "0 stick, 1 slip with positive friction, -1 with negative, 2 open"),
-        "share": (("contact", "kind"), _shares(states), "1", "share of the cycle in each state"),
-        "friction_work": (("contact",), work, "J", "friction work of a cycle"),
-        "loop_energy": ((), loop, "J", "energy that the damper takes from the platforms in a cycle"),
-        "energy_error": ((), _relative(loop - work.sum(), loop), "1", "loop energy less friction work, relative"),
-        "rotation": ((), float(np.ptp(record.motion[:, 2])), "rad", "rotation of the damper, peak to peak"),
-        "force_harmonics": (
-            ("platform", "axis", "harmonic", "part"),
-            np.stack([spectrum.real, spectrum.imag], axis=-1),
-            "N",
-            "equivalent harmonic forces of the damper on the platforms",
-        ),
-        "iterations": (("sample",), record.iterations, "1", "Newton iterations of the step, -1 where it failed"),
-    }
-    coordinates: dict[str, tuple[str, list[str], str]] = {
-        "contact": ("contact", [point.name for point in rig.points], "line of contact"),
-        "side": ("contact", [point.side for point in rig.points], "platform it is on"),
-        "axis": ("axis", ["x", "y"], "x to the right, y along the pull"),
-        "damper": ("damper", ["x", "y", "rotation"], "motion of the damper"),
-        "kind": ("kind", ["stick", "slip", "open"], "state of a contact"),
-        "platform": ("platform", ["left", "right"], "platform"),
-        "part": ("part", ["re", "im"], "real and imaginary part"),
-    }
+    variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
+    variables |= _states(model, march) | _energies(model, march)
     return xr.Dataset(
         {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()},
-        coords={name: (dim, values, {"units": "1", "long_name": words}) for name, (dim, values, words) in coordinates.items()},
+        coords={name: (dim, values, {"units": "1", "long_name": words}) for name, dim, values, words in _coordinates(rig)},
         attrs={
             "title": rig.title or rig.damper.name,
             "pull": float(np.hypot(*np.asarray(rig.damper.pull)[:2])),
@@ -95,6 +45,105 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
             "message": sentence,
         },
     )
+
+
+def _coordinates(rig: BetweenPlatforms) -> list[tuple[str, str, list[str], str]]:
+    """Name, dimension, labels and meaning."""
+    return [
+        ("contact", "contact", [point.name for point in rig.points], "line of contact"),
+        ("side", "contact", [point.side for point in rig.points], "platform it is on"),
+        ("axis", "axis", ["x", "y"], "x to the right, y along the pull"),
+        ("damper", "damper", ["x", "y", "rotation"], "motion of the damper"),
+        ("kind", "kind", ["stick", "slip", "open"], "state of a contact"),
+        ("platform", "platform", ["left", "right"], "platform"),
+        ("part", "part", ["re", "im"], "real and imaginary part"),
+    ]
+
+
+def _platforms(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> Variables:
+    """Motion of platforms and damper, and the forces on the platforms, with their harmonics."""
+    steps, motion = march.drive.shape[0], march.record.motion
+    right = motion[:, 3:5] if rig.right else np.zeros((steps, 2))
+    on_left, on_right = forces_on_platforms(model, march)
+    spectrum = harmonics_of(np.stack([on_left.T, on_right.T]), min(HARMONICS, steps // 4))
+    parts = np.stack([spectrum.real, spectrum.imag], axis=-1)
+    words = "equivalent harmonic forces of the damper on the platforms"
+    return {
+        "phase": (("sample",), np.arange(steps) / steps, "1", "share of the cycle that has passed"),
+        "platform_motion": (PLACE, platform_motion(model, march), "m", "motion of the left platform"),
+        "right_motion": (PLACE, right, "m", "motion of the right platform"),
+        "force_on_left": (PLACE, on_left, "N", "force of the damper on the left platform"),
+        "force_on_right": (PLACE, on_right, "N", "force of the damper on the right platform"),
+        "force_harmonics": (("platform", "axis", "harmonic", "part"), parts, "N", words),
+        "damper_motion": (("sample", "damper"), motion[:, :3], "m, m, rad", "motion of the damper's mass centre"),
+        "rotation": ((), float(np.ptp(motion[:, 2])), "rad", "rotation of the damper, peak to peak"),
+    }
+
+
+def _contact_forces(model: CycleModel, march: SteadyCycle) -> Variables:
+    tangential, normal_rows = _rows(model)
+    friction, normal = march.record.force[:, tangential], march.record.force[:, normal_rows]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where(normal > 0.0, friction / normal, np.nan)
+    return {
+        "friction_force": (EACH, friction, "N", "friction force along t1"),
+        "normal_force": (EACH, normal, "N", "normal force"),
+        "force_ratio": (EACH, ratio, "1", "friction over normal force"),
+        "slip_limit": (EACH, _limits(model, march), "N", "friction force at which all of the contact slips"),
+    }
+
+
+def _contact_motions(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> Variables:
+    """Motion at every contact, parted into elastic and slip, and the rolling."""
+    tangential, normal_rows = _rows(model)
+    u, z = march.record.w[:, tangential], march.record.w[:, normal_rows]
+    elastic = march.record.force[:, tangential] / model.stiffness[tangential]
+    rolling = march.record.motion[:, 2:3] * np.array([point.radius for point in rig.points])
+    words = "tangential motion of the damper at the contact, relative to the platform"
+    return {
+        "tangential_motion": (EACH, u, "m", words),
+        "approach": (EACH, z, "m", "normal motion, positive closing"),
+        "elastic_motion": (EACH, elastic, "m", "part of the tangential motion that the contact springs hold"),
+        "slip_motion": (EACH, u - elastic, "m", "part of the tangential motion that the sliders have gone"),
+        "rolling": (EACH, rolling, "m", "motion of the rounding's axis by rolling"),
+    }
+
+
+def _states(model: CycleModel, march: SteadyCycle) -> Variables:
+    states = contact_states(model, march)
+    words = "0 stick, 1 slip with positive friction, -1 with negative, 2 open"
+    return {
+        "state": (EACH, states, "1", words),
+        "share": (("contact", "kind"), _shares(states), "1", "share of the cycle in each state"),
+        "iterations": (("sample",), march.record.iterations, "1", "Newton iterations of the step, -1 where it failed"),
+    }
+
+
+def _energies(model: CycleModel, march: SteadyCycle) -> Variables:
+    """Loop energy ∮ F dx on the platforms and friction work, which must agree."""
+    work = slip_work(model, march)
+    loop = float(-_loop(forces_on_platforms(model, march)[0], platform_motion(model, march)).sum())
+    return {
+        "friction_work": (("contact",), work, "J", "friction work of a cycle"),
+        "loop_energy": ((), loop, "J", "energy that the damper takes from the platforms in a cycle"),
+        "energy_error": ((), _relative(loop - work.sum(), loop), "1", "loop energy less friction work, relative"),
+    }
+
+
+def _rows(model: CycleModel) -> tuple[Index, Index]:
+    """Tangential and normal rows, one of each a contact."""
+    normal = model.table.normal_row
+    return np.setdiff1d(np.arange(model.B.shape[0]), normal), normal
+
+
+def platform_motion(model: CycleModel, march: SteadyCycle) -> Array:
+    """x and y of the left platform, (steps, 2) [m]."""
+    return np.asarray(march.drive @ np.linalg.pinv(model.left.T))
+
+
+def forces_on_platforms(model: CycleModel, march: SteadyCycle) -> tuple[Array, Array]:
+    """x and y of the damper's force on the left and on the right platform, (steps, 2) each [N]."""
+    return -march.record.force @ model.left, -march.record.force @ model.right
 
 
 def slip_work(model: CycleModel, march: SteadyCycle) -> Array:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
+from stickslip.analyses.damper_cycle_dataset import forces_on_platforms
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.checks import Array, InputError, positive
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -63,7 +64,7 @@ def blade_with_routine(
         march = steady_cycle(model, PlatformMotion(values).samples(steps))
         if march.outcome == CycleOutcome.NOT_CONVERGED:
             raise InputError("The damper routine must find a cycle, but Newton's method failed in it. Take more steps.")
-        return real_harmonics(harmonics_of(-(march.record.force @ model.left).T, harmonics))
+        return real_harmonics(harmonics_of(forces_on_platforms(model, march)[0].T, harmonics))
 
     def residual(scaled: Array) -> Array:
         values = scaled.reshape(size) * unit

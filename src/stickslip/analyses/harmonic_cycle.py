@@ -10,13 +10,16 @@ from threadpoolctl import threadpool_limits
 from stickslip.checks import Array, InputError, positive
 from stickslip.dampers.between_platforms import RIGHT, BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.energy import cycle_work
 from stickslip.rigs.platform_problem import platform_problem
 from stickslip.solve.newton import correct, fixed
 
-LEVELS = np.linspace(0.02, 1.0, 25)
-"""Shares of the motion over which the solution is carried from stuck contacts."""
+FIRST, FINEST = 0.02, 1e-4
+"""Share of the motion by which it grows at first, from stuck contacts, and the smallest that is tried where Newton fails."""
+
+GROWTH = 1.5
+"""By what a step follows one that succeeded; it is halved after a failure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,19 +37,31 @@ def harmonic_cycle(
 ) -> HarmonicCycle:
     """The steady cycle with virgin sliders, inertia included, at a frequency [Hz].
 
-    The motion grows from 2 to 100 per cent, each time from the solution before. Raises `InputError` where Newton fails.
+    The motion grows from stuck contacts on, each time from the solution before, by steps that fit. Raises `InputError` where
+    none does.
     """
     omega = 2.0 * np.pi * positive("frequency", frequency)
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(platform_problem(rig, motion), harmonics, samples)
-        point = balance.stuck_point(omega, float(LEVELS[0]))
-        for level in LEVELS:
-            found = correct(balance, Point(point.forces, omega, level), fixed("level", level), 40, halvings=8, patience=4)
-            if not found.converged:
-                raise InputError(
-                    f"Harmonic balance must converge up to the whole motion, but fails at {level:.0%} of it. "
-                    "Take fewer harmonics, more samples, or quasi-static steps (`damper_cycle`)."
-                )
-            point = found.evaluation.point
-        force, moved = balance.carried_forces(found.evaluation), found.evaluation.w[: balance.rows]
+        found = _grown(balance, omega)
+        force, moved = balance.carried_forces(found), found.w[: balance.rows]
     return HarmonicCycle(-rig.rows(RIGHT).T @ force, force, moved, float(np.sum(cycle_work(force, moved))))
+
+
+def _grown(balance: HarmonicBalance, omega: float) -> Evaluation:
+    """The solution at the whole motion."""
+    point, reached, step = balance.stuck_point(omega, FIRST), 0.0, FIRST
+    while True:
+        goal = min(reached + step, 1.0)
+        found = correct(balance, Point(point.forces, omega, goal), fixed("level", goal), 40, halvings=8, patience=4)
+        if not found.converged:
+            step *= 0.5
+        elif goal == 1.0:
+            return found.evaluation
+        else:
+            point, reached, step = found.evaluation.point, goal, GROWTH * step
+        if step < FINEST:
+            raise InputError(
+                f"Harmonic balance must converge up to the whole motion, but fails at {reached:.0%} of it. "
+                "Take fewer harmonics, more samples, or quasi-static steps (`damper_cycle`)."
+            )

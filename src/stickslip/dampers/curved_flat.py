@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import Array, positive
+from stickslip.checks import Array
 from stickslip.dampers.section import Section, rounded_hull
-from stickslip.dampers.shape import Shape, Touch, line, outward, uphill
+from stickslip.dampers.shape import Shape, Touch, outward, uphill
 from stickslip.structure.rigid_body import RigidBody
 
 
@@ -29,9 +29,7 @@ class CurvedFlat(Shape):
     right_angle: float = 45.0
 
     def __post_init__(self) -> None:
-        for key in ("flat", "radius", "span", "depth", "density"):
-            positive(key, getattr(self, key))
-        self.check_angles()
+        self.check("flat", "radius", "span", "depth", "density")
         self.section()
 
     def feet(self) -> Array:
@@ -47,8 +45,8 @@ class CurvedFlat(Shape):
         return self.section().prism(self.depth, self.density, np.zeros(3))
 
     def left(self) -> Touch:
-        return Touch(self.left_angle, self.feet() - self.section().centroid, line(self.depth))
+        return Touch.on_lines(self.left_angle, self.feet() - self.section().centroid, self.depth)
 
     def right(self) -> Touch:
         point = np.array([self.span, 0.0]) + self.radius * outward(self.right_angle, 1) - self.section().centroid
-        return Touch(self.right_angle, [point], line(self.depth), self.radius)
+        return Touch.on_lines(self.right_angle, [point], self.depth, self.radius)

@@ -7,9 +7,8 @@ from math import pi
 
 import numpy as np
 
-from stickslip.checks import positive
 from stickslip.dampers.section import Arc, Line, Section
-from stickslip.dampers.shape import Shape, Touch, line, outward
+from stickslip.dampers.shape import Shape, Touch, outward
 from stickslip.structure.rigid_body import RigidBody
 
 
@@ -28,18 +27,16 @@ class Cylinder(Shape):
     right_angle: float = 45.0
 
     def __post_init__(self) -> None:
-        for key in ("radius", "depth", "density"):
-            positive(key, getattr(self, key))
-        self.check_angles()
+        self.check("radius", "depth", "density")
 
     def body(self) -> RigidBody:
         return Section.bounded_by([Arc((0.0, 0.0), self.radius, 0.0, 2.0 * pi)]).prism(self.depth, self.density, np.zeros(3))
 
     def left(self) -> Touch:
-        return Touch(self.left_angle, [self.radius * outward(self.left_angle, -1)], line(self.depth), self.radius)
+        return Touch.on_lines(self.left_angle, [self.radius * outward(self.left_angle, -1)], self.depth, self.radius)
 
     def right(self) -> Touch:
-        return Touch(self.right_angle, [self.radius * outward(self.right_angle, 1)], line(self.depth), self.radius)
+        return Touch.on_lines(self.right_angle, [self.radius * outward(self.right_angle, 1)], self.depth, self.radius)
 
 
 @dataclass(frozen=True)
@@ -54,9 +51,7 @@ class HalfCylinder(Shape):
     right_angle: float = 45.0
 
     def __post_init__(self) -> None:
-        for key in ("radius", "depth", "density"):
-            positive(key, getattr(self, key))
-        self.check_angles()
+        self.check("radius", "depth", "density")
 
     def section(self) -> Section:
         """The half disc, its axis at the origin."""
@@ -74,4 +69,4 @@ class HalfCylinder(Shape):
 
     def _touch(self, angle: float, side: int) -> Touch:
         point = self.radius * outward(angle, side) - np.asarray(self.section().centroid)
-        return Touch(angle, [point], line(self.depth), self.radius)
+        return Touch.on_lines(angle, [point], self.depth, self.radius)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import finite, positive
-from stickslip.dampers.shape import Shape, Touch, line, outward, uphill
+from stickslip.checks import finite
+from stickslip.dampers.shape import Shape, Touch, outward, uphill
 from stickslip.structure.rigid_body import RigidBody, box_inertia
 
 SIDES = (0.0134164, 0.0134164, 0.03)
@@ -40,10 +40,8 @@ class ThreePoint(Shape):
     right_angle: float = 45.0
 
     def __post_init__(self) -> None:
-        for key in ("left_distance", "right_distance", "foot_distance", "radius", "depth", "mass"):
-            positive(key, getattr(self, key))
+        self.check("left_distance", "right_distance", "foot_distance", "radius", "depth", "mass")
         finite("foot_shift", self.foot_shift)
-        self.check_angles()
 
     def body(self) -> RigidBody:
         return RigidBody(self.mass, box_inertia(self.mass, self.sides))
@@ -51,11 +49,11 @@ class ThreePoint(Shape):
     def left(self) -> Touch:
         middle = self.left_distance * outward(self.left_angle, -1) + self.foot_shift * uphill(self.left_angle, -1)
         feet = np.outer([-0.5, 0.5], self.foot_distance * uphill(self.left_angle, -1))
-        return Touch(self.left_angle, middle + feet, line(self.depth), self.radius)
+        return Touch.on_lines(self.left_angle, middle + feet, self.depth, self.radius)
 
     def right(self) -> Touch:
         point = self.right_distance * outward(self.right_angle, 1)
-        return Touch(self.right_angle, [point], line(self.depth), self.radius)
+        return Touch.on_lines(self.right_angle, [point], self.depth, self.radius)
 
 
 @dataclass(frozen=True)
@@ -78,17 +76,15 @@ class CrossedCurvedFlat(Shape):
     right_angle: float = 45.0
 
     def __post_init__(self) -> None:
-        for key in ("foot_distance", "radius", "depth", "mass"):
-            positive(key, getattr(self, key))
+        self.check("foot_distance", "radius", "depth", "mass")
         finite("height", self.height)
-        self.check_angles()
 
     def body(self) -> RigidBody:
         return RigidBody(self.mass, box_inertia(self.mass, self.sides))
 
     def left(self) -> Touch:
         feet = np.outer([-0.5, 0.5], self.foot_distance * uphill(self.left_angle, -1))
-        return Touch(self.left_angle, np.array([0.0, self.height]) + feet, line(self.depth))
+        return Touch.on_lines(self.left_angle, np.array([0.0, self.height]) + feet, self.depth)
 
     def right(self) -> Touch:
-        return Touch(self.right_angle, [(0.0, self.height)], line(self.depth), self.radius)
+        return Touch.on_lines(self.right_angle, [(0.0, self.height)], self.depth, self.radius)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,11 @@ class PlatformMotion:
         if not np.any(values[:, 1:]):
             raise fault("A platform motion", "must move", "all harmonics are zero")
         object.__setattr__(self, "harmonics", values)
+
+    @property
+    def digest(self) -> str:
+        """Tells it apart from other motions."""
+        return sha256(np.asarray(self.harmonics).tobytes()).hexdigest()[:12]
 
     def samples(self, steps: int) -> Array:
         """The motion at t_n = 2πn/(steps ω), (steps, 2) [m]."""

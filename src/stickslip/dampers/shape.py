@@ -15,7 +15,7 @@ from math import cos, radians, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, vector
+from stickslip.checks import Array, fault, positive, vector
 from stickslip.dampers.damper import ContactSurface, Damper
 from stickslip.structure.rigid_body import RigidBody
 
@@ -24,13 +24,17 @@ MIRROR = np.diag([-1.0, 1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """How one side of a damper touches: slope of the platform [degrees], points (k, 2) from the mass centre [m] (the first
-    lowest), along: places in z [m], radius of the rounding at the points [m], 0 at the edge of a flat."""
+    """How one side of a damper touches: slope of the platform [degrees], points (k, 3) from the mass centre [m], radius of the
+    rounding at the points [m], 0 at a flat."""
 
     angle: float
     points: ArrayLike
-    along: tuple[float, ...]
     radius: float = 0.0
+
+    @classmethod
+    def on_lines(cls, angle: float, places: ArrayLike, depth: float, radius: float = 0.0) -> Touch:
+        """On lines along z through places (k, 2) in the plane, the first lowest: three points each, the middles of its thirds."""
+        return cls(angle, [(x, y, z) for x, y in np.asarray(places) for z in (-depth / 3.0, 0.0, depth / 3.0)], radius)
 
 
 class Shape(ABC):
@@ -52,8 +56,10 @@ class Shape(ABC):
     def right(self) -> Touch:
         """How it touches the right platform."""
 
-    def check_angles(self) -> None:
-        """Refuse slopes of platforms that form no roof."""
+    def check(self, *positives: str) -> None:
+        """Refuse dimensions by name that are not positive, and slopes of platforms that form no roof."""
+        for key in positives:
+            positive(key, getattr(self, key))
         for key in ("left_angle", "right_angle"):
             if not 0.0 <= getattr(self, key) < 90.0:
                 raise fault(key, "must lie in [0, 90) degrees", getattr(self, key))
@@ -99,14 +105,9 @@ def uphill(angle: float, side: int) -> Array:
     return np.array([-side * cos(radians(angle)), sin(radians(angle))])
 
 
-def line(depth: float) -> tuple[float, ...]:
-    """Three places along a contact line, each the middle of a third."""
-    return (-depth / 3.0, 0.0, depth / 3.0)
-
-
 def _surface(name: str, touch: Touch, frame: Array) -> ContactSurface:
-    points = [(x, y, z) for x, y in np.asarray(touch.points) for z in touch.along]
-    return ContactSurface(name, points, frame, np.full(len(points), 1.0 / len(points)), touch.radius)
+    count = len(np.asarray(touch.points))
+    return ContactSurface(name, touch.points, frame, np.full(count, 1.0 / count), touch.radius)
 
 
 def _mirrored(surface: ContactSurface) -> ContactSurface:

@@ -7,9 +7,9 @@ from math import radians, tan
 
 import numpy as np
 
-from stickslip.checks import Array, fault, positive
+from stickslip.checks import Array, fault
 from stickslip.dampers.section import Section, polygon
-from stickslip.dampers.shape import Shape, Touch, line
+from stickslip.dampers.shape import Shape, Touch
 from stickslip.structure.rigid_body import RigidBody
 
 
@@ -29,9 +29,7 @@ class Wedge(Shape):
     lines: int = 3
 
     def __post_init__(self) -> None:
-        for key in ("width", "height", "depth", "density", "left_angle", "right_angle"):
-            positive(key, getattr(self, key))
-        self.check_angles()
+        self.check("width", "height", "depth", "density", "left_angle", "right_angle")
         if int(self.lines) != self.lines or self.lines < 1:
             raise fault("lines", "must be a whole number from 1 on", self.lines)
         if self.corners()[2, 0] < self.corners()[3, 0]:
@@ -60,4 +58,4 @@ class Wedge(Shape):
     def _face(self, angle: float, low: int, high: int) -> Touch:
         """The face between two corners."""
         corners, shares = self.corners() - self.section().centroid, (np.arange(self.lines) + 0.5) / self.lines
-        return Touch(angle, corners[low] + np.outer(shares, corners[high] - corners[low]), line(self.depth))
+        return Touch.on_lines(angle, corners[low] + np.outer(shares, corners[high] - corners[low]), self.depth)

@@ -170,9 +170,13 @@ def _said_gaps(name: str, gaps: set[int], count: int) -> list[str]:
 def _fitted(record: Record, phase: Array, k: int, harmonics: int) -> Array:
     """Harmonics (channels, 2H+1) of cycle k by least squares; its first and last sample may be half a step short."""
     inside = (phase >= k - 1e-9) & (phase < k + 1 - 1e-9)
-    matrix = _columns(phase[inside] - k, harmonics)
-    values = np.stack([signal[inside] for signal in record.signals.values()], axis=1)
-    return np.asarray(np.linalg.lstsq(matrix, values, rcond=None)[0].T)
+    values = np.stack([signal[inside] for signal in record.signals.values()])
+    return fitted_cycle(phase[inside] - k, values, harmonics)
+
+
+def fitted_cycle(phase: Array, values: Array, harmonics: int) -> Array:
+    """Harmonics (signals, 2H+1) of values (signals, samples) at phases (samples,) in [0, 1) by least squares."""
+    return np.asarray(np.linalg.lstsq(_columns(phase, harmonics), values.T, rcond=None)[0].T)
 
 
 def _said_drift(name: str, channels: tuple[str, ...], harmonics: Array, kept: list[int]) -> list[str]:

@@ -27,6 +27,8 @@ FIGURES = {
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
     "MistunedDisks": "stickslip.plots.mistuning:all_blades",
     "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
+    "SteadyCycles": "stickslip.plots.damper_cycles:damper_cycles",
+    "DamperEvolution": "stickslip.plots.damper_cycles:damper_cycles",
     "TimeResponse": "stickslip.plots.time_response:last_period",
     "Identification": "stickslip.plots.identification:loops_and_fit",
     "LawChoice": "stickslip.plots.identification:law_loops",

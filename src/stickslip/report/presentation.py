@@ -24,6 +24,8 @@ PRESENTATIONS = {
     "response_bounds": "stickslip.report.responses",
     "response_samples": "stickslip.report.responses",
     "damper_cycle": "stickslip.report.damper_cycle",
+    "steady_cycles": "stickslip.report.damper_cycles",
+    "damper_evolution": "stickslip.report.damper_cycles",
     "performance_curve": "stickslip.report.performance",
     "damper_design": "stickslip.report.design",
     "identification": "stickslip.report.identification",

@@ -7,9 +7,10 @@ here were calibrated with two of its numbers: the free frequency and the resonan
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from math import hypot
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.point import Contact, Motion, ground, node
 from stickslip.contact.start import Start
+from stickslip.contact.stiffness import static_normal_load
 from stickslip.dampers.damper import Damper
 from stickslip.dampers.flat_cylinder import FlatCylinder
 from stickslip.loads import Force
@@ -108,43 +110,18 @@ def single_blade(
     names = ("flat_kt", "flat_kn", "flat_mu", "cylinder_kt", "cylinder_kn", "cylinder_mu")
     values = (flat_kt, flat_kn, flat_mu, cylinder_kt, cylinder_kn, cylinder_mu)
     parameters = contact_parameters(positive("preload_mass", preload_mass), dict(zip(names, values, strict=True)))
-    blade = PlatformBlade(length=length, platform_angle=platform_angle)
-    shape = FlatCylinder(
-        platform_angle=platform_angle,
-        flat_width=2.0 / 3.0 * hypot(blade.platform_reach, blade.rise),
-        depth=blade.depth,
-        centre_offset=centre_offset,
-        cylinder_offset=cylinder_offset,
-        mass=damper_mass,
-        flat_points=flat_points,
-    )
-    pull = preload_mass * STANDARD_GRAVITY
-    dampers = placed_dampers(blade, shape, pull)
-    largest_gap = 2.0 * gap_factor * shape.normal_load(pull) / parameters.cylinder_kn
+    blade, pull = PlatformBlade(length=length, platform_angle=platform_angle), preload_mass * STANDARD_GRAVITY
+    offsets = {"centre_offset": centre_offset, "cylinder_offset": cylinder_offset}
+    dampers = placed_dampers(blade, damper_shape(blade, **offsets, mass=damper_mass, flat_points=flat_points), pull)
     separator = ForceSeparator(mass=separator_mass, cell_stiffness=cell_stiffness)
-    behind = [behind_cylinder(damper, separator, platform_angle) for damper in dampers] if separators else []
-    supports: list[Support] = [part.at for part in behind] or [rigid] * len(dampers)
-    contacts = [
-        contact
-        for damper, support in zip(dampers, supports, strict=True)
-        for contact in damper_contacts(damper, parameters, largest_gap, start, cylinder_elements, support)
-    ]
-    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
-    bodies = {"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers}
-    bodies |= {part.name: part.structure for part in behind}
-    structure = assemble(bodies, [cell for part in behind for cell in part.cells()])
+    behind = tuple(behind_cylinder(damper, separator, platform_angle) for damper in dampers) if separators else ()
+    largest_gap = 2.0 * gap_factor * static_normal_load(pull, platform_angle) / parameters.cylinder_kn
+    contacts = all_contacts(dampers, parameters, largest_gap, start, cylinder_elements, behind)
+    structure, pushed = assembled(blade, dampers, modes, behind), "blade/force.x"
     if stinger_stiffness is not None:
-        structure = with_stinger(structure, stinger_stiffness, stinger_mass)
-    return Problem(
-        structure.with_damping(ModalDamping(damping, on="stuck")),
-        tuple(contacts),
-        (
-            Force("blade/force.x" if stinger_stiffness is None else ARMATURE, force, name="shaker"),
-            *(load for damper in dampers for load in damper.forces()),
-        ),
-        ("blade/tip.x",),
-        f"Single blade with two dampers, {preload_mass:g} kg",
-    )
+        structure, pushed = with_stinger(structure, stinger_stiffness, stinger_mass), ARMATURE
+    title = f"Single blade with two dampers, {preload_mass:g} kg"
+    return rig_problem(structure.with_damping(ModalDamping(damping, on="stuck")), contacts, dampers, Force(pushed, force), title)
 
 
 def single_blade_stress(
@@ -161,9 +138,7 @@ def single_blade_stress(
     under the platform stress is singular, and grows with every refinement of the mesh.
     """
     blade = PlatformBlade(length=length, platform_angle=platform_angle)
-    width = 2.0 / 3.0 * hypot(blade.platform_reach, blade.rise)
-    shape = FlatCylinder(platform_angle=platform_angle, flat_width=width, depth=blade.depth, flat_points=flat_points)
-    dampers = placed_dampers(blade, shape, STANDARD_GRAVITY)
+    dampers = placed_dampers(blade, damper_shape(blade, flat_points=flat_points), STANDARD_GRAVITY)
     reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
     return stress_recovery(blade.mesh(), blade.clamped(), reduction, places, "blade/", blade.material)
 
@@ -184,11 +159,17 @@ def contact_parameters(preload_mass: float, given: Mapping[str, float | None]) -
     return ContactParameters(**(base | explicit))
 
 
+def damper_shape(blade: PlatformBlade, **dimensions: Any) -> FlatCylinder:
+    """The damper under a blade's platform: its flat covers two thirds of the reach, unless `dimensions` say otherwise."""
+    width, slope = 2.0 / 3.0 * hypot(blade.platform_reach, blade.rise), blade.platform_angle
+    return replace(FlatCylinder(width, blade.depth, left_angle=slope, right_angle=slope), **dimensions)
+
+
 def placed_dampers(blade: PlatformBlade, shape: FlatCylinder, pull: float) -> tuple[Damper, Damper]:
     """The left and the right damper, each with the middle of its flat at 2/3 of the platform's reach."""
     return (
-        shape.damper("damper_left", blade.underside(2.0 / 3.0, 0.0, -1), -1, pull, "left"),
-        shape.damper("damper_right", blade.underside(2.0 / 3.0, 0.0, 1), 1, pull, "right"),
+        shape.beside_blade("damper_left", blade.underside(2.0 / 3.0, 0.0, -1), -1, pull, "left"),
+        shape.beside_blade("damper_right", blade.underside(2.0 / 3.0, 0.0, 1), 1, pull, "right"),
     )
 
 
@@ -209,11 +190,44 @@ def rigid(point: Place) -> Motion:
     return ground
 
 
+def assembled(blade: PlatformBlade, dampers: Sequence[Damper], modes: int, behind: Sequence[Separator] = (), /) -> Structure:
+    """Reduced blade, dampers and the separators behind them on their load cells."""
+    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
+    bodies = {"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers}
+    bodies |= {part.name: part.structure for part in behind}
+    return assemble(bodies, [cell for part in behind for cell in part.cells()])
+
+
+def rig_problem(
+    structure: Structure, contacts: Sequence[Contact], dampers: Sequence[Damper], shaker: Force, title: str
+) -> Problem:
+    """The rig under its shaker and the pull of its dampers; output is the lateral motion of the tip."""
+    forces = (replace(shaker, name="shaker"), *(load for damper in dampers for load in damper.forces()))
+    return Problem(structure, tuple(contacts), forces, ("blade/tip.x",), title)
+
+
 def with_stinger(structure: Structure, stiffness: float, mass: float) -> Structure:
     """The structure with the moving mass [kg] of a shaker, which pushes the blade through a spring [N/m]."""
     armature = Structure(np.array([[positive("stinger_mass", mass)]]), np.zeros((1, 1)), (ARMATURE.partition("/")[2],))
     stinger = Spring({ARMATURE: 1.0, "blade/force.x": -1.0}, positive("stinger_stiffness", stiffness))
     return assemble({"": structure, "shaker": armature}, [stinger])
+
+
+def all_contacts(
+    dampers: Sequence[Damper],
+    parameters: ContactParameters,
+    largest_gap: float,
+    start: Start | None = None,
+    cylinder_elements: int = ELEMENTS_PER_POINT,
+    behind: Sequence[Separator] = (),
+) -> tuple[Contact, ...]:
+    """`damper_contacts` of every damper, in front of its separator where there are any."""
+    supports: Sequence[Support] = [part.at for part in behind] or [rigid] * len(dampers)
+    return tuple(
+        contact
+        for damper, support in zip(dampers, supports, strict=True)
+        for contact in damper_contacts(damper, parameters, largest_gap, start, cylinder_elements, support)
+    )
 
 
 def damper_contacts(
@@ -222,7 +236,7 @@ def damper_contacts(
     largest_gap: float,
     start: Start | None = None,
     cylinder_elements: int = ELEMENTS_PER_POINT,
-    support: Support | None = None,
+    support: Support = rigid,
 ) -> tuple[Contact, ...]:
     """Macroslip at the points of the flat against the blade; at the cylinder line, against its support, microslip arrays of so
     many elements, or macroslip for one.
@@ -239,5 +253,5 @@ def damper_contacts(
         return MicroslipArray.from_totals(kt, kn, p.cylinder_mu, largest_gap, cylinder_elements)
 
     opposite = [node(f"blade/{name}") for name, _ in pads(damper)]
-    behind = [(support or rigid)((float(x), float(y), float(z))) for x, y, z in np.asarray(damper.surface("cylinder").points)]
+    behind = [support((float(x), float(y), float(z))) for x, y, z in np.asarray(damper.surface("cylinder").points)]
     return (*damper.contacts("flat", flat, opposite, start), *damper.contacts("cylinder", cylinder, behind, start))

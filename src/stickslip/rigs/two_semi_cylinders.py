@@ -9,16 +9,23 @@ carry the same load; contact stiffness after the published values of the same la
 
 from __future__ import annotations
 
-from math import hypot, pi
+from math import pi
 
 from stickslip.checks import not_negative, positive
 from stickslip.contact.start import Start
-from stickslip.dampers.flat_cylinder import FlatCylinder
+from stickslip.contact.stiffness import static_normal_load
 from stickslip.loads import Force
 from stickslip.problem import Problem
-from stickslip.rigs.platform_blade import PlatformBlade, reduced_blade
-from stickslip.rigs.single_blade import PUBLISHED, ContactParameters, damper_contacts, pads, placed_dampers
-from stickslip.structure.assembly import assemble
+from stickslip.rigs.platform_blade import PlatformBlade
+from stickslip.rigs.single_blade import (
+    PUBLISHED,
+    ContactParameters,
+    all_contacts,
+    assembled,
+    damper_shape,
+    placed_dampers,
+    rig_problem,
+)
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.solid import STEEL
 from stickslip.units import STANDARD_GRAVITY
@@ -57,29 +64,14 @@ def two_semi_cylinders(
     as of `single_blade`; length of the blade [m]; modes: fixed-interface modes kept; start: one start rule for all contacts.
     """
     blade = PlatformBlade(length=length, platform_angle=platform_angle)
-    shape = FlatCylinder(
-        platform_angle=platform_angle,
-        flat_width=2.0 / 3.0 * hypot(blade.platform_reach, blade.rise),
-        depth=DEPTH,
-        centre_offset=RADIUS / 2.0**0.5,
-        cylinder_offset=RADIUS * 2.0**0.5,
-        mass=damper_mass,
-        sides=(2.0 * RADIUS, RADIUS, DEPTH),
-    )
-    load = shape.normal_load(positive("pull", pull))
-    parameters = contact_stiffness(load, friction, stiffness_factor)
-    dampers = placed_dampers(blade, shape, pull)
-    largest_gap = 2.0 * gap_factor * load / parameters.cylinder_kn
-    contacts = [contact for damper in dampers for contact in damper_contacts(damper, parameters, largest_gap, start)]
-    reduction = reduced_blade(blade, tuple(pad for damper in dampers for pad in pads(damper)), modes)
-    structure = assemble({"blade": reduction.structure} | {damper.name: damper.structure for damper in dampers})
-    return Problem(
-        structure.with_damping(ModalDamping(damping, on="stuck")),
-        tuple(contacts),
-        (Force("blade/force.x", force, name="shaker"), *(load for damper in dampers for load in damper.forces())),
-        ("blade/tip.x",),
-        f"Blade with two semi-cylinders, {pull:g} N, friction {friction:g}",
-    )
+    offsets = {"centre_offset": RADIUS / 2.0**0.5, "cylinder_offset": RADIUS * 2.0**0.5, "radius": RADIUS}
+    shape = damper_shape(blade, **offsets, depth=DEPTH, mass=damper_mass, sides=(2.0 * RADIUS, RADIUS, DEPTH))
+    load = static_normal_load(positive("pull", pull), platform_angle)
+    parameters, dampers = contact_stiffness(load, friction, stiffness_factor), placed_dampers(blade, shape, pull)
+    contacts = all_contacts(dampers, parameters, 2.0 * gap_factor * load / parameters.cylinder_kn, start)
+    structure = assembled(blade, dampers, modes).with_damping(ModalDamping(damping, on="stuck"))
+    title = f"Blade with two semi-cylinders, {pull:g} N, friction {friction:g}"
+    return rig_problem(structure, contacts, dampers, Force("blade/force.x", force), title)
 
 
 def contact_stiffness(load: float, friction: float, factor: float = 1.0) -> ContactParameters:

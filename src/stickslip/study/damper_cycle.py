@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from stickslip.analyses.cases import Arrays
 from stickslip.analyses.damper_cycle import CycleWork
-from stickslip.checks import InputError, counted
+from stickslip.checks import InputError, counted, fault
 from stickslip.dampers import (
     BetweenPlatforms,
     CrossedCurvedFlat,
     CurvedFlat,
     Cylinder,
     ElasticPlatform,
+    FlatCylinder,
     HalfCylinder,
     PlatformMotion,
     Shape,
@@ -25,6 +27,7 @@ from stickslip.dampers import (
     Wedge,
     elliptic,
 )
+from stickslip.measurement.platform import read_motion
 from stickslip.study.analysis import Asked, Kind
 from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
@@ -40,6 +43,7 @@ SHAPES: dict[str, type[Shape]] = {
     "curved_flat": CurvedFlat,
     "three_point": ThreePoint,
     "crossed_curved_flat": CrossedCurvedFlat,
+    "flat_cylinder": FlatCylinder,
 }
 
 
@@ -47,7 +51,7 @@ class DamperTable(Table):
     """The damper between its platforms. A list has one entry per line of contact: L1, L2, ... upwards, then the right ones."""
 
     shape: Annotated[
-        Literal["cylinder", "half_cylinder", "wedge", "curved_flat", "three_point", "crossed_curved_flat"],
+        Literal["cylinder", "half_cylinder", "wedge", "curved_flat", "three_point", "crossed_curved_flat", "flat_cylinder"],
         Field(description="what it looks like"),
     ]
     dimensions: Annotated[
@@ -78,16 +82,30 @@ class DamperTable(Table):
 
 
 class MotionTable(Table):
-    """Motion of the left platform: x = horizontal sin ωt, y = vertical sin(ωt + phase)."""
+    """Motion of the left platform: x = horizontal sin ωt, y = vertical sin(ωt + phase), or as measured."""
 
     horizontal: Annotated[Number, LENGTH, Field(description="amplitude out of phase: the gap opens and closes")] = 0.0
     vertical: Annotated[Number, LENGTH, Field(description="amplitude in phase: the platforms pass each other")] = 0.0
     phase: Annotated[Number, Field(description="of the vertical motion before the horizontal one, in degrees")] = 0.0
+    file: Annotated[
+        str | None, Field(description="table (CSV) of one period instead: time, platform_x, platform_y, with units in the header")
+    ] = None
+    harmonics: Annotated[int, Field(ge=1, le=200, description="to which a measured motion is smoothed")] = 30
+    frequency: Annotated[
+        Positive | None, FREQUENCY, Field(description="of a table that holds several periods, of which the mean is taken")
+    ] = None
 
-    def motion(self, units: Units) -> PlatformMotion:
-        """The motion in SI."""
+    def motion(self, units: Units, folder: Path) -> PlatformMotion:
+        """The motion in SI; `file` counts from `folder`."""
         values = in_si(self, units)
-        return elliptic(values["horizontal"], values["vertical"], self.phase)
+        given, of_file = self.model_fields_set, {"file", "harmonics", "frequency"}
+        if self.file is None:
+            if given & of_file:
+                raise fault("[motion] file", "must be given", "missing", f"{', '.join(sorted(given & of_file))} need it.")
+            return elliptic(values["horizontal"], values["vertical"], self.phase)
+        if given - of_file:
+            raise fault("[motion] file", "must stand alone", sorted(given - of_file), "A measured motion has its own directions.")
+        return read_motion(folder / self.file, self.harmonics, self.frequency)
 
 
 class CycleTable(Table):
@@ -124,9 +142,14 @@ class CyclePlan:
         cycle = asked.tables.get("cycle") or CycleTable()
         if not (isinstance(damper, DamperTable) and isinstance(motion, MotionTable) and isinstance(cycle, CycleTable)):
             raise AssertionError("a sound study of a damper cycle has its tables")
-        plan = cls(damper.rig(asked.units), motion.motion(asked.units), cycle)
+        plan = cls(damper.rig(asked.units), motion.motion(asked.units, asked.folder), cycle)
         plan.motion.samples(cycle.steps)
         return plan
+
+    @property
+    def content(self) -> str:
+        """Tells a measured motion apart."""
+        return self.motion.digest
 
     @property
     def summary(self) -> str:

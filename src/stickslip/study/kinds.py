@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from stickslip.study.analysis import Kind
 from stickslip.study.damper_cycle import DAMPER_CYCLE
+from stickslip.study.damper_cycles import DAMPER_EVOLUTION, STEADY_CYCLES
 from stickslip.study.design import DAMPER_DESIGN
 from stickslip.study.forced_response import FORCED_RESPONSE
 from stickslip.study.identification import IDENTIFICATION
@@ -16,6 +17,8 @@ KINDS: dict[str, Kind] = {
     "response_bounds": RESPONSE_BOUNDS,
     "response_samples": RESPONSE_SAMPLES,
     "damper_cycle": DAMPER_CYCLE,
+    "steady_cycles": STEADY_CYCLES,
+    "damper_evolution": DAMPER_EVOLUTION,
     "performance_curve": PERFORMANCE_CURVE,
     "damper_design": DAMPER_DESIGN,
     "identification": IDENTIFICATION,

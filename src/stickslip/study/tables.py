@@ -40,6 +40,8 @@ class StudyTable(Table):
             "response_bounds",
             "response_samples",
             "damper_cycle",
+            "steady_cycles",
+            "damper_evolution",
             "performance_curve",
             "damper_design",
             "identification",

@@ -25,6 +25,8 @@ KINDS = (
     "bounds",
     "samples",
     "damper-cycle",
+    "steady-cycles",
+    "damper-evolution",
     "performance",
     "identification",
     "design",

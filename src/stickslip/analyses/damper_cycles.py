@@ -1,0 +1,238 @@
+"""Several cycles of one damper: every steady one that seeded initial states lead to, and a sequence while friction changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.analyses.cases import Arrays, Progress, Tell, all_cases
+from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
+from stickslip.checks import Array, InputError, fault, positive, vector
+from stickslip.dampers.between_platforms import BetweenPlatforms
+from stickslip.dampers.platform_motion import PlatformMotion
+from stickslip.solve.platform_cycle import CycleModel, CycleOutcome
+from stickslip.solve.platform_march import PlatformState
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyCycles:
+    """The distinct steady cycles that were found, the most frequent first, and how many of the starts led to each; starts that
+    led to none: `failed`."""
+
+    cycles: tuple[DamperCycle, ...]
+    counts: tuple[int, ...]
+    failed: int
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All cycles along the dimension `cycle`, with `starts`, the number of starts that led to each."""
+        if not self.cycles:
+            raise InputError(f"None of {self.failed} starts led to a steady cycle. Take more steps, or other slider offsets.")
+        words = {"units": "1", "long_name": "initial states that lead to the cycle"}
+        return together(self.cycles).assign(starts=("cycle", list(self.counts), words)).assign_attrs(failed=self.failed)
+
+    def plot(self, **options: Any) -> Any:
+        """Loops, energies and rotations of all cycles."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+@dataclass(frozen=True, eq=False)
+class DamperEvolution:
+    """The last cycle with each set of friction coefficients, in their order."""
+
+    cycles: tuple[DamperCycle, ...]
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All cycles along the dimension `cycle`, with `friction` (cycle, contact)."""
+        mu = np.array([cycle.dataset.attrs["friction"] for cycle in self.cycles])
+        words = {"units": "1", "long_name": "friction coefficient"}
+        return together(self.cycles).assign(friction=(("cycle", "contact"), mu, words))
+
+    def plot(self, **options: Any) -> Any:
+        """Loops, energies and rotations of all cycles."""
+        from stickslip.plots import plot
+
+        return plot(self, **options)
+
+
+def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:
+    """Cycles of one damper under one motion as one dataset; their outcomes and sentences as variables."""
+    import xarray as xr
+
+    found = xr.concat([cycle.dataset for cycle in cycles], "cycle", combine_attrs="drop_conflicts")
+    labels = {key: [str(cycle.dataset.attrs[key]) for cycle in cycles] for key in ("outcome", "message")}
+    words = {"outcome": "how the search ended", "message": "the outcome in words"}
+    for key, values in labels.items():
+        found[key] = ("cycle", values, {"units": "1", "long_name": words[key]})
+        found.attrs.pop(key, None)
+    found.attrs.pop("friction", None)
+    number = {"units": "1", "long_name": "number of the cycle"}
+    return found.assign_coords(cycle=("cycle", np.arange(1, len(cycles) + 1), number))
+
+
+def steady_cycles(
+    rig: BetweenPlatforms,
+    motion: PlatformMotion,
+    *,
+    starts: int = 20,
+    spread: float | None = None,
+    seed: int = 0,
+    same: float = 1e-6,
+    steps: int = 1000,
+    workers: int = 1,
+    progress: Progress = lambda fraction, text: None,
+) -> SteadyCycles:
+    """Steady quasi-static cycles from the virgin and from seeded random slider offsets, uniform in ±spread [m].
+
+    spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
+    `same` of the largest count as one. workers: processes; progress(share, text) is told.
+    """
+    work = SteadyCyclesWork(rig, motion, starts, spread, seed, same, steps)
+    return work.gathered(all_cases(work, None, workers, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyCyclesWork:
+    """Cycles from several initial states, a case each."""
+
+    rig: BetweenPlatforms
+    motion: PlatformMotion
+    starts: int = 20
+    spread: float | None = None
+    seed: int = 0
+    same: float = 1e-6
+    steps: int = 1000
+
+    def __post_init__(self) -> None:
+        if self.starts < 1:
+            raise fault("starts", "must be at least 1", self.starts)
+        positive("same", self.same), self.motion.samples(self.steps), self.offsets
+
+    @property
+    def names(self) -> Sequence[str]:
+        return [f"start {number + 1}, motion {self.motion.digest}" for number in range(self.starts)]
+
+    @property
+    def words(self) -> Sequence[str]:
+        return [f"initial state {number + 1}" for number in range(self.starts)]
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Slider offsets of every start, the virgin first, (starts, elements) [m]."""
+        model, generator = CycleModel.of(self.rig), np.random.default_rng(self.seed)
+        stiffness = model.table.stiffness
+        usual = 2.0 * float(np.hypot(*model.load[:2]) / stiffness.min())
+        width = usual if self.spread is None else positive("spread", self.spread)
+        drawn = generator.uniform(-width, width, (self.starts - 1, stiffness.size))
+        return np.vstack([np.zeros(stiffness.size), drawn])
+
+    def prepare(self) -> None:
+        """Compile the march."""
+        damper_cycle(self.rig, self.motion, steps=max(8, self.steps // 10), cycles=1)
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The march from one initial state."""
+        return march_arrays(damper_cycle(self.rig, self.motion, start=self.offsets[case], steps=self.steps).march)
+
+    def gathered(self, results: Sequence[Arrays]) -> SteadyCycles:
+        """Equal cycles as one."""
+        found: list[DamperCycle] = []
+        counts: list[int] = []
+        for cycle in (gathered(self.rig, self.motion, march_of(arrays)) for arrays in results):
+            if cycle.outcome not in REPEATING:
+                continue
+            match = next((i for i, other in enumerate(found) if _difference(cycle, other) <= self.same), len(found))
+            if match == len(found):
+                found, counts = [*found, cycle], [*counts, 0]
+            counts[match] += 1
+        order = sorted(range(len(found)), key=lambda i: -counts[i])
+        failed = len(results) - sum(counts)
+        return SteadyCycles(tuple(found[i] for i in order), tuple(counts[i] for i in order), failed)
+
+
+def _difference(a: DamperCycle, b: DamperCycle) -> float:
+    """Largest difference of contact forces relative to the largest force."""
+    one, other = a.march.record.force, b.march.record.force
+    return float(np.max(np.abs(one - other)) / np.max(np.abs(one)))
+
+
+def damper_evolution(
+    rig: BetweenPlatforms,
+    motion: PlatformMotion,
+    friction: Sequence[ArrayLike],
+    *,
+    steps: int = 1000,
+    cycles: int = 1,
+    progress: Progress = lambda fraction, text: None,
+) -> DamperEvolution:
+    """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
+    cycles, which starts from the state that the set before left. progress(share, text) is told."""
+    work = EvolutionWork(rig, motion, tuple(friction), steps, cycles)
+    return work.gathered(all_cases(work, None, 1, progress)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class EvolutionWork:
+    """A sequence of cycles, each from the state that the one before left: one case, since none can be computed alone."""
+
+    rig: BetweenPlatforms
+    motion: PlatformMotion
+    friction: tuple[ArrayLike, ...]
+    steps: int = 1000
+    cycles: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.friction:
+            raise fault("friction", "must hold at least one set of coefficients", [])
+        for mu in self.friction:
+            vector("friction", mu, len(self.rig.laws))
+        self.rigs, self.motion.samples(self.steps)
+
+    @property
+    def names(self) -> Sequence[str]:
+        return (f"evolution, motion {self.motion.digest}",)
+
+    @property
+    def words(self) -> Sequence[str]:
+        return (f"{len(self.friction)} sets of friction coefficients",)
+
+    @cached_property
+    def rigs(self) -> tuple[BetweenPlatforms, ...]:
+        """The damper with every set."""
+        return tuple(self.rig.with_friction(mu) for mu in self.friction)
+
+    def prepare(self) -> None:
+        """One case needs no preparation."""
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The marches of all sets, by number."""
+        start: PlatformState | float = 0.0
+        found: dict[str, Any] = {}
+        for number, rig in enumerate(self.rigs):
+            march = damper_cycle(rig, self.motion, start=start, steps=self.steps, cycles=self.cycles).march
+            start = march.state
+            found |= {f"{number} {key}": value for key, value in march_arrays(march).items()}
+            tell((number + 1) / len(self.rigs))
+        return found
+
+    def gathered(self, arrays: Arrays) -> DamperEvolution:
+        """The cycles from their arrays."""
+        parts = [
+            {key.partition(" ")[2]: a for key, a in arrays.items() if key.startswith(f"{n} ")} for n in range(len(self.rigs))
+        ]
+        return DamperEvolution(
+            tuple(gathered(rig, self.motion, march_of(part)) for rig, part in zip(self.rigs, parts, strict=True))
+        )

@@ -1,0 +1,51 @@
+"""Several cycles of one damper side by side: hysteresis loops, energy and rotation by cycle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from stickslip.plots.look import STICK, house_style, plain
+from stickslip.units import um
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def damper_cycles(dataset: xr.Dataset) -> Figure:
+    """Loops in the direction that moves most, dark to light in the order of the cycles; then energy and rotation of each."""
+    with house_style():
+        figure = Figure(figsize=(10.5, 3.6), layout="constrained")
+        loops, energy, rotation = figure.subplots(1, 3)
+        _loops(loops, dataset)
+        _bars(energy, dataset, 1e6 * dataset.loop_energy.values, "energy of a cycle in µJ")
+        _bars(rotation, dataset, 1e3 * dataset.rotation.values, "rotation in mrad, peak to peak")
+        figure.suptitle(plain(str(dataset.attrs["title"])), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
+    return figure
+
+
+def cycle_names(dataset: xr.Dataset) -> list[str]:
+    """What tells the cycles apart: how many starts lead to each, or its friction."""
+    if "starts" in dataset:
+        return [f"{count} starts" for count in dataset.starts.values]
+    return [", ".join(f"{mu:g}" for mu in dict.fromkeys(row)) for row in dataset.friction.values]
+
+
+def _loops(axes: Any, dataset: xr.Dataset) -> None:
+    motion, force = dataset.platform_motion.values, dataset.force_on_right.values
+    axis = int(np.argmax(np.ptp(motion[0], axis=0)))
+    shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(motion)))
+    for x, f, shade in zip(motion[..., axis], force[..., axis], shades, strict=True):
+        axes.plot(np.append(x, x[0]) / um, np.append(f, f[0]), color=shade, linewidth=1.2)
+    direction = ("horizontal", "vertical")[axis]
+    axes.set(title="Platform to platform", xlabel=f"{direction} motion in µm", ylabel=f"{direction} force in N")
+
+
+def _bars(axes: Any, dataset: xr.Dataset, values: np.ndarray[Any, Any], words: str) -> None:
+    names = [plain(name) for name in cycle_names(dataset)]
+    axes.bar(range(len(names)), values, color=STICK)
+    axes.set_xticks(range(len(names)), names, rotation=60, ha="right")
+    axes.set(title=words)

@@ -1,0 +1,77 @@
+"""How several cycles of one damper are told: those that initial states lead to, or a sequence while friction changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from stickslip.checks import counted
+from stickslip.plots.damper_cycles import cycle_names, damper_cycles
+from stickslip.report.damper_cycle import FAILED
+from stickslip.report.presentation import Presentation
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.plots.files import Figures
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """How many cycles, and each of them."""
+    lines = []
+    if "starts" in dataset:
+        total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
+        lines.append(f"{counted(dataset.sizes['cycle'], 'steady cycle')} from {counted(total, 'initial state')}")
+    energies, rotations = 1e6 * dataset.loop_energy.values, 1e3 * dataset.rotation.values
+    for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
+        lines.append(f"{name}: {energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad, {str(outcome).replace('_', ' ')}")
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """Starts that led nowhere; cycles of an evolution that failed (one need not be steady: friction goes on changing)."""
+    if "starts" in dataset:
+        failed = int(dataset.attrs["failed"])
+        return [f"{counted(failed, 'initial state')} led to no steady cycle."] if failed else []
+    names, outcomes = cycle_names(dataset), dataset.outcome.values
+    told = zip(names, outcomes, dataset.message.values, strict=True)
+    return [f"{name}: {message}" for name, outcome, message in told if outcome in FAILED and outcome != "not_steady"]
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The cycles side by side."""
+    return {"damper_cycles": damper_cycles}
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """A row for each cycle, and for each contact in it."""
+    cycles = pd.DataFrame(
+        {
+            "cycle": dataset.cycle.values,
+            "starts" if "starts" in dataset else "friction": cycle_names(dataset),
+            "energy [µJ]": 1e6 * dataset.loop_energy.values,
+            "rotation [mrad]": 1e3 * dataset.rotation.values,
+            "largest N [N]": dataset.normal_force.max(["sample", "contact"]).values,
+            "outcome": dataset.outcome.values,
+        }
+    )
+    return {"cycles": cycles, "contacts": _contacts(dataset)}
+
+
+def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
+    rows = [
+        {
+            "cycle": int(cycle),
+            "contact": str(contact),
+            "energy [µJ]": 1e6 * float(dataset.friction_work.sel(cycle=cycle, contact=contact)),
+            **{f"{k} [%]": 100.0 * float(dataset.share.sel(cycle=cycle, contact=contact, kind=k)) for k in dataset.kind.values},
+        }
+        for cycle in dataset.cycle.values
+        for contact in dataset.contact.values
+    ]
+    return pd.DataFrame(rows)
+
+
+PRESENTATION = Presentation("Cycles of a damper", sentences, failures, figures, tables)

@@ -1,0 +1,131 @@
+"""Several cycles of a damper in a study: the tables [starts] and [evolution], and what they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays
+from stickslip.analyses.damper_cycles import EvolutionWork, SteadyCyclesWork
+from stickslip.checks import counted
+from stickslip.dampers import BetweenPlatforms, PlatformMotion
+from stickslip.study.analysis import Asked, Kind
+from stickslip.study.damper_cycle import DamperTable, MotionTable
+from stickslip.study.fields import NotNegatives, Positive, Table
+from stickslip.study.units import LENGTH, in_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class SliderStartsTable(Table):
+    """Initial states: the virgin sliders and random offsets."""
+
+    count: Annotated[int, Field(ge=1, description="of initial states")] = 20
+    spread: Annotated[
+        Positive | None, LENGTH, Field(description="largest slider offset; twice the pull over the softest kt unless given")
+    ] = None
+    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+    same: Annotated[Positive, Field(description="difference of forces, relative to the largest, below which cycles are one")] = (
+        1e-6
+    )
+    steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
+
+
+class EvolutionTable(Table):
+    """Friction as it changes from one set of cycles to the next."""
+
+    friction: Annotated[
+        list[NotNegatives],
+        Field(min_length=1, description="sets of coefficients: a number each, or one for each line of contact"),
+    ]
+    cycles: Annotated[int, Field(ge=1, description="with each set; the last is kept")] = 1
+    steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyCyclesPlan:
+    """Every steady cycle that the initial states lead to."""
+
+    work: SteadyCyclesWork
+
+    @classmethod
+    def of(cls, asked: Asked) -> SteadyCyclesPlan:
+        """The plan of a study."""
+        table = asked.tables.get("starts") or SliderStartsTable()
+        assert isinstance(table, SliderStartsTable)
+        spread = in_si(table, asked.units)["spread"]
+        return cls(SteadyCyclesWork(*rig_and_motion(asked), table.count, spread, table.seed, table.same, table.steps))
+
+    @property
+    def content(self) -> str:
+        """Tells a measured motion apart."""
+        return self.work.motion.digest
+
+    @property
+    def summary(self) -> str:
+        return f"{self.work.rig.title}, {counted(self.work.starts, 'initial state')}, {self.work.steps} steps a cycle"
+
+    @property
+    def works(self) -> Mapping[str, SteadyCyclesWork]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.work.gathered(results[""]).dataset
+
+
+@dataclass(frozen=True, eq=False)
+class EvolutionPlan:
+    """A sequence of cycles while friction changes."""
+
+    work: EvolutionWork
+
+    @classmethod
+    def of(cls, asked: Asked) -> EvolutionPlan:
+        """The plan of a study."""
+        table = asked.tables["evolution"]
+        assert isinstance(table, EvolutionTable)
+        return cls(EvolutionWork(*rig_and_motion(asked), tuple(table.friction), table.steps, table.cycles))
+
+    @property
+    def content(self) -> str:
+        """Tells a measured motion apart."""
+        return self.work.motion.digest
+
+    @property
+    def summary(self) -> str:
+        sets = counted(len(self.work.friction), "set")
+        return f"{self.work.rig.title}, {sets} of friction coefficients, {counted(self.work.cycles, 'cycle')} each"
+
+    @property
+    def works(self) -> Mapping[str, EvolutionWork]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.work.gathered(results[""][0]).dataset
+
+
+def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
+    """The damper and what drives it."""
+    damper, motion = asked.tables["damper"], asked.tables["motion"]
+    assert isinstance(damper, DamperTable)
+    assert isinstance(motion, MotionTable)
+    return damper.rig(asked.units), motion.motion(asked.units, asked.folder)
+
+
+STEADY_CYCLES = Kind(
+    SteadyCyclesPlan.of,
+    {"damper": DamperTable, "motion": MotionTable, "starts": SliderStartsTable},
+    required=("damper", "motion"),
+    on_problem=False,
+)
+
+DAMPER_EVOLUTION = Kind(
+    EvolutionPlan.of,
+    {"damper": DamperTable, "motion": MotionTable, "evolution": EvolutionTable},
+    required=("damper", "motion", "evolution"),
+    on_problem=False,
+)
