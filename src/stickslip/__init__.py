@@ -49,6 +49,7 @@ _HOME = {
     "FullDisk": "stickslip.disk",
     "Mistuning": "stickslip.analyses.mistuned_disk",
     "Scatter": "stickslip.analyses.mistuned_disk",
+    "DaskCluster": "stickslip.analyses.dask_cluster",
     "mistuned_disk": "stickslip.analyses.mistuned_disk",
     "MistunedDisks": "stickslip.analyses.mistuning",
     "mistuned_response": "stickslip.analyses.mistuning",
@@ -121,6 +122,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle
     from stickslip.analyses.damper_cycles import damper_evolution, steady_cycles
     from stickslip.analyses.damper_routine import blade_with_routine
+    from stickslip.analyses.dask_cluster import DaskCluster
     from stickslip.analyses.design import Design, design_damper
     from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response

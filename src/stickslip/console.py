@@ -98,6 +98,9 @@ def tell_fault(error: BaseException) -> int:
         case InputError():
             warn(f"Error: {error}")
             return WRONG_INPUT
+        case ConnectionError():
+            warn(f"Error: the connection broke: {error}")
+            return FAILED
         case OSError():
             place = f" ({error.filename})" if error.filename else ""
             warn(f"Error: the system refused a file{place}: {error.strerror or error}.")

@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import stickslip as ss
 from stickslip.analyses.mistuned_disk import blade_dofs
 from stickslip.analyses.mistuning import planned_population
 from stickslip.checks import InputError
+from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.report.presentation import presentation_of
 from stickslip.results import open_results, save, stamped
 from stickslip.rigs import lumped_blisk
+from stickslip.solve.peak_sweep import swept_curve
 from stickslip.study import read
 from stickslip.study.templates import write_new
 
@@ -120,6 +123,7 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
     [
         (lambda: ss.Mistuning(blade=-1.0).of(6), "must be above -1"),
         (lambda: ss.Scatter(kt=-0.1), "must lie between 0 and 1"),
+        (lambda: ss.Scatter(sampling="sobel"), "Did you mean 'sobol'"),
         (lambda: planned_population(SIX, AT, 0, ss.Scatter(), None, 1.0, 3, 96), "count must be"),
         (lambda: planned_population(SIX.full(), AT, 1, ss.Scatter(), None, 1.0, 3, 96), "must be a tuned one"),
         (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, [1.0, 2.0], 3, 96), "force must be one level"),
@@ -128,3 +132,35 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
 def test_wrong_input(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def test_a_sobol_sequence_spreads_the_samples_evenly():
+    """64 points: one in each 64th of every deviation; point k depends on seed and k alone."""
+    scatter = ss.Scatter(blade=0.1, mu=0.2, missing=0.25, sampling="sobol")
+    drawn = [scatter.draw(6, 5, sample) for sample in range(64)]
+    shares = norm.cdf(np.array([draw.deviation("blade") / 0.1 for draw in drawn]))
+    assert np.array_equal(np.sort((64 * shares).astype(int), axis=0), np.repeat(np.arange(64)[:, None], 6, axis=1))
+    assert sum(len(draw.missing) for draw in drawn) == 64 * 6 / 4
+    assert norm.cdf(np.log1p(drawn[9].deviation("mu")) / 0.2).max() < 1.0
+    assert not np.array_equal(drawn[0].deviation("blade"), scatter.draw(6, 6, 0).deviation("blade"))
+
+
+def test_which_damper_works_most():
+    """At a tuned disk all work alike, as that of the one sector; a missing damper does none."""
+    tuned = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=0.4).dataset
+    assert tuned.damper_work.values[0] == pytest.approx(float(tuned.tuned_damper_work), rel=1e-8)
+    assert float(tuned.tuned_damper_work) > 1e-7
+    lost = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.4).dataset
+    assert lost.damper_work.values[0, 2] == 0.0
+    assert int(lost.busiest_damper[0]) == int(lost.damper_work.values[0].argmax()) + 1
+    stuck = ss.mistuned_response(SIX, AT, ss.Mistuning(), force=1e-4).dataset
+    assert int(stuck.busiest_damper[0]) == 0
+
+
+def test_a_symmetric_disk_goes_straight_on_where_another_branch_crosses():
+    """At 1.6 N a branch without the symmetry crosses at 151.17 Hz and turns the determinant's sign; the curve goes on."""
+    ends = (2.0 * np.pi * 144.5, 2.0 * np.pi * 160.5)
+    one, whole = (swept_curve(HarmonicBalance(disk, 3, 96), 1.6, ends) for disk in (SIX, SIX.full([1])))
+    assert len(whole) < 2 * len(one)
+    found = [max(np.hypot(*point.evaluation.w[-1][1:3]) for point in curve) for curve in (one, whole)]
+    assert found[1] == pytest.approx(found[0], rel=0.01)

@@ -1,6 +1,7 @@
-"""Many independent cases, computed here or by several processes, each kept as it finishes: the one loop of the analyses.
+"""Many independent cases, each kept as it finishes: the one loop of the analyses.
 
-An analysis states its work as data (`Work`); what a case gives are plain arrays, which travel between processes and to disk.
+An analysis states its work as data (`Work`); what a case gives are plain arrays, which travel between machines and to disk. An
+`Executor` computes them: this process, several of this machine, or a cluster (`dask_cluster.py`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from os import _exit
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
@@ -26,6 +27,8 @@ Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
 Tell = Callable[[float], None]
 """Called with the fraction of a case that is done."""
+Keep = Callable[[int, Arrays], None]
+"""Called with a case and its result as soon as it is solved."""
 
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""
@@ -59,15 +62,26 @@ class Finished(Protocol):
         """Keep a result; when this returns, it is safe."""
 
 
-def all_cases(
-    work: Work, finished: Finished | None = None, workers: int = 1, progress: Progress = lambda fraction, text: None
-) -> list[Arrays]:
-    """The results of all cases in order: those kept by `finished`, and the others computed, by `workers` processes at once.
+@runtime_checkable
+class Executor(Protocol):
+    """Computes independent cases somewhere. Each is solved alone with one BLAS thread: the results do not depend on where."""
 
-    Each case is solved alone with one BLAS thread, so the results do not depend on the number of workers.
-    """
-    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
-        raise fault("workers", "must be a whole number from 1 on", workers)
+    def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
+        """Solve the cases in any order; each is handed to `keep`, in this process, as soon as it is solved."""
+
+
+Workers = int | Executor
+"""Where cases are computed: by as many processes of this machine, or by an executor."""
+
+
+def all_cases(
+    work: Work,
+    finished: Finished | None = None,
+    workers: Workers = 1,
+    progress: Progress = lambda fraction, text: None,
+) -> list[Arrays]:
+    """The results of all cases in order: those kept by `finished`, and the others computed."""
+    executor = workers if isinstance(workers, Executor) else Processes(workers)
     results = {} if finished is None else _kept(work, finished)
     missing = [case for case in range(len(work.names)) if case not in results]
 
@@ -76,10 +90,7 @@ def all_cases(
             finished.save(work.names[case], arrays)
         results[case] = arrays
 
-    if min(workers, len(missing)) > 1:
-        _by_processes(work, missing, min(workers, len(missing)), keep, progress)
-    else:
-        _here(work, missing, keep, progress)
+    executor.compute(work, missing, keep, progress)
     return [results[case] for case in range(len(work.names))]
 
 
@@ -88,7 +99,25 @@ def _kept(work: Work, finished: Finished) -> dict[int, Arrays]:
     return {case: arrays for case, arrays in found.items() if arrays is not None}
 
 
-def _here(work: Work, missing: Sequence[int], keep: Callable[[int, Arrays], None], progress: Progress) -> None:
+@dataclass(frozen=True)
+class Processes:
+    """Cases side by side in processes of this machine; one alone is this process."""
+
+    workers: int = 1
+
+    def __post_init__(self) -> None:
+        if type(self.workers) is bool or not hasattr(self.workers, "__index__") or self.workers < 1:
+            raise fault("workers", "must be a whole number from 1 on", self.workers, "A cluster is a `DaskCluster`.")
+
+    def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
+        workers = min(self.workers, len(cases))
+        if workers > 1:
+            _by_processes(work, cases, workers, keep, progress)
+        else:
+            _here(work, cases, keep, progress)
+
+
+def _here(work: Work, missing: Sequence[int], keep: Keep, progress: Progress) -> None:
     """One case after the other in this process."""
     for number, case in enumerate(missing):
 
@@ -101,9 +130,7 @@ def _here(work: Work, missing: Sequence[int], keep: Callable[[int, Arrays], None
         keep(case, arrays)
 
 
-def _by_processes(
-    work: Work, missing: Sequence[int], workers: int, keep: Callable[[int, Arrays], None], progress: Progress
-) -> None:
+def _by_processes(work: Work, missing: Sequence[int], workers: int, keep: Keep, progress: Progress) -> None:
     """Cases side by side. When a process is killed, its case and those not begun are computed by fewer, at last by this one."""
     work.prepare()
     left = list(missing)
@@ -125,7 +152,7 @@ def _share_of(progress: Progress, done: int, total: int) -> Progress:
     return lambda fraction, text: progress((done + (total - done) * fraction) / total, text)
 
 
-def _pool(work: Work, cases: Sequence[int], workers: int, keep: Callable[[int, Arrays], None], progress: Progress) -> None:
+def _pool(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress) -> None:
     """One pool of fresh processes; they end when this process does, whatever ends it, since each holds the end of a pipe."""
     context = get_context("spawn")
     fractions = context.RawArray("d", len(work.names))

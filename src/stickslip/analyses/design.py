@@ -13,7 +13,7 @@ from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
 from stickslip.analyses.design_constraints import Constraint
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.worst_peak import Conditions, Worst, worst_peak
@@ -76,7 +76,7 @@ def design_damper(
     seed: int = 0,
     harmonics: int = 3,
     samples: int = 256,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> Design:

@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
-from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
@@ -112,7 +112,7 @@ def forced_response(
     *,
     tolerance: float = 2e-3,
     peak_tolerance: float = TOLERANCE,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ForcedResponse:
@@ -122,9 +122,10 @@ def forced_response(
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
     the contacts that is left out at the peaks is below `tolerance` of the whole. samples: per period, at least 4H + 2; of a
     disk raised to the next number with which the delay from sector to sector is whole.
-    workers: processes that compute force levels side by side, with the same results; a script that asks for more than one keeps
-    its work under `if __name__ == "__main__":`. finished: keeps the curve of each force level as soon as it is there, and gives
-    it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work goes on.
+    workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
+    its work under `if __name__ == "__main__":`), or a `DaskCluster`. finished: keeps the curve of each force level as soon as it
+    is there, and gives it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work
+    goes on.
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analyses.cases import Finished, Progress, all_cases
+from stickslip.analyses.cases import Finished, Progress, Workers, all_cases
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuned_disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning_dataset import population_dataset
@@ -65,7 +65,7 @@ def mistuned_population(
     blade: Sequence[str] | None = None,
     output: int = 0,
     peak_tolerance: float = PEAK_TOLERANCE,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> MistunedDisks:

@@ -23,6 +23,9 @@ WORDS = {
     "pull": "pull on the damper",
 }
 
+NO_WORK = 1e-18
+"""J per period: a damper that sticks works less than this, by rounding."""
+
 
 def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Axes sample, point (padded with NaN), blade (from 1); the tuned disk beside them."""
@@ -52,7 +55,8 @@ def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
         frequency[k, : arrays["frequency"].size] = arrays["frequency"]
         amplitude[k, : arrays["frequency"].size] = arrays["amplitude"]
     curve, each = ("sample", "point"), ("sample", "blade")
-    peak, place = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency"))
+    peak, place, work = (np.array([arrays[name] for arrays in samples]) for name in ("peak", "peak_frequency", "damper_work"))
+    busiest = np.where(np.nan_to_num(work).max(axis=1) > NO_WORK, np.nan_to_num(work).argmax(axis=1) + 1, 0)
     outcome = np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8)
     return {
         "frequency": (curve, frequency, _named("Hz", "excitation frequency")),
@@ -60,6 +64,12 @@ def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
         "envelope": (curve, amplitude.max(axis=2), _named("m", "largest amplitude of all blades")),
         "blade_peak": (each, peak, _named("m", "largest amplitude of each blade over the band")),
         "blade_peak_frequency": (each, place, _named("Hz", "frequency of the largest amplitude of each blade")),
+        "damper_work": (each, work, _named("J", "friction work per period of the damper after each blade, at the highest peak")),
+        "busiest_damper": (
+            "sample",
+            busiest,
+            _named("1", "blade before the damper with the most friction work; 0 where none slips"),
+        ),
         "sample_outcome": ("sample", outcome, _named("1", f"{int(Outcome.CONVERGED)} where the sample was solved")),
         "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "what came of the sample")),
         "cpu_time": ("sample", [float(a["cpu_seconds"]) for a in samples], _named("s", "processor time of the sample")),
@@ -70,6 +80,7 @@ def _tuned(tuned: Arrays) -> dict[str, Any]:
     return {
         "tuned_frequency": ("tuned_point", tuned["frequency"], _named("Hz", "excitation frequency of the tuned disk")),
         "tuned_amplitude": ("tuned_point", tuned["amplitude"][:, 0], _named("m", "amplitude of the tuned disk")),
+        "tuned_damper_work": ((), float(tuned["damper_work"][0]), _named("J", "friction work per period of a damper there")),
         "tuned_peak": ((), float(tuned["peak"][0]), _named("m", "largest amplitude of the tuned disk")),
         "tuned_peak_frequency": ((), float(tuned["peak_frequency"][0]), _named("Hz", "frequency of that amplitude")),
     }

@@ -14,8 +14,9 @@ from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuned_disk import RELATIVE, Mistuning, Scatter, mistuned_disk
 from stickslip.checks import Array, InputError
-from stickslip.disk import TunedDisk
+from stickslip.disk import FullDisk, TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.energy import cycle_work
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.continuation import CurvePoint, LostCurveError
@@ -91,15 +92,30 @@ def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: Peak
     """Amplitudes of all blades at the points (points, blades), the maximum of each and where it is."""
     amplitude = np.array([_amplitudes(balance, point) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
-    peak, place = amplitude.max(axis=0), frequency[amplitude.argmax(axis=0)]
+    peak, highest = amplitude.max(axis=0), [points[k] for k in amplitude.argmax(axis=0)]
     for blade in range(peak.size if search is not None else 0):
         assert search is not None
         for found in search.peaks(blade, least=LEAST).points:
             size = _amplitudes(balance, found)[blade]
             if size > peak[blade]:
-                peak[blade], place[blade] = size, found.point.omega / (2.0 * np.pi)
+                peak[blade], highest[blade] = size, found
+    place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
+    work = damper_work(balance, highest[int(peak.argmax())])
     told = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
-    return {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place, **told}
+    return {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place, "damper_work": work, **told}
+
+
+def damper_work(balance: HarmonicBalance, point: CurvePoint) -> Array:
+    """Work per period that the contacts of each damper take out, J: of all sectors, or of the one of a tuned disk."""
+    disk = balance.problem
+    sectors = disk.sectors if isinstance(disk, FullDisk) else 1
+    forces = point.point.forces - point.evaluation.residual
+    rows = cycle_work(forces, point.evaluation.w[: balance.rows])
+    found, first = np.zeros(sectors), balance.table.first_row
+    for c, contact in enumerate(disk.contacts):
+        sector = int(contact.name.split()[0]) if sectors > 1 else 1
+        found[sector - 1] += rows[first[c] : first[c + 1]].sum()
+    return found
 
 
 def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
@@ -109,5 +125,5 @@ def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
 
 def _failed(blades: int, reason: str) -> Arrays:
     nothing = {"frequency": np.empty(0), "amplitude": np.empty((0, blades))}
-    unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency")}
+    unknown = {name: np.full(blades, np.nan) for name in ("peak", "peak_frequency", "damper_work")}
     return {**nothing, **unknown, "outcome": np.array(int(Outcome.NOT_CONVERGED)), "message": np.array(reason)}

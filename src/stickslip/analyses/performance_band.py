@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Finished, Progress
+from stickslip.analyses.cases import Finished, Progress, Workers
 from stickslip.analyses.performance_work import OUTSIDE
 from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.scaled_problem import centrifugal_pull, excitation
@@ -53,7 +53,7 @@ def performance_band(
     seed: int = 0,
     harmonics: int = 5,
     samples: int = 256,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> PerformanceBand:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, all_cases
+from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
 from stickslip.analyses.performance_work import PerformanceWork, Vary, stacked
 from stickslip.checks import fault, not_negative, positive
 from stickslip.harmonic.fourier import fourier
@@ -73,7 +73,7 @@ def performance_curve(
     check_every: int = 10,
     harmonics: int = 5,
     samples: int = 256,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> PerformanceCurve:

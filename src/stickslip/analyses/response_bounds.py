@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.bounds_work import BoundsWork, Target
-from stickslip.analyses.cases import Finished, Progress, all_cases
+from stickslip.analyses.cases import Finished, Progress, Workers, all_cases
 from stickslip.checks import Array, fault, positive
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rule, Sharing
@@ -57,7 +57,7 @@ def response_bounds(
     seed: int = 0,
     harmonics: int = 5,
     samples: int = 256,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseBounds:

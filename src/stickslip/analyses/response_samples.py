@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, all_cases
+from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.percentiles import PERCENT, percentiles
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
@@ -74,7 +74,7 @@ def response_samples(
     seed: int = 0,
     harmonics: int = 5,
     samples: int = 256,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseSamples:

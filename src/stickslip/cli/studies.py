@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import unique
+from stickslip.checks import counted, fault, unique
 from stickslip.cli.app import guarded
 from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
@@ -19,6 +19,7 @@ from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, w
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.analyses.dask_cluster import DaskCluster
     from stickslip.finished import FinishedFolder
     from stickslip.study import Job
     from stickslip.study.run import Run
@@ -30,6 +31,10 @@ FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
 Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run of the same study stopped.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results that DIR holds.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Curves computed side by side; the number of cores unless given.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help='Compute on the workers of this Dask scheduler, such as "tcp://10.0.0.1:8786".'),
+]
 
 
 @guarded
@@ -95,14 +100,16 @@ def run(
     resume: Resume = False,
     overwrite: Overwrite = False,
     workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
     from stickslip.study.run import Run
 
+    executor = workers or cores() if scheduler is None else cluster(scheduler, workers)
     job = read_job(study)
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, folder, resume, workers or cores()))
+    carry_out(Run({"": job}, folder, resume, executor))
 
 
 @guarded
@@ -121,6 +128,17 @@ def identify(
     folder = free_folder(out, [""], False, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, folder, False, 1))
+
+
+def cluster(address: str, workers: int | None) -> DaskCluster:
+    """The cluster at an address, which answers; with what is said of it."""
+    from stickslip.analyses.dask_cluster import DaskCluster
+
+    if workers is not None:
+        raise fault("--workers", "must stay away beside --scheduler, whose workers are used", workers)
+    found = DaskCluster(address)
+    say(f"{counted(found.workers(), 'worker')} at {address}. More may join at any time.")
+    return found
 
 
 def cores() -> int:

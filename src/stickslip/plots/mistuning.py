@@ -1,4 +1,6 @@
-"""Figures of mistuned disks: all blades with their envelope, the distribution of the amplification, and which blade is worst."""
+"""Figures of mistuned disks: all blades with their envelope, the distribution of the amplification, the worst blade, the busiest
+damper.
+"""
 
 from __future__ import annotations
 
@@ -77,19 +79,35 @@ def _fit(axes: Axes, ratio: Array) -> None:
 
 def worst_blade(dataset: xr.Dataset) -> Figure:
     """How often each blade is the worst, and how far each goes: median and range of its own largest amplitude."""
-    blades, worst = dataset["blade"].values, dataset["worst_blade"].values
-    peaks = dataset["blade_peak"].values[worst > 0] / float(dataset["tuned_peak"])
+    peaks = dataset["blade_peak"].values / float(dataset["tuned_peak"])
+    worst = dataset["worst_blade"].values
+    return _each_sector(dataset, worst, peaks, 1.0, ("blade", "samples where worst", "largest |X₁| over tuned"))
+
+
+def busiest_damper(dataset: xr.Dataset) -> Figure:
+    """How often each damper takes out the most energy where a blade is highest, and how much each takes: median and range."""
+    work, tuned = 1e6 * dataset["damper_work"].values, 1e6 * float(dataset["tuned_damper_work"])
+    busiest = dataset["busiest_damper"].values
+    words = ("damper after blade", "samples where busiest", "friction work in µJ a period")
+    return _each_sector(dataset, busiest, work, tuned, words)
+
+
+def _each_sector(dataset: xr.Dataset, first: Array, values: Array, tuned: float, words: tuple[str, str, str]) -> Figure:
+    """Bars: samples in which each sector is the first; below median and range of the values (sample, sector)."""
     _solved(dataset)
+    sectors, solved = dataset["blade"].values, values[dataset["worst_blade"].values > 0]
     with house_style():
         figure = Figure(figsize=(7.6, 5.0), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)
-        upper.bar(blades, [int(np.count_nonzero(worst == blade)) for blade in blades], color=STICK)
-        upper.set(ylabel="samples where worst", title=plain(dataset.attrs["title"]))
-        middle = np.median(peaks, axis=0)
-        reach = np.array([middle - peaks.min(axis=0), peaks.max(axis=0) - middle])
-        lower.errorbar(blades, middle, reach, fmt="o", ms=4, color="black", ecolor=GREY, elinewidth=1.2, label="median and range")
-        lower.axhline(1.0, color=FAILED, lw=1.0, ls="--", label="tuned disk")
-        lower.set(xlabel="blade", ylabel="largest |X₁| over tuned")
+        upper.bar(sectors, [int(np.count_nonzero(first == sector)) for sector in sectors], color=STICK)
+        upper.set(ylabel=words[1], title=plain(dataset.attrs["title"]))
+        middle = np.median(solved, axis=0)
+        reach = np.array([middle - solved.min(axis=0), solved.max(axis=0) - middle])
+        lower.errorbar(
+            sectors, middle, reach, fmt="o", ms=4, color="black", ecolor=GREY, elinewidth=1.2, label="median and range"
+        )
+        lower.axhline(tuned, color=FAILED, lw=1.0, ls="--", label="tuned disk")
+        lower.set(xlabel=words[0], ylabel=words[2])
         lower.legend(loc="best")
     return figure
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.checks import counted
 from stickslip.plots.files import Figures
-from stickslip.plots.mistuning import all_blades, amplification, worst_blade
+from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.report.presentation import Presentation
 
 if TYPE_CHECKING:
@@ -29,13 +29,25 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     top = solved.isel(sample=int(ratio.argmax()))
     blade = int(top["worst_blade"])
     where = f"blade {blade} at {float(top['blade_peak_frequency'].sel(blade=blade)):.5g} Hz"
-    lines.append(f"highest amplification {float(ratio.max()):.4g}: {where}")
+    lines.append(f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}")
     if ratio.size > 1:
         middle, high = np.percentile(ratio, [50, 95])
         lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")
         often, times = Counter(solved["worst_blade"].values.tolist()).most_common(1)[0]
         lines.append(f"most often worst: blade {often}, in {counted(times, 'sample')}")
+        often, times = Counter(solved["busiest_damper"].values.tolist()).most_common(1)[0]
+        if often:
+            lines.append(f"most often busiest: the damper after blade {often}, in {counted(times, 'sample')}")
     return lines
+
+
+def _busiest(sample: xr.Dataset) -> str:
+    """The damper that takes out the most energy there."""
+    damper = int(sample["busiest_damper"])
+    if not damper:
+        return ", all dampers stuck"
+    work = float(sample["damper_work"].sel(blade=damper))
+    return f", where the damper after blade {damper} works most ({1e6 * work:.4g} µJ a period)"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -58,6 +70,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "sample": range(1, dataset.sizes["sample"] + 1),
             "amplification": dataset["amplification"].values,
             "worst blade": dataset["worst_blade"].values,
+            "busiest damper": dataset["busiest_damper"].values,
             "largest amplitude [m]": dataset["blade_peak"].max("blade").values,
             "dampers missing": dataset["damper_missing"].sum("blade").values,
         }
@@ -66,17 +79,19 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     if np.isfinite(dataset["amplification"].values).any():
         top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
         columns = {"blade": top["blade"], "largest amplitude [m]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
+        columns["work of the damper after it [J]"] = top["damper_work"]
         columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
         found["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})
     return found
 
 
 def figures(dataset: xr.Dataset) -> Figures:
-    """The blades of the worst sample; of several samples the distribution and the worst blades."""
+    """The blades of the worst sample and the dampers; of several samples the distribution and the worst blades."""
     if not np.isfinite(dataset["amplification"].values).any():
         return {}
     several = dataset.sizes["sample"] > 1
-    return {"all_blades": all_blades} | ({"amplification": amplification, "worst_blade": worst_blade} if several else {})
+    shown: Figures = {"all_blades": all_blades, "busiest_damper": busiest_damper}
+    return {**shown, "amplification": amplification, "worst_blade": worst_blade} if several else shown
 
 
 PRESENTATION = Presentation("Mistuned disks", sentences, failures, figures, tables)

@@ -3,7 +3,8 @@
 A curve is an iterator of solved points. Arc length is measured in the motion of contacts and outputs, each relative to
 its own size, and in the parameter relative to the band. Predictor of second order; step from the error of the prediction.
 Stick and slip make the curve piecewise smooth. The sign of the bordered determinant is constant along it, which orients the
-tangent beyond a kink where the curve turns sharply.
+tangent beyond a kink where the curve turns sharply. Only where another branch crosses does it change: a symmetric disk may
+lose its symmetry there, and its own curve goes straight on.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ class StepControl:
 
     patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
     iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
-    accepted in one step; points: the most of them.
+    accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
+    point; points: the most of them.
     """
 
     first: float = 0.1
@@ -39,6 +41,7 @@ class StepControl:
     iterations: int = 7
     error: float = 0.03
     cosine: float = 0.1
+    straight: float = 0.05
     points: int = 4000
 
 
@@ -61,6 +64,10 @@ class Tangent:
     forces: Array
     motion: Array
     parameter: float
+
+    def turned(self) -> Tangent:
+        """The opposite direction."""
+        return Tangent(-self.forces, -self.motion, -self.parameter)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,9 +249,15 @@ class _Tracer:
             following.evaluation.w - correction.start_motion,
             following.point.value(self.parameter) - start.value(self.parameter),
         )
-        smooth = distance < 1e-3 or (error < 8.0 * self.control.error and self._aligned(current, following, distance))
-        if not smooth:
+        close = error < 8.0 * self.control.error
+        crossed = error < self.control.straight * distance and self._turn(current, following) < -0.95
+        if crossed:
+            # Another branch crosses: the determinant has changed its sign, not the curve its direction.
+            following = replace(following, tangent=following.tangent.turned())
+        if not (distance < 1e-3 or (close and self._aligned(current, following, distance))):
             return 0.5
+        if crossed:
+            self.orientation = -self.orientation
         self.step = self._next_step(distance, error, correction.iterations)
         return following
 
@@ -261,12 +274,13 @@ class _Tracer:
             following.evaluation.w - current.evaluation.w,
             following.point.value(self.parameter) - current.point.value(self.parameter),
         )
-        if chord > 1.5 * distance:
-            return False
-        a, b = current.tangent, following.tangent
-        metric = current.metric
+        return chord <= 1.5 * distance and self._turn(current, following) > self.control.cosine
+
+    def _turn(self, current: CurvePoint, following: CurvePoint) -> float:
+        """Cosine of the angle between the tangents of two points, in the metric of the first."""
+        a, b, metric = current.tangent, following.tangent, current.metric
         dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
-        return dot > self.control.cosine * metric.length(b.motion, b.parameter)
+        return dot / metric.length(b.motion, b.parameter)
 
     def _solved(self, correction: Correction, distance: float) -> CurvePoint:
         evaluation, factors, direction = correction.evaluation, correction.factors, correction.direction

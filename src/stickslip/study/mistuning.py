@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -32,6 +32,9 @@ class MistuningTable(Table):
 
     count: Annotated[int, Field(ge=1, description="disks, each with scatter of its own")] = 1
     seed: Annotated[int, Field(ge=0, description="of the random draws; disk k depends on it and on k alone")] = 0
+    sampling: Annotated[
+        Literal["random", "sobol"], Field(description="random draws, or a Sobol' sequence that spreads them evenly")
+    ] = "random"
     blade_scatter: Annotated[Share, Field(description="standard deviation of the blade frequencies, relative")] = 0.0
     kt_scatter: Annotated[Share, Field(description="standard deviation of ln kt from damper to damper")] = 0.0
     kn_scatter: Annotated[Share, Field(description="of ln kn")] = 0.0
@@ -59,7 +62,7 @@ class MistuningTable(Table):
     def scatter(self) -> Scatter:
         """What differs from disk to disk."""
         kept: dict[str, Any] = {name: getattr(self, f"{name}_scatter") for name in ("blade", "kt", "kn", "mu", "pull")}
-        return Scatter(**kept, missing=self.missing_probability)
+        return Scatter(**kept, missing=self.missing_probability, sampling=self.sampling)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import stickslip
-from stickslip.analyses.cases import Progress, Together, all_cases
+from stickslip.analyses.cases import Progress, Together, Workers, all_cases
 from stickslip.checks import InputError
 from stickslip.files import sweep
 from stickslip.finished import FinishedFolder
@@ -33,7 +33,7 @@ class Run:
     jobs: Mapping[str, Job]
     folder: Path
     resume: bool = False
-    workers: int = 1
+    workers: Workers = 1
 
     @property
     def words(self) -> str:

@@ -1,0 +1,140 @@
+"""Cases on a Dask cluster (optional: pip install "stickslip[dask]"): an executor as the processes of one machine are.
+
+The scheduler keeps how to make the work and each case, so a worker that is lost costs what it was computing: others do that
+again. Results are fetched as they come; what is fetched is kept here and needs no worker any more.
+"""
+
+from __future__ import annotations
+
+import re
+from asyncio import CancelledError
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module, util
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+import stickslip
+from stickslip.analyses.cases import Arrays, Keep, Progress, Work
+from stickslip.checks import InputError, fault
+
+PACKAGE = "distributed"
+ADDRESS = re.compile(r"(\w+://)?\S+:\d+")
+PATIENCE = 5.0
+"""Seconds in which a scheduler must answer."""
+POLL = 1.0
+"""Seconds between two looks for workers while there are none."""
+
+
+def installed() -> bool:
+    """Whether the package is there."""
+    return util.find_spec(PACKAGE) is not None
+
+
+@dataclass(frozen=True)
+class DaskCluster:
+    """The workers of a Dask scheduler at an address such as "tcp://10.0.0.1:8786"; they run the same version of stickslip.
+
+    Everybody who reaches a scheduler can run programs on its workers: keep it in a trusted network, or use "tls://".
+
+    >>> import stickslip as ss
+    >>> cluster = ss.DaskCluster("tcp://127.0.0.1:8786")                                  # doctest: +SKIP
+    >>> ss.forced_response(ss.rigs.single_mass(), ss.hertz(0.1, 0.3), [1, 2], workers=cluster)  # doctest: +SKIP
+    """
+
+    address: str
+
+    def __post_init__(self) -> None:
+        if not (ADDRESS.fullmatch(str(self.address))):
+            raise fault("The address of a Dask scheduler", 'must read as "tcp://HOST:PORT" does', self.address)
+
+    def workers(self) -> int:
+        """How many workers there are now; refused when the scheduler does not answer."""
+        with self._client() as client:
+            return _count(client)
+
+    def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
+        """As of an `Executor`. With no worker yet, waits for the first."""
+        if not cases:
+            return
+        with self._client() as client:
+            _wait_for_workers(client, self.address, progress)
+            made = client.submit(_as_it_is, work, pure=False)
+            progress(0.0, "preparing (the first run on a machine compiles the kernels)")
+            self._result(client.submit(_prepare, made, stickslip.__version__, pure=False), "the preparation")
+            futures = {client.submit(_solve, made, case, stickslip.__version__, pure=False): case for case in cases}
+            order = import_module(PACKAGE).as_completed(list(futures), loop=client.loop)
+            for done, future in enumerate(order, start=1):
+                keep(futures[future], self._result(future, work.words[futures[future]]))
+                future.release()
+                progress(done / len(cases), f"{done} of {len(cases)} done, {_count(client)} workers of {self.address}")
+
+    @contextmanager
+    def _client(self) -> Iterator[Any]:
+        """A connection, closed at the end, which ends what is not finished."""
+        if not installed():
+            raise fault("A Dask cluster", "must have its package", "not installed", 'Get it: pip install "stickslip[dask]".')
+        try:
+            client = import_module(PACKAGE).Client(self.address, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            rule = f"must be that of a Dask scheduler that answers within {PATIENCE:g} s"
+            remedy = f"Start one by `dask scheduler` and give the address it prints. ({error})"
+            raise fault("The address", rule, self.address, remedy) from None
+        with client:
+            yield client
+
+    def _result(self, future: Any, words: str) -> Arrays:
+        """What a worker found; ways of failing that only a cluster has are said in words."""
+        try:
+            return future.result()  # type: ignore[no-any-return]
+        except import_module(PACKAGE).KilledWorker:
+            raise InputError(
+                f"Workers must survive a case, but {words} ended every one that tried it. Give each more memory."
+            ) from None
+        except CancelledError:
+            raise ConnectionError(f"the scheduler at {self.address} has gone; start it and its workers again.") from None
+        except ImportError as error:
+            raise fault("Every worker", "must have stickslip and its packages", str(error)) from None
+
+
+def _count(client: Any) -> int:
+    return len(client.scheduler_info(n_workers=-1)["workers"])
+
+
+def _wait_for_workers(client: Any, address: str, progress: Progress) -> None:
+    while not _count(client):
+        progress(0.0, f"waiting for workers of {address}")
+        try:
+            client.wait_for_workers(1, timeout=POLL)
+        except TimeoutError:
+            continue
+
+
+def _as_it_is(work: Work) -> Work:
+    """On a worker: the work itself, which the others then fetch; the scheduler can have it made again."""
+    return work
+
+
+def _prepare(work: Work, version: str) -> Arrays:
+    """On one worker: what the others of the same files then load."""
+    _same_version(version)
+    work.prepare()
+    return {}
+
+
+def _solve(work: Work, case: int, version: str) -> Arrays:
+    """On a worker: one case, by the version that asks for it."""
+    _same_version(version)
+    with threadpool_limits(1, user_api="blas"):
+        return work.solve(case, _untold)
+
+
+def _same_version(version: str) -> None:
+    if version != stickslip.__version__:
+        raise fault("stickslip on all workers", f"must be version {version}", stickslip.__version__)
+
+
+def _untold(fraction: float) -> None:
+    """Workers tell what they have finished, not how far they are."""
