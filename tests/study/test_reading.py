@@ -72,6 +72,7 @@ law = "macroslip"
 tangential = [["1.x", "ground"], { "2.x" = 0.6, "1.x" = -0.6 }]
 normal = ["1.y", "ground"]
 kt = 2.0
+kt2 = 2.5
 kn = 3.0
 mu = 0.5
 preload = 4.0
@@ -98,7 +99,7 @@ gap = 0.3
     assert slider.tangential == ({"1.x": 1.0, "2.x": -1.0},)
     assert both.name == "contact 2"
     assert both.balanced
-    assert both.law == ss.Macroslip(2.0, 0.5, 3.0, 4.0, 0.1)
+    assert both.law == ss.Macroslip(2.0, 0.5, 3.0, 4.0, 0.1, kt2=2.5)
     assert both.tangential == ({"1.x": 1.0}, {"2.x": 0.6, "1.x": -0.6})
     assert array.law == ss.MicroslipArray((2.0, 2.0, 2.0), 0.5, (1.0, 2.0, 3.0), (0.0, 0.1, 0.2), (1.0, 1.0, 1.0))
     assert stop.law == ss.Gap(5.0, 0.3)

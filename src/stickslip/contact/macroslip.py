@@ -59,6 +59,8 @@ class Macroslip(Law):
                 "must have a normal direction exactly when kn is given",
                 f"kn = {self.kn}, normal direction {'given' if normal else 'missing'}",
             )
+        if self.kt2 is not None and tangential < 2:
+            raise fault("A macroslip contact", "must have a second tangential direction for its kt2", f"{tangential} direction")
         one = np.ones(1)
         limit = 0.0 if self.normal_load is None else self.mu * self.normal_load
         friction = tuple(

@@ -69,10 +69,13 @@ class FrictionTable(ContactTable):
     ] = None
 
 
-class MacroslipTable(FrictionTable):
-    """One spring and slider per tangential direction."""
+SLIDER = ("kt", "mu", "kn", "preload", "gap", "normal_load")
+"""Parameters of a law with one spring and slider."""
 
-    law: Annotated[Literal["macroslip"], Field(description="the contact law")]
+
+class SliderTable(FrictionTable):
+    """What contacts with one spring and slider have."""
+
     kt: Annotated[Positive, STIFFNESS, Field(description="tangential stiffness")]
     mu: Annotated[NotNegative, Field(description="friction coefficient")]
     normal_load: Annotated[NotNegative | None, FORCE, Field(description="constant normal load, when there is no kn")] = None
@@ -80,17 +83,24 @@ class MacroslipTable(FrictionTable):
     preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0 (an interference)")] = 0.0
     gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0
 
+
+class MacroslipTable(SliderTable):
+    """One spring and slider per tangential direction."""
+
+    law: Annotated[Literal["macroslip"], Field(description="the contact law")]
+    kt2: Annotated[Positive | None, STIFFNESS, Field(description="tangential stiffness along t2, where it is another")] = None
+
     def law_in_si(self, values: dict[str, Any]) -> Law:
-        return Macroslip(**{key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")})
+        return Macroslip(**{key: values[key] for key in (*SLIDER, "kt2")})
 
 
-class FrictionDiscTable(MacroslipTable):
+class FrictionDiscTable(SliderTable):
     """Two tangential directions coupled, the traction inside a disc of radius μN."""
 
-    law: Annotated[Literal["friction_disc"], Field(description="the contact law")]  # type: ignore[assignment]
+    law: Annotated[Literal["friction_disc"], Field(description="the contact law")]
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
-        return FrictionDisc(**{key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")})
+        return FrictionDisc(**{key: values[key] for key in SLIDER})
 
 
 class MicroslipArrayTable(FrictionTable):
@@ -135,10 +145,10 @@ class MicroslipArrayTable(FrictionTable):
         return tuple((values["largest_gap"] or 0.0) * index / max(size - 1, 1) for index in range(size))
 
 
-class IwanTable(MacroslipTable):
+class IwanTable(SliderTable):
     """Microslip under one normal load: Iwan's law with the pressure of a cylinder on a flat, of a parabola, or Segalman's."""
 
-    law: Annotated[Literal["iwan"], Field(description="the contact law")]  # type: ignore[assignment]
+    law: Annotated[Literal["iwan"], Field(description="the contact law")]
     pressure: Annotated[
         Literal["hertz", "parabolic", "four_parameter"], Field(description="how slip spreads over the contact")
     ] = "hertz"
