@@ -45,7 +45,10 @@ def values_in_lines(values):
 
 
 def op4_binary(matrices, style, order="<", word=4):
-    """Unformatted OUTPUT4 in double precision, of either byte order and length of words."""
+    """Unformatted OUTPUT4 in double precision, of either byte order and length of words.
+
+    As Nastran writes it: the last record says one word but holds one number, and words of eight bytes hold four letters.
+    """
     integer = "i" if word == 4 else "q"
     per_value = 8 // word
 
@@ -57,7 +60,8 @@ def op4_binary(matrices, style, order="<", word=4):
     parts = []
     for name, matrix in matrices.items():
         size = len(matrix)
-        parts.append(record(size, -size if style == "big" else size, 6, 2, data=name.ljust(2 * word).encode()))
+        letters = (name.ljust(8)[:4].ljust(word) + name.ljust(8)[4:].ljust(word)).encode()
+        parts.append(record(size, -size if style == "big" else size, 6, 2, data=letters))
         for number, column in enumerate(matrix.T, start=1):
             runs = strings_of(column)
             if style == "dense":
@@ -71,7 +75,7 @@ def op4_binary(matrices, style, order="<", word=4):
                 heads = (size_and_one, first) if style == "big" else (first + 65536 * size_and_one,)
                 data += struct.pack(f"{order}{len(heads)}{integer}", *heads) + values.astype(f"{order}f8").tobytes()
             parts.append(record(number, 0, len(data) // word, data=data))
-        parts.append(record(size + 1, 1, per_value, data=struct.pack(f"{order}d", 2.0**0.5)))
+        parts.append(record(size + 1, 1, 1, data=struct.pack(f"{order}d", 2.0**0.5)))
     return b"".join(parts)
 
 

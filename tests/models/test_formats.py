@@ -93,11 +93,39 @@ def test_files_of_the_matrices_by_letter(chain, tmp_path):
 def test_a_single_matrix_needs_its_counterpart(chain, tmp_path):
     chain.save(tmp_path, "matrix_market")
     (tmp_path / "chain_K.mtx").rename(tmp_path / "one.mtx")
-    with pytest.raises(InputError, match="must be one of a pair of files"):
+    with pytest.raises(InputError, match=r"must be one of a pair of files.* model = { M = "):
         ss.read_structure(tmp_path / "one.mtx")
     (tmp_path / "one.mtx").rename(tmp_path / "other_K.mtx")
     with pytest.raises(InputError, match="The file of M must be given"):
         ss.read_structure(tmp_path / "other_K.mtx")
+
+
+def test_both_matrices_from_one_file(chain, tmp_path):
+    """The files of the letters may be one; its matrices are told apart by their names."""
+    path = chain.save(tmp_path, "npz")
+    structure = ss.read_structure({"M": path, "K": path})
+    np.testing.assert_array_equal(structure.K, chain.K)
+    np.testing.assert_array_equal(structure.M, chain.M)
+    assert structure.C is None
+    np.savez(tmp_path / "named.npz", KELAST=chain.K, KGEOM=0 * chain.K, MASS=chain.M)
+    files = {"M": path, "K": tmp_path / "named.npz"}
+    np.testing.assert_array_equal(ss.read_structure(files, variables={"K": "KELAST"}).K, chain.K)
+    with pytest.raises(InputError, match=r"named.npz: matrix K must be in the file, but is missing\. Known: KELAST"):
+        ss.read_structure(files)
+
+
+@pytest.mark.parametrize(("name", "tool"), [("blade.sti.gz", "gunzip"), ("model.zip", "unzip"), ("model.npz.XZ", "unxz")])
+def test_a_packed_model_says_how_to_unpack_it(tmp_path, name, tool):
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(InputError, match=f"must be unpacked, but is '{name}'. Unpack it first, with {tool}"):
+        ss.read_structure(tmp_path / name)
+
+
+def test_a_run_of_calculix_that_is_still_packed(tmp_path):
+    for name in ("blade.inp", "blade.sti.gz"):
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(InputError, match=r"must have blade\.sti beside blade\.inp.* Unpack it: gunzip blade\.sti\.gz"):
+        ss.read_structure(tmp_path / "blade.inp")
 
 
 def test_an_unknown_ending_and_units(tmp_path):
@@ -156,8 +184,9 @@ def test_truncated_output4(chain, tmp_path, kind):
 
 def test_an_empty_and_a_wrong_dmig(tmp_path):
     for text, said in (
-        ("$ nothing\n", "must hold DMIG entries"),
-        ("DMIG,KAA,0,2,2\n", "must be 1 .square. or 6 .symmetric., but is 2"),
+        ("$ nothing\n", "must hold square DMIG entries"),
+        ("DMIG,KAA,0,7,2\n", "must be 1 .square., 2, 9 .rectangular. or 6 .symmetric., but is 7"),
+        ("DMIG,PAX,0,9,2\n", "must hold square DMIG entries"),
         ("DMIG,KAA,1,1,,1,1,2.0\n", "must begin with its header"),
         ("DMIG,KAA,0,6,2\nDMIG,KAA,x,1,,1,1,2.0\n", "must be a whole number, but is 'x'"),
         ("DMIG,KAA,0,6,2\nDMIG,KAA,1,1,,1,1,2.0.0\n", "must be a number, but is '2.0.0'"),

@@ -136,7 +136,49 @@ def test_negative_mass_is_odd(chain, tmp_path):
 
 def test_negative_stiffness_is_odd(chain, tmp_path):
     chain.K[0, 0] = -1e5
-    assert "K has 1 motions of negative stiffness" in str(describe(ss.read_model(chain.save(tmp_path, "npz"))))
+    assert "K has 1 motion of negative stiffness" in str(describe(ss.read_model(chain.save(tmp_path, "npz"))))
+
+
+def described(tmp_path, **arrays):
+    np.savez(tmp_path / "odd.npz", **arrays)
+    return str(describe(ss.read_model(tmp_path / "odd.npz")))
+
+
+def test_a_model_along_one_axis(chain, tmp_path):
+    (mass,) = [line for line in str(describe(ss.read_model(chain.save(tmp_path, "npz")))).splitlines() if "mass along" in line]
+    assert mass == f"mass along x      {chain.M.sum():.6g} kg (without fixed nodes)"
+
+
+def test_rows_that_are_odd(chain, tmp_path):
+    M, K = (np.pad(matrix, (0, 2)) for matrix in (chain.M, chain.K))
+    K[6, 6] = 1e5
+    dofs = (*chain.dofs, "7.rx", "8.q")
+    said = described(tmp_path, M=M, K=K, dofs=dofs, nodes=[[1, 0, 0, 0], [2, 1, 0, 0]])
+    assert "1 row, 8.q first, with neither mass nor stiffness" in said
+    assert "1 row, 7.rx first, with no mass" in said
+    assert "6 nodes without coordinates, 3 first" in said
+
+
+def test_a_damping_that_is_odd(chain, tmp_path):
+    sound = described(tmp_path, M=chain.M, K=chain.K, C=chain.C)
+    assert "symmetric         M, K and C" in sound
+    assert "odd" not in sound
+    gyroscopic = chain.C + np.eye(6, k=1) - np.eye(6, k=-1)
+    said = described(tmp_path, M=chain.M, K=chain.K, C=gyroscopic)
+    assert "C is not symmetric" in said
+    assert "feeds energy" not in said
+    assert "C feeds energy in" in described(tmp_path, M=chain.M, K=chain.K, C=-chain.C)
+
+
+def test_internal_nodes_of_abaqus_carry_no_mass_of_their_own(tmp_path):
+    """A bar of two nodes and an internal one that moves relative to them: 2 kg, whatever the internal row holds."""
+    K = "1,1, 1,1, 2e6\n2,1, 1,1, -1e6\n2,1, 2,1, 2e6\n-1,1, -1,1, 1e6\n"
+    M = "1,1, 1,1, 0.7\n2,1, 1,1, 0.3\n2,1, 2,1, 0.7\n-1,1, -1,1, 0.4\n1,1, -1,1, 0.2\n"
+    for kind, lines in (("STIF", K), ("MASS", M)):
+        (tmp_path / f"bar_{kind}1.mtx").write_text(lines)
+    model = ss.read_model(tmp_path / "bar_STIF1.mtx")
+    assert model.dofs == ("-1.x", "1.x", "2.x")
+    assert describe(model).mass[0] == pytest.approx(2.0)
 
 
 def test_a_negative_mass_inside_is_refused(tmp_path):

@@ -61,7 +61,7 @@ def _square(what: str, rows: Index, columns: Index, values: Array, size: int) ->
     """The matrix of its entries; where all stand on one side of the diagonal, the other side is filled."""
     matrix = triplets(what, rows, columns, values, size)
     one_triangle = not (np.any(rows > columns) and np.any(rows < columns))
-    return both_triangles(matrix) if one_triangle else matrix
+    return both_triangles(what, matrix) if one_triangle else matrix
 
 
 def _substructure(path: Path, deck: Deck) -> Content:

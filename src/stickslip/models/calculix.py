@@ -26,7 +26,9 @@ def read(path: Path) -> Content:
     stiffness, mass, names = (path.with_suffix(ending) for ending in ENDINGS)
     for file in (stiffness, mass, names):
         if not file.is_file():
-            raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", WRITE_THEM)
+            packed = file.with_name(f"{file.name}.gz")
+            remedy = f"Unpack it: gunzip {packed.name}" if packed.is_file() else WRITE_THEM
+            raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", remedy)
     dofs = _names(names)
     entries = {letter: _entries(file) for letter, file in (("K", stiffness), ("M", mass))}
     if len(entries["K"]) != len(entries["M"]):
@@ -52,7 +54,7 @@ def _matrix(path: Path, entries: Array, size: int) -> Sparse:
     rows, columns = (whole(f"Rows of {path.name}", entries[:, k], 1, size) - 1 for k in (0, 1))
     if np.any(rows > columns) and np.any(rows < columns):
         raise fault(path.name, "must hold one triangle", "entries on both sides of the diagonal")
-    return both_triangles(triplets(path.name, rows, columns, entries[:, 2], size))
+    return both_triangles(path.name, triplets(path.name, rows, columns, entries[:, 2], size))
 
 
 def _names(path: Path) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -54,6 +54,15 @@ def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Se
             faults.append(f"{file}: matrix {names[0]} must be in the file, but is missing. {nearest(names[0], content.matrices)}")
     if faults:
         raise Faults(faults)
+    return found
+
+
+def located(pairs: Iterable[tuple[str, Point]]) -> dict[str, Point]:
+    """Coordinates by node; one that stands twice must stand in one place."""
+    found: dict[str, Point] = {}
+    for node, point in pairs:
+        if found.setdefault(node, point) != point:
+            raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Which are its own?")
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stickslip.checks import fault
-from stickslip.models.content import Point
+from stickslip.models.content import Point, located
 from stickslip.models.limits import within_memory
 
 MOST_GENERATED = 10_000_000
@@ -26,15 +26,17 @@ def read_deck(path: Path) -> Deck:
     within_memory(path.name, 10 * path.stat().st_size)
     deck = Deck()
     members: dict[str, dict[str, None]] = {}
+    nodes: list[tuple[str, Point]] = []
     with path.open(encoding="utf-8", errors="replace") as file:
         for keyword, options, data in cards(file):
             if keyword == "NODE":
                 numbered = [_node(line) for line in data]
-                deck.nodes.update(numbered)
+                nodes += numbered
                 if "NSET" in options:
                     _add(members, options["NSET"], [node for node, _ in numbered])
             elif keyword == "NSET" and "NSET" in options:
                 _add(members, options["NSET"], _members(data, "GENERATE" in options, members))
+    deck.nodes = located(nodes)
     deck.sets = {name: tuple(nodes) for name, nodes in members.items()}
     return deck
 

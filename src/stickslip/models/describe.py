@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import Array
+from stickslip.checks import SMALLEST, Array, counted
 from stickslip.models.model import Model
 from stickslip.structure.factor import Factor, Singular
 from stickslip.structure.lowest_modes import DENSE_SIZE, LowestModes, lowest_modes
@@ -46,10 +46,13 @@ def describe(model: Model, number: int = 10) -> Description:
 
 
 def translation_mass(model: Model) -> Array:
-    """rᵀMr of unit translations along x, y, z, kg, (3,); nodes that the file leaves out, as fixed ones, do not count."""
+    """rᵀMr of unit translations along x, y, z, kg, (3,); nodes that the file leaves out, as fixed ones, do not count.
+
+    Nodes with negative numbers are internal ones of Abaqus: they move relative to the others.
+    """
     found = []
     for axis in "xyz":
-        r = np.array([float(name.rpartition(".")[2] == axis) for name in model.dofs])
+        r = np.array([float(name.rpartition(".")[2] == axis and not name.startswith("-")) for name in model.dofs])
         found.append(float(r @ (model.M @ r)) if r.any() else np.nan)
     return np.array(found)
 
@@ -84,14 +87,44 @@ def implausible(model: Model) -> tuple[str, ...]:
 def _oddities(model: Model, mass: Array, box: Array | None, modes: LowestModes | None) -> Iterator[str]:
     yield from _density(mass, box)
     yield from _spectrum(model)
+    yield from _rows(model)
+    yield from _viscous(model)
     if modes is None:
         yield "K could not be factorised: rows without stiffness, or an export cut short."
         return
     if modes.negative:
-        yield f"K has {modes.negative} motions of negative stiffness: check its sign, or a prestress beyond buckling."
+        yield f"K has {counted(modes.negative, 'motion')} of negative stiffness: check its sign, or a prestress beyond buckling."
     elastic = modes.frequencies[modes.rigid :]
     if box is not None and elastic.size and not SLOWEST <= elastic[0] * box.max() <= FASTEST:
         yield f"The first elastic mode at {elastic[0]:.4g} Hz of a body of {box.max():.4g} m is implausible: check the units."
+
+
+def _rows(model: Model) -> Iterator[str]:
+    """Rows without entries or mass, and nodes without coordinates where others have them."""
+    stiff, heavy = (matrix.diagonal() != 0.0 for matrix in (model.K, model.M))
+    if not np.all(stiff | heavy):
+        yield f"{_some(model, ~(stiff | heavy))} neither mass nor stiffness: left out of the export, or fixed?"
+    if np.any(stiff & ~heavy):
+        yield f"{_some(model, stiff & ~heavy)} no mass: they follow the others, and give no mode."
+    missing = [node for node in model.directions if node not in model.nodes]
+    if model.nodes and missing:
+        yield f"{counted(len(missing), 'node')} without coordinates, {missing[0]} first: places are not looked for there."
+
+
+def _some(model: Model, chosen: Array) -> str:
+    rows = np.flatnonzero(chosen)
+    return f"{counted(rows.size, 'row')}, {model.dofs[rows[0]]} first, with"
+
+
+def _viscous(model: Model) -> Iterator[str]:
+    """A viscous damper takes energy out, and between two motions it acts both ways alike."""
+    if model.C is None:
+        return
+    skew = model.C - model.C.T
+    if skew.nnz and np.abs(skew.data).max() > 1e-8 * np.abs(model.C.data).max():
+        yield "C is not symmetric: gyroscopic or circulatory terms, or an export cut short."
+    if indefinite_mass(sparse.csc_array(0.5 * (model.C + model.C.T))):
+        yield "C feeds energy in (its symmetric part has negative eigenvalues): check its sign."
 
 
 def _density(mass: Array, box: Array | None) -> Iterator[str]:
@@ -109,7 +142,7 @@ def _density(mass: Array, box: Array | None) -> Iterator[str]:
 def _spectrum(model: Model) -> Iterator[str]:
     """√(K_ii/M_ii) bounds the frequencies of single nodes: far outside of what bodies have, the units are wrong."""
     mass, stiffness = model.M.diagonal(), model.K.diagonal()
-    both = (mass > 0.0) & (stiffness > 0.0)
+    both = (mass > SMALLEST) & (stiffness > 0.0)
     if not both.any():
         return
     highest = float(np.sqrt(np.max(stiffness[both] / mass[both]))) / (2.0 * np.pi)
@@ -124,12 +157,14 @@ def lines(found: Description) -> Iterator[str]:
     yield f"rows              {model.size} (M {model.M.nnz}, K {model.K.nnz}{_damping(model)} entries)"
     yield f"nodes             {len(model.directions)}, {len(model.located[0])} with coordinates; rows {', '.join(model.dofs[:4])}"
     for name, nodes in model.sets.items():
-        yield f"set               {name}: {len(nodes)} nodes"
+        yield f"set               {name}: {counted(len(nodes), 'node')}"
     if found.box is not None:
         yield f"box               {' x '.join(f'{length:.6g}' for length in found.box)} m"
     if not np.all(np.isnan(found.mass)):
-        yield f"mass along x y z  {', '.join(f'{value:.6g}' for value in found.mass)} kg (without fixed nodes)"
-    yield "symmetric         M and K"
+        masses = {axis: value for axis, value in zip("xyz", found.mass, strict=True) if not np.isnan(value)}
+        label = f"mass along {' '.join(masses)}"
+        yield f"{label:18s}{', '.join(f'{value:.6g}' for value in masses.values())} kg (without fixed nodes)"
+    yield f"symmetric         {_symmetric(model)}"
     if found.modes is not None:
         yield f"rigid motions     {found.modes.rigid}"
         yield f"K                 {_definite(found.modes)}"
@@ -138,11 +173,18 @@ def lines(found: Description) -> Iterator[str]:
         yield f"odd               {sentence}"
 
 
+def _symmetric(model: Model) -> str:
+    """M and K are made exactly symmetric as they are read."""
+    if model.C is None:
+        return "M and K"
+    return "M, K and C" if not np.any((model.C - model.C.T).data) else "M and K"
+
+
 def _damping(model: Model) -> str:
     return "" if model.C is None else f", C {model.C.nnz}"
 
 
 def _definite(modes: LowestModes) -> str:
     if modes.negative:
-        return f"{modes.negative} motions of negative stiffness"
+        return f"{counted(modes.negative, 'motion')} of negative stiffness"
     return "positive semidefinite (rigid motions)" if modes.rigid else "positive definite"

@@ -23,7 +23,7 @@ def read(path: Path) -> Content:
     rows_with_entries(path.name, max(counts[:2]), counts[2])
     matrix = io.hb_read(path, spmatrix=False)
     matrix.check_format(full_check=True)
-    return Content("Harwell-Boeing", {"": both_triangles(matrix) if kind[1] == "s" else matrix})
+    return Content("Harwell-Boeing", {"": both_triangles(path.name, matrix) if kind[1] == "s" else matrix})
 
 
 def _header(path: Path) -> tuple[str, list[int]]:

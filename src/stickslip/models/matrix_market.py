@@ -1,6 +1,7 @@
 """Matrix Market files (.mtx, .mm): one matrix a file, in coordinates or as an array, general or one triangle.
 
-The format is that of Boisvert, Pozo and Remington (NISTIR 5935, 1996). It is read here and not by SciPy, whose compiled reader
+The format is that of Boisvert, Pozo and Remington (NISTIR 5935, 1996). It says nothing of entries that stand twice: they add up,
+as SciPy and others read and write them, and a note says so. It is read here and not by SciPy, whose compiled reader
 takes the process down on damaged files.
 """
 
@@ -36,8 +37,14 @@ def read(path: Path) -> Content:
     if len(counts) != (3 if words[1] == "coordinate" else 2):
         raise fault(f"The sizes of {path.name}", "must be rows, columns and, for coordinates, entries", sizes[:60])
     values = numbers_in(body)
-    stored = _coordinates if words[1] == "coordinate" else _array
-    return Content("Matrix Market", {"": _filled(stored(path.name, counts, values, NUMBERS[words[2]], words[3]), words[3])})
+    stored = (_coordinates if words[1] == "coordinate" else _array)(path.name, counts, values, NUMBERS[words[2]], words[3])
+    return Content("Matrix Market", {"": _filled(stored, words[3])}, notes=_repeated(path.name, stored, counts[2:]))
+
+
+def _repeated(name: str, stored: Any, claimed: list[int]) -> tuple[str, ...]:
+    """What is to be said of entries that stand twice; `claimed`: how many entries a file of coordinates has."""
+    number = claimed[0] - stored.nnz if claimed else 0
+    return (f"{name} names places of entries again, {number} times: what stands there is added up.",) if number else ()
 
 
 def _without_comments(text: str) -> str:

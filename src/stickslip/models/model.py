@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, Faults, InputError, counted, fault
+from stickslip.checks import SMALLEST, Array, Faults, InputError, counted, fault, finite
 from stickslip.models.content import NEEDED, Content, Point, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
@@ -27,7 +27,7 @@ class Model:
     """M q̈ + C q̇ + K q = p, sparse, SI.
 
     M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
-    sets: nodes by the name of a set; format: of the file; notes: what the reader left out or took for granted.
+    sets: nodes by the name of a set; format, file: what it was read from; notes: what the reader left out or took for granted.
     """
 
     M: Sparse
@@ -37,6 +37,7 @@ class Model:
     nodes: Mapping[str, Point] = field(default_factory=dict)
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     format: str = ""
+    file: str = ""
     notes: tuple[str, ...] = ()
 
     @property
@@ -73,34 +74,52 @@ class Model:
         return digest.hexdigest()
 
 
-def model_of(content: Content, units: UnitSystem, variables: Mapping[Any, str], dofs: Sequence[str], file: str) -> Model:
-    """The model of a content, converted to SI; all faults of the matrices at once."""
+def model_of(
+    content: Content, units: UnitSystem, variables: Mapping[Any, str], dofs: Sequence[str], file: str, own_damping: bool = True
+) -> Model:
+    """The model of a content, converted to SI; all faults of the matrices at once. own_damping: whether its C counts."""
     names = tuple(dofs) or content.dofs
-    matrices = _checked(chosen(content, variables, file), file, names)
+    found = chosen(content, variables, file)
+    matrices = _checked({key: matrix for key, matrix in found.items() if key != "C" or own_damping}, file, names)
     size = _common_size(matrices, names)
     if not size:
         raise fault("A model", "must have rows", "empty")
+    heaviest = float(np.max(np.abs(matrices["M"].data), initial=0.0))
+    if heaviest < SMALLEST:
+        raise fault(f"{file}: M" if file else "M", "must have mass", f"{heaviest:g} at most", "Check its unit, and the export.")
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
     converted = matrices_in_si(matrices, names, units)
-    nodes = {node: (x * units.metres, y * units.metres, z * units.metres) for node, (x, y, z) in content.nodes.items()}
-    return Model(converted["M"], converted["K"], names, converted.get("C"), nodes, content.sets, content.format, content.notes)
+    nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
+    C = converted.get("C")
+    return Model(converted["M"], converted["K"], names, C, nodes, content.sets, content.format, file, content.notes)
+
+
+def _in_metres(node: str, point: Point, metres: float) -> Point:
+    x, y, z = (metres * finite(f"The coordinates of node {node}", coordinate) for coordinate in point)
+    return x, y, z
 
 
 def _checked(matrices: Mapping[str, Any], file: str, names: Sequence[str]) -> dict[str, Sparse]:
     checked, faults = {}, []
+    entries = max(_entries(matrix) for matrix in matrices.values())
     try:
         check_names(names)
     except InputError as error:
         faults.append(str(error))
     for letter, matrix in matrices.items():
         try:
+            rows_with_entries(letter, max(np.shape(matrix), default=0), entries)
             checked[letter] = CHECKS[letter](letter, _real(letter, matrix))
-            rows_with_entries(letter, checked[letter].shape[0], max(checked[letter].nnz for letter in checked))
         except InputError as error:
             faults.append(f"{file}: {error}" if file else str(error))
     if faults:
         raise Faults(faults)
     return checked
+
+
+def _entries(matrix: Any) -> int:
+    """How many entries a matrix stores."""
+    return int(getattr(matrix, "nnz", np.size(matrix)))
 
 
 def _real(letter: str, matrix: Any) -> Any:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import fault, nearest
-from stickslip.models.content import DIRECTIONS, Content, Point
+from stickslip.models.content import DIRECTIONS, Content, Point, located
+from stickslip.models.numbers import whole
 
 COLUMNS = ("node", "direction", "x", "y", "z", "set")
 LONGEST_NAME = 200
@@ -55,14 +56,15 @@ def _nodes(array: Any) -> dict[str, Point]:
         raise fault("nodes", "must have rows of id, x, y, z", f"{rows.shape} of {rows.dtype}")
     if not np.all(np.isfinite(rows)):
         raise fault("nodes", "must be finite", "NaN or infinite")
-    return {f"{node:.0f}": (float(x), float(y), float(z)) for node, x, y, z in rows.astype(float).tolist()}
+    ids = whole("Ids of nodes", rows[:, 0].astype(float), 0).tolist()
+    return located((str(node), (x, y, z)) for node, (x, y, z) in zip(ids, rows[:, 1:].astype(float).tolist(), strict=True))
 
 
 def with_mapping(content: Content, path: Path) -> Content:
     """The content with the names, coordinates and sets of a mapping file."""
     rows = _table(path)
     dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
-    nodes = {row["node"]: _point(row) for row in rows if row.get("x")}
+    nodes = located((row["node"], _point(row)) for row in rows if row.get("x"))
     sets: dict[str, dict[str, None]] = {}
     for row in rows:
         for name in (row.get("set") or "").split():

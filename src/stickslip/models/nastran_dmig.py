@@ -1,13 +1,14 @@
 """Nastran DMIG entries (.pch, .dmig, .bdf): matrices by grid point and component, with GRID entries for coordinates.
 
 DMIG, NAME, 0, IFO, TIN, ... is the header; DMIG, NAME, GJ, CJ, , G1, C1, A1, B1 with continuations G2, C2, A2, B2, ... a column;
-IFO 6 is symmetric, with one triangle. Small fields of 8, large ones of 16 (DMIG*) and free format with commas are read.
-(MSC Nastran Quick Reference Guide, DMIG.)
+IFO 6 is symmetric, each pair of entries once; 1 is square; 2 and 9 are rectangular (loads), which no model needs. Small fields
+of 8, large ones of 16 (DMIG*) and free format with commas are read. (MSC Nastran Quick Reference Guide, DMIG.)
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,11 +17,12 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import fault
-from stickslip.models.content import Content, Point, dof
+from stickslip.models.content import Content, Point, dof, located
 from stickslip.models.limits import within_memory
 from stickslip.structure.sparse import both_triangles
 
 SYMMETRIC, SQUARE = 6, 1
+RECTANGULAR = (2, 9)
 COMPLEX = (3, 4)
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
 GridComponent = tuple[int, int]
@@ -40,48 +42,66 @@ class Matrix:
 
 
 def read(path: Path) -> Content:
-    """Every DMIG matrix of the file, over the degrees of freedom of all of them in ascending order."""
+    """Every square DMIG matrix of the file, over the degrees of freedom of all of them in ascending order."""
     within_memory(path.name, 60 * path.stat().st_size)
+    matrices, nodes = _taken(path)
+    rectangular = [name for name, matrix in matrices.items() if matrix.form in RECTANGULAR]
+    notes = (f"Rectangular matrices of the file are left out: {', '.join(rectangular)}.",) if rectangular else ()
+    matrices = {name: matrix for name, matrix in matrices.items() if name not in rectangular}
+    if not matrices:
+        raise fault(path.name, "must hold square DMIG entries", "none")
+    keys = sorted({key for matrix in matrices.values() for key in (*matrix.rows, *matrix.columns)})
+    row = {key: index for index, key in enumerate(keys)}
+    dofs = tuple(dof(*key) for key in keys)
+    assembled = {name: _assembled(name, matrix, row) for name, matrix in matrices.items()}
+    return Content("Nastran DMIG", assembled, dofs, nodes, notes=notes)
+
+
+def _taken(path: Path) -> tuple[dict[str, Matrix], dict[str, Point]]:
+    """The matrices by name, and the coordinates of grid points in the basic system."""
     matrices: dict[str, Matrix] = {}
-    nodes: dict[str, Point] = {}
+    points: list[tuple[str, Point]] = []
     with path.open(encoding="ascii", errors="replace") as file:
         for entry in _entries(file):
             if entry[0] == "DMIG":
                 _take(entry, matrices)
             elif entry[0] == "GRID" and entry[2] in ("", "0"):
-                nodes[str(_integer(entry[1]))] = (_number(entry[3]), _number(entry[4]), _number(entry[5]))
-    if not matrices:
-        raise fault(path.name, "must hold DMIG entries", "none")
-    keys = sorted({key for matrix in matrices.values() for key in (*matrix.rows, *matrix.columns)})
-    row = {key: index for index, key in enumerate(keys)}
-    dofs = tuple(dof(*key) for key in keys)
-    return Content("Nastran DMIG", {name: _assembled(matrix, row) for name, matrix in matrices.items()}, dofs, nodes)
+                points.append((str(_integer(entry[1])), (_number(entry[3]), _number(entry[4]), _number(entry[5]))))
+    return matrices, located(points)
 
 
-def _assembled(matrix: Matrix, row: dict[GridComponent, int]) -> sparse.csc_array:
+def _assembled(name: str, matrix: Matrix, row: dict[GridComponent, int]) -> sparse.csc_array:
     values = np.array(matrix.values)
     places = [row[key] for key in matrix.rows], [row[key] for key in matrix.columns]
     data = values if matrix.kind in COMPLEX else values.real
     stored = sparse.coo_array((data, places), (len(row), len(row))).tocsc()
-    return both_triangles(stored) if matrix.form == SYMMETRIC else stored
+    if stored.nnz < data.size:
+        (row_of, column), _ = Counter(zip(matrix.rows, matrix.columns, strict=True)).most_common(1)[0]
+        raise fault(f"DMIG {name}", "must hold each entry once", f"{dof(*row_of)}, {dof(*column)} more than once")
+    return both_triangles(f"DMIG {name}", stored) if matrix.form == SYMMETRIC else stored
 
 
 def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
     """A header, or a column with its terms."""
     name = entry[1]
-    if _integer(entry[2]) == 0 and name not in matrices:
+    if _integer(entry[2]) == 0:
+        if name in matrices:
+            raise fault(f"DMIG {name}", "must have one header", "several", "Two files in one?")
         form, kind = _integer(entry[3]), _integer(entry[4])
-        if form not in (SYMMETRIC, SQUARE):
-            raise fault(f"IFO of {name}", "must be 1 (square) or 6 (symmetric)", form)
+        if form not in (SYMMETRIC, SQUARE, *RECTANGULAR):
+            raise fault(f"IFO of {name}", "must be 1 (square), 2, 9 (rectangular) or 6 (symmetric)", form)
         matrices[name] = Matrix(form, kind)
         return
     if name not in matrices:
         raise fault(f"DMIG {name}", "must begin with its header (0 in the third field)", entry[2])
-    matrix, column = matrices[name], (_integer(entry[2]), _integer(entry[3]))
+    matrix = matrices[name]
+    if matrix.form in RECTANGULAR:
+        return
+    column = _integer(entry[2]), _component(entry[3])
     for start in range(5, len(entry), 4):
         grid, component, real, imaginary = (*entry[start : start + 4], "", "", "")[:4]
         if grid:
-            matrix.rows.append((_integer(grid), _integer(component)))
+            matrix.rows.append((_integer(grid), _component(component)))
             matrix.columns.append(column)
             matrix.values.append(complex(_number(real), _number(imaginary)))
 
@@ -118,6 +138,11 @@ def _integer(word: str) -> int:
     if not re.fullmatch(r"[+-]?\d{1,10}", word):
         raise fault("A field of an entry", "must be a whole number", word[:20])
     return int(word)
+
+
+def _component(word: str) -> int:
+    """The component of a grid point; scalar and extra points have none, or 0."""
+    return _integer(word) if word else 0
 
 
 def _number(word: str) -> float:

@@ -1,9 +1,10 @@
 """Nastran OUTPUT4 files (.op4), formatted or binary of either byte order, dense, sparse and sparse for big matrices.
 
 A matrix is a header (columns, rows, form, type, name), a record for each column that is not empty, and a last record with a
-column number beyond the last. A column record has its number, the row of its first entry, and its length in words; row 0
-says that the column comes in strings, each with a header of its own: L and row in one word IS = row + 65536 (L + 1), or, for
-big matrices (negative number of rows), in two words L + 1 and row. (NX Nastran DMAP Programmer's Guide, OUTPUT4.)
+column number beyond the last, whose length need not be that of its content. A column record has its number, the row of its
+first entry, and its length in words; row 0 says that the column comes in strings, each with a header of its own: L and row in
+one word IS = row + 65536 (L + 1), or, for big matrices (negative number of rows), in two words L + 1 and row.
+(NX Nastran DMAP Programmer's Guide, OUTPUT4.)
 """
 
 from __future__ import annotations
@@ -19,12 +20,14 @@ from scipy import sparse
 
 from stickslip.checks import Array, fault
 from stickslip.models.content import Content
-from stickslip.models.limits import rows_with_entries, within_memory
+from stickslip.models.limits import within_memory
 
 WORDS = {1: 1, 2: 2, 3: 2, 4: 4}
 """Words of an entry of type real single, real double, complex single, complex double."""
 COMPLEX = (3, 4)
 FORMAT = re.compile(r"(\d+)[EDFG](\d+)\.\d+", re.IGNORECASE)
+USUAL_WIDTH = 16
+"""Of a number where the header gives no format: 1P,5E16.9."""
 STRING = 65536
 
 
@@ -43,9 +46,7 @@ class Matrix:
         return self.rows < 0 or self.rows >= STRING
 
     def add(self, column: int, row: int, values: Array) -> None:
-        """Values from `row` downwards, both counted from 1; those beyond the last column are the end mark."""
-        if column > self.columns:
-            return
+        """Values from `row` downwards, both counted from 1."""
         if column < 1 or row < 1 or row - 1 + values.size > abs(self.rows):
             raise fault(f"Column {column} of {self.name}", f"must have rows from 1 to {abs(self.rows)}", (row, values.size))
         self.entries.append((column, row, values))
@@ -53,7 +54,6 @@ class Matrix:
     def assembled(self) -> sparse.coo_array:
         """The sparse matrix."""
         sizes = np.array([values.size for _, _, values in self.entries], dtype=np.int64)
-        rows_with_entries(self.name, max(abs(self.rows), self.columns), int(sizes.sum()))
         columns = np.repeat([column - 1 for column, _, _ in self.entries], sizes)
         rows = np.concatenate(
             [np.arange(row - 1, row - 1 + values.size) for _, row, values in self.entries] or [np.zeros(0, int)]
@@ -95,19 +95,25 @@ def _binary(content: bytes, order: str, word: int) -> Iterator[Matrix]:
     for record in _records(content, order):
         if matrix is None:
             columns, rows, _, kind = np.frombuffer(record, integer, 4).tolist()
-            matrix = _header(record[4 * word :].decode("ascii", "replace").strip(), columns, rows, kind)
+            matrix = _header(_name(record[4 * word :]), columns, rows, kind)
             continue
         column, row, length = np.frombuffer(record, integer, 3).tolist()
+        if column > matrix.columns:
+            yield matrix
+            matrix = None
+            continue
         data = record[3 * word : (3 + length) * word]
         if length < 0 or len(data) != length * word:
             raise fault(f"Column {column} of {matrix.name}", f"must have {length} words", len(data) // word)
         for first, values in _strings(matrix, data, row, integer):
             matrix.add(column, first, values)
-        if column > matrix.columns:
-            yield matrix
-            matrix = None
     if matrix is not None:
         raise fault(matrix.name, "must end with its last record", "cut off")
+
+
+def _name(content: bytes) -> str:
+    """The name in two words: those of eight bytes hold four letters each and blanks."""
+    return "".join(content.decode("ascii", "replace").split())
 
 
 def _records(content: bytes, order: str) -> Iterator[bytes]:
@@ -148,7 +154,7 @@ def _values(data: bytes, kind: int, integer: np.dtype[np.int64]) -> Array:
 
 
 def _formatted(text: str) -> Iterator[Matrix]:
-    lines = iter(text.splitlines())
+    lines = iter(text.replace("\r\n", "\n").split("\n"))
     for line in lines:
         if line.strip():
             yield _formatted_matrix(line, lines)
@@ -158,14 +164,15 @@ def _formatted_matrix(header: str, lines: Iterator[str]) -> Matrix:
     """One matrix. Lines with a decimal point hold values, three integers begin a column, one or two a string."""
     width = 8 if _integers(header[:32], 8) is not None else 16
     counts = _integers(header[: 4 * width], width)
-    layout = FORMAT.search(header[4 * width + 8 :])
-    if counts is None or len(counts) != 4 or layout is None:
+    if counts is None or len(counts) != 4:
         raise fault("The header of a matrix", "must hold four integers, a name and a format as 1P,3E23.16", header[:60])
     matrix = _header(header[4 * width : 4 * width + 8].strip(), counts[0], counts[1], counts[3])
+    layout = FORMAT.search(header[4 * width + 8 :])
+    number_width = int(layout[2]) if layout else USUAL_WIDTH
     column, row, values = 0, 0, []
     for line in lines:
         if "." in line:
-            values += _numbers(line, int(layout[2]))
+            values += _numbers(line, number_width)
             continue
         _add(matrix, column, row, values)
         column, row, values = *_place(matrix, line, width, column), []

@@ -44,6 +44,11 @@ def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> 
 
 
 def triplets(what: str, rows: Index, columns: Index, values: Array, size: int) -> sparse.csc_array:
-    """The matrix (size, size) of entries by row and column, both counted from 0; entries named twice add up."""
+    """The matrix (size, size) of entries by row and column, both counted from 0; none stands twice."""
     rows_with_entries(what, size, len(values))
-    return sparse.coo_array((values, (rows, columns)), (size, size)).tocsc()
+    matrix = sparse.coo_array((values, (rows, columns)), (size, size)).tocsc()
+    if matrix.nnz < len(values):
+        places, counts = np.unique(np.column_stack([rows, columns]), axis=0, return_counts=True)
+        row, column = (places[counts > 1][0] + 1).tolist()
+        raise fault(what, "must hold each entry once", f"row {row}, column {column} more than once", "Was it put together?")
+    return matrix

@@ -27,7 +27,7 @@ from stickslip.models import (
     nastran_op4,
     numpy_archive,
 )
-from stickslip.models.content import NEEDED, Content
+from stickslip.models.content import NEEDED, Content, chosen
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
 from stickslip.models.named_rows import with_mapping
@@ -64,8 +64,11 @@ FORMATS = (
     Format("CalculiX run", (".sti", ".mas", ".dof", ".inp"), calculix.read),
 )
 
+PACKED = {".gz": "gunzip", ".zip": "unzip", ".bz2": "bunzip2", ".xz": "unxz", ".zst": "unzstd", ".7z": "7z x", ".tar": "tar xf"}
+"""Endings of packed files, and what unpacks them."""
 COUNTERPARTS = (("STIFFNESS", "MASS", "DAMPING"), ("STIF", "MASS", "DMPV"), ("K", "M", "C"))
 """Ends of the names of files that hold stiffness, mass and damping of one model, in capitals or small letters."""
+NAME_BOTH = 'Name the files of both: model = { M = "mass.mtx", K = "stiffness.mtx" } in a study, {"M": ..., "K": ...} in Python.'
 
 
 def read_structure(
@@ -78,6 +81,7 @@ def read_structure(
     names: str | Path | None = None,
     dofs: Sequence[str] = (),
     variables: Mapping[str, str] | None = None,
+    own_damping: bool = True,
     progress: Progress = quiet,
 ) -> Structure:
     """A finite-element model of another program as a `Structure`, in SI.
@@ -85,11 +89,12 @@ def read_structure(
     path: a file, or {"M": file, "K": file}; units: those of the file, "SI", "mm-t-s", ...; keep: places that stay, {name: id of
     a node, name of a set or coordinates (x, y, z) in the file's unit}, or a list of ids and sets; all else becomes `modes`
     fixed-interface modes (30), and without `keep` the model is taken whole. names: a mapping file (CSV); dofs: the names
-    themselves; variables: {"K": "KELAST"} where the matrices have unusual names; damping: a rule where the file has no C;
+    themselves; variables: {"K": "KELAST"} where the matrices have unusual names; damping: a rule where the file has no C, or
+    own_damping=False leaves that out;
     progress(share, text) is told of long work, and where places were found.
     """
     system = unit_system(units)
-    model = read_model(path, units=system, names=names, dofs=dofs, variables=variables)
+    model = read_model(path, units=system, names=names, dofs=dofs, variables=variables, own_damping=own_damping)
     places = None if keep is None else places_of(model, keep, system.metres)
     for place in places or ():
         progress(0.0, str(place))
@@ -103,29 +108,32 @@ def read_model(
     names: str | Path | None = None,
     dofs: Sequence[str] = (),
     variables: Mapping[str, str] | None = None,
+    own_damping: bool = True,
 ) -> Model:
     """A finite-element model with sparse matrices, names, coordinates and sets, in SI, not reduced. Arguments: `read_structure`.
 
     Warns of a density or stiffness that no body has: the units are wrong then.
     """
-    content, file = read_content(path)
+    chosen_names = dict(variables or {})
+    content, file = read_content(path, chosen_names)
     if names is not None:
         content = with_mapping(content, Path(names))
-    model = model_of(content, unit_system(units), dict(variables or {}), tuple(dofs), file)
+    model = model_of(content, unit_system(units), chosen_names, tuple(dofs), file, own_damping)
     for sentence in implausible(model):
         warnings.warn(f"{file}: {sentence}", stacklevel=2)
     return model
 
 
-def read_content(path: Paths) -> tuple[Content, str]:
+def read_content(path: Paths, variables: Mapping[Any, str]) -> tuple[Content, str]:
     """What the file holds, together with the file of the other matrix where a format has one matrix a file; and its name."""
     if isinstance(path, Mapping):
-        return _together({letter: Path(place) for letter, place in path.items()}), " and ".join(map(str, path.values()))
+        places = {letter: Path(place) for letter, place in path.items()}
+        return _together(places, variables), " and ".join(dict.fromkeys(place.name for place in places.values()))
     place = Path(path)
     content = _read_one(place)
     if set(content.matrices) != {""}:
         return content, place.name
-    return _together(_counterparts(place)), place.name
+    return _together(_counterparts(place), variables), place.name
 
 
 def _read_one(path: Path) -> Content:
@@ -150,6 +158,9 @@ def format_of(path: Path) -> Format:
     fitting = [form for form in FORMATS if path.suffix.lower() in form.endings]
     if not path.is_file():
         raise fault("A model", "must be a file that exists", str(path), "It is a folder." if path.is_dir() else "")
+    if path.suffix.lower() in PACKED:
+        remedy = f"Unpack it first, with {PACKED[path.suffix.lower()]}, beside the other files of the model."
+        raise fault("A model", "must be unpacked", path.name, remedy)
     if not fitting:
         raise fault("A model", f"must be a file ending in {', '.join(endings[:-1])} or {endings[-1]}", path.name)
     with path.open("rb") as file:
@@ -166,25 +177,36 @@ def _counterparts(path: Path) -> dict[str, Path]:
                 if match:
                     beside = [path.with_stem(f"{match[1]}{case(other)}{match[2]}") for other in words]
                     return {letter: place for letter, place in zip("KMC", beside, strict=True) if place.is_file()}
-    remedy = 'Name both: {"M": file, "K": file}, or let the names end in _K and _M.'
-    raise fault(path.name, "must be one of a pair of files of stiffness and mass", path.stem, remedy)
+    raise fault(
+        path.name,
+        "must be one of a pair of files of stiffness and mass",
+        path.stem,
+        f"Names as blade_K and blade_M make a pair. {NAME_BOTH}",
+    )
 
 
-def _together(paths: Mapping[str, Path]) -> Content:
-    """One content of files that hold a matrix each."""
+def _together(paths: Mapping[str, Path], variables: Mapping[Any, str]) -> Content:
+    """One content of the files of the matrices, under the names by which `variables` or their letters call for them."""
     for letter in NEEDED:
         if letter not in paths:
-            raise fault(f"The file of {letter}", "must be given", sorted(str(path) for path in paths.values()))
-    parts = {letter: _read_one(path) for letter, path in paths.items()}
-    for letter, part in parts.items():
-        if len(part.matrices) != 1:
-            raise fault(f"{paths[letter].name}", "must hold one matrix", sorted(part.matrices))
-    aligned = {letter: next(iter(part.matrices.values())) for letter, part in parts.items()}
+            raise fault(f"The file of {letter}", "must be given", sorted(path.name for path in paths.values()), NAME_BOTH)
+    read = {path: _read_one(path) for path in dict.fromkeys(paths.values())}
+    parts = {letter: read[path] for letter, path in paths.items()}
+    aligned = {letter: _matrix(letter, part, variables, paths[letter].name) for letter, part in parts.items()}
     dofs = parts["K"].dofs
     if any(part.dofs != dofs for part in parts.values()) and all(part.dofs for part in parts.values()):
         dofs = tuple(dict.fromkeys(name for letter in ("K", *parts) for name in parts[letter].dofs))
         aligned = {letter: _spread(matrix, parts[letter].dofs, dofs) for letter, matrix in aligned.items()}
-    return replace(parts["K"], matrices=aligned, dofs=dofs)
+    notes = dict.fromkeys(note for part in parts.values() for note in part.notes)
+    named = {variables.get(letter, letter): matrix for letter, matrix in aligned.items()}
+    return replace(parts["K"], matrices=named, dofs=dofs, notes=tuple(notes))
+
+
+def _matrix(letter: str, part: Content, variables: Mapping[Any, str], file: str) -> Any:
+    """The matrix of a file that is to be M, K or C: its only one, or that of the name."""
+    if "" in part.matrices or (len(part.matrices) == 1 and letter not in variables):
+        return next(iter(part.matrices.values()))
+    return chosen(part, {key: name for key, name in variables.items() if key == letter}, file, (letter,))[letter]
 
 
 def _spread(matrix: Any, own: Sequence[str], dofs: Sequence[str]) -> Any:

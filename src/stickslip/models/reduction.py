@@ -48,9 +48,12 @@ def whole(model: Model, damping: Damping | None = None) -> Structure:
 def reduced(
     model: Model, places: tuple[Place, ...], modes: int | None, damping: Damping | None = None, progress: Progress = quiet
 ) -> Structure:
-    """The model by its places and `modes` fixed-interface modes (all of them where there are fewer); C is projected too."""
+    """The model by its places and `modes` fixed-interface modes (30, or all of a smaller model); C is projected too."""
     kept = {name: row for place in places for name, row in place.dofs.items()}
-    number = min(MODES if modes is None else modes, model.size - len(kept))
+    inside = model.size - len(kept)
+    if modes is not None and not 0 <= modes <= inside:
+        raise fault("modes", f"must lie between 0 and {inside}, the rows that are not kept", modes)
+    number = min(MODES, inside) if modes is None else modes
     file = cache_folder() / f"{_key(model, kept, number)}.npz"
     matrices = _from_cache(file)
     if matrices is None:
@@ -112,6 +115,10 @@ def structure_of(
     model: Model, places: tuple[Place, ...] | None, modes: int | None, damping: Damping | None, progress: Progress = quiet
 ) -> Structure:
     """The model whole, or by its places."""
+    if damping is not None and model.C is not None:
+        where = f"{model.file} has" if model.file else "the structure has"
+        remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
+        raise InputError(f"Damping must be given once, but {where} a matrix C beside the damping rule. {remedy}")
     if places is None and modes is not None:
         raise InputError("modes must go with keep, the places that are not reduced, but stands alone.")
     return whole(model, damping) if places is None else reduced(model, places, modes, damping, progress)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from stickslip.checks import Array
+from stickslip.checks import SMALLEST, Array
 from stickslip.structure.factor import Factor, Singular
 from stickslip.structure.modes import natural_modes
 from stickslip.structure.sparse import Sparse
@@ -39,7 +39,8 @@ class LowestModes:
 def lowest_modes(M: Sparse, K: Sparse, number: int = 10) -> LowestModes | None:
     """The lowest `number` modes of symmetric K and M (n, n), M without negative eigenvalue; None where K − σM has no factor."""
     mass = M.diagonal()
-    highest = float(np.max(np.abs(K.diagonal()[mass > 0.0]) / mass[mass > 0.0], initial=0.0))
+    heavy = mass > SMALLEST
+    highest = float(np.max(np.abs(K.diagonal()[heavy]) / mass[heavy], initial=0.0))
     if M.shape[0] <= DENSE_SIZE:
         squares, below, size = natural_modes(M.toarray(), K.toarray()).squares, 0, 0.0
     else:

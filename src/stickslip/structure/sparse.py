@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import fault
+from stickslip.checks import LARGEST, fault
 
 Sparse = sparse.csc_array
 
@@ -22,6 +22,9 @@ def square_sparse(what: str, matrix: Any) -> Sparse:
     wrong = np.flatnonzero(~np.isfinite(stored.data))
     if wrong.size:
         raise fault(f"{what}[{_place(stored, wrong[0])}]", "must be finite", float(stored.data[wrong[0]]))
+    largest = float(np.max(np.abs(stored.data), initial=0.0))
+    if largest > LARGEST:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", largest, "Check its unit, and the file for damage.")
     return stored.tocsc()
 
 
@@ -42,9 +45,14 @@ def symmetric_sparse(what: str, matrix: Any, tolerance: float = 1e-8) -> Sparse:
     return sparse.csc_array(0.5 * (stored + stored.T)) if gap.nnz else stored
 
 
-def both_triangles(matrix: Any) -> Sparse:
-    """The symmetric matrix of which `matrix` stores one triangle."""
+def both_triangles(what: str, matrix: Any) -> Sparse:
+    """The symmetric matrix of which `matrix` stores each pair of entries once, on either side of the diagonal."""
     stored = sparse.csc_array(matrix)
+    twice = sparse.coo_array(sparse.tril(stored, -1).multiply(sparse.triu(stored, 1).T))
+    if twice.nnz:
+        row, column = (int(place[0]) + 1 for place in twice.coords)
+        remedy = "A symmetric matrix stores one triangle; a whole one must be written as general (square)."
+        raise fault(what, "must hold each entry once", f"row {row}, column {column} and its mirror image", remedy)
     return sparse.csc_array(stored + stored.T - sparse.diags_array(stored.diagonal()))
 
 

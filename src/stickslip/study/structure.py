@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def structure(
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
     places = None if table.keep is None else places_of(model, table.keep, own.system.metres)
-    said = (*map(str, places or ()), *implausible(model))
+    said = (*map(str, places or ()), *model.notes, *implausible(model))
     return structure_of(model, places, table.modes, damping, progress), said
 
 
@@ -39,13 +40,14 @@ def _model(table: StructureTable, folder: Path, units: Units) -> Model:
         given = [key for key in ONLY_WITH_MODEL if getattr(table, key) is not None]
         if given:
             raise fault(" and ".join(given), "must go with model", "without one")
-    content, file = _content(table, folder)
+    variables = table.variables or {}
+    content, file = _content(table, folder, variables)
     if table.names is not None:
         content = with_mapping(content, folder / table.names)
-    return model_of(content, units.system, table.variables or {}, table.dofs or (), file)
+    return model_of(content, units.system, variables, table.dofs or (), file, table.own_damping)
 
 
-def _content(table: StructureTable, folder: Path) -> tuple[Content, str]:
+def _content(table: StructureTable, folder: Path, variables: Mapping[Any, str]) -> tuple[Content, str]:
     """What the file holds, or the matrices that stand in the study."""
     place = table.matrices if table.model is None else table.model
     if isinstance(place, MatricesTable):
@@ -53,8 +55,8 @@ def _content(table: StructureTable, folder: Path) -> tuple[Content, str]:
         return Content("study", {name: _rectangular(name, rows) for name, rows in given.items() if rows is not None}), ""
     if isinstance(place, FilesTable):
         given_files = {"M": place.M, "K": place.K, "C": place.C}
-        return read_content({letter: folder / name for letter, name in given_files.items() if name is not None})
-    return read_content(folder / str(place))
+        return read_content({letter: folder / name for letter, name in given_files.items() if name is not None}, variables)
+    return read_content(folder / str(place), variables)
 
 
 def _rectangular(name: str, rows: Sequence[Sequence[float]]) -> Array:

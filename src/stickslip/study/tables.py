@@ -112,6 +112,9 @@ class StructureTable(Table):
     units: Annotated[
         Literal["SI", "mm-t-s", "mm-kg-s", "mm-kg-ms"] | None, Field(description="units of the model, unless those of the study")
     ] = None
+    own_damping: Annotated[
+        bool, Field(description="whether the C of model or matrices counts; false where [damping] is to stand for it")
+    ] = True
     keep: Annotated[
         Keep | None,
         Field(
