@@ -22,6 +22,9 @@ from stickslip.structure.damping import Damping, Dashpot, ModalDamping, Rayleigh
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import natural_modes
 
+STIFFEST = 1e5
+"""Times what a contact joins: from there on Newton's method was seen to fail where the contact slips."""
+
 
 class LinearSystem(NamedTuple):
     """The linear structure of one harmonic with its contacts stuck: M, C, K + BᴴK_cB, (n, n); B (rows, n); outputs (.., n)."""
@@ -73,6 +76,7 @@ class Problem:
         low, high = float(eigenvalues[0]), float(eigenvalues[-1])
         scale = max(abs(low), high, SMALLEST)
         if low < 1e-13 * scale:
+            self._refuse_hiding_contacts()
             dof = self.structure.dofs[int(np.argmax(np.abs(vectors[:, 0])))]
             what = "held by nothing" if abs(low) < 1e-9 * scale else "of negative stiffness"
             everywhere = high <= -1e-9 * scale
@@ -81,6 +85,40 @@ class Problem:
                 f"{dof!r} is {what} (eigenvalues from {low:.3g} to {high:.3g} N/m). "
                 + ("Turn the sign of K." if everywhere else "Add a support, a contact, or check the signs in K.")
             )
+
+    def _refuse_hiding_contacts(self) -> None:
+        """Refuse contacts so stiff that rounding hides a structure which softer ones hold as well."""
+        largest = float(np.max(np.abs(self.structure.K), initial=0.0))
+        softened = np.minimum(self.contact_stiffness, 1e3 * largest)
+        values = linalg.eigvalsh(self.structure.K + self.B.T @ (softened[:, None] * self.B))
+        if values[0] < 1e-13 * max(abs(values[0]), values[-1], SMALLEST):
+            return
+        raise fault(
+            "Contacts",
+            "must not be so stiff that rounding hides the structure",
+            f"{self.contact_stiffness.max():.3g} N/m against {largest:.3g} N/m at most in K",
+            "Lower kt and kn: a contact 1e4 times as stiff as what it joins is rigid but for one part in 1e4.",
+        )
+
+    @cached_property
+    def stiffness_ratios(self) -> Array:
+        """How many times stiffer each contact row is than all that it joins, 1/(1 − kc b K_stuck⁻¹ bᴴ) − 1, (rows,)."""
+        _, _, K, B, _ = self.system(1)
+        share = 1.0 - self.contact_stiffness * np.einsum("ij,ji->i", B, linalg.solve(K, B.conj().T)).real
+        return np.asarray(1.0 / np.maximum(share, np.finfo(float).eps) - 1.0)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is to be said of a problem that can be computed: contacts too stiff to slip without trouble."""
+        stiff = np.flatnonzero(self.stiffness_ratios > STIFFEST)
+        if not stiff.size:
+            return ()
+        names = [contact.name for contact in self.contacts for _ in contact.directions]
+        listed = ", ".join(dict.fromkeys(names[row] for row in stiff[:10]))
+        return (
+            f"Very stiff contacts ({listed}): up to {self.stiffness_ratios.max():.2g} times what they join. Where they slip, "
+            "points may not be found. With kt and kn lowered to 1e4 times, a stuck contact is rigid but for one part in 1e4.",
+        )
 
     @cached_property
     def B(self) -> Array:

@@ -89,7 +89,7 @@ ONE_CHANGE = [
         '[damping]\nmodal = 0.01\non = "stuk"\n[sweep]',
         "on must be 'stuck' or 'free', but is 'stuk'. Did you mean 'stuck'?",
     ),
-    ("[sweep]", "[damping]\nmodal = 0.01\n[sweep]", "must have either C or a damping rule, but has both"),
+    ("[sweep]", "[damping]\nmodal = 0.01\n[sweep]", "Damping must be given once, but the structure has a matrix C"),
     ("[sweep]", "[damping]\nmodal = 0.01\nrayleigh = [1, 1]\n[sweep]", "modal and rayleigh must not be given together"),
     ("[sweep]", "[damping]\n[sweep]", "modal or rayleigh must be given, but is missing"),
     ("amplitude = 1.0", "amplitude = 1e-200", "Size of Force.amplitude of harmonic 1 must be at least 1e-40, but is 1e-200"),
@@ -135,6 +135,20 @@ def test_a_structure_that_nothing_holds_is_refused(tmp_path):
     with pytest.raises(InputError, match="held by nothing"):
         job(floating, tmp_path, "floating")
     assert job(text, tmp_path, "held by its contact").sweep.problem
+
+
+def test_a_contact_far_stiffer_than_the_structure(tmp_path):
+    """Stuck, it works at any stiffness; where it slips, Newton's method fails from a ratio of 1e5 on (measured)."""
+    usual = job(GOOD, tmp_path, "usual")
+    assert usual.notes == ()
+    K, kt = usual.sweep.problem.structure.K, usual.sweep.problem.contact_stiffness[0]
+    row = usual.sweep.problem.B[0]
+    joined = 1.0 / (row @ np.linalg.solve(K, row))  # the static stiffness of the structure at the contact
+    assert usual.sweep.problem.stiffness_ratios[0] == pytest.approx(kt / joined)
+    (note,) = job(GOOD.replace("kt = 0.5", "kt = 5e6"), tmp_path, "stiff").notes
+    assert "Very stiff contacts (contact 1)" in note
+    with pytest.raises(InputError, match="so stiff that rounding hides the structure"):
+        job(GOOD.replace("kt = 0.5", "kt = 5e15"), tmp_path, "far too stiff")
 
 
 def test_all_faults_are_named_at_once(tmp_path):

@@ -106,7 +106,8 @@ def _rows(model: Model) -> Iterator[str]:
         yield f"{_some(model, ~(stiff | heavy))} neither mass nor stiffness: left out of the export, or fixed?"
     if np.any(stiff & ~heavy):
         yield f"{_some(model, stiff & ~heavy)} no mass: they follow the others, and give no mode."
-    missing = [node for node in model.directions if node not in model.nodes]
+    placed = (node for node, axes in model.directions.items() if not node.startswith("-") and not axes[0].startswith("q"))
+    missing = [node for node in placed if node not in model.nodes]
     if model.nodes and missing:
         yield f"{counted(len(missing), 'node')} without coordinates, {missing[0]} first: places are not looked for there."
 
