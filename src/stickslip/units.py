@@ -68,7 +68,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     if isinstance(name, UnitSystem):
         return name
     if name not in UNIT_SYSTEMS:
-        raise fault("The system of units", "must be a known one", name, nearest(name, UNIT_SYSTEMS))
+        raise fault("The system of units", "must be a known one", name, nearest(str(name), UNIT_SYSTEMS))
     return UNIT_SYSTEMS[name]
 
 

@@ -123,8 +123,10 @@ def test_damping_of_a_study(chain, tmp_path):
 def test_more_modes_than_rows(chain, tmp_path):
     path = chain.save(tmp_path, "npz")
     assert ss.read_structure(path, keep=["2"]).size == 6  # 30 unless given, of a small model all
-    for modes in (6, 10**12, -1):
-        refused(path, f"modes must lie between 0 and 5, the rows that are not kept, but is {modes}", keep=["2"], modes=modes)
+    for modes in (6, 10**12, -1, 1.5):
+        refused(
+            path, f"modes must be a whole number from 0 to 5, the rows that are not kept, but is {modes}", keep=["2"], modes=modes
+        )
 
 
 @pytest.mark.parametrize("size", [1e42, 1e300])

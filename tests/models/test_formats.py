@@ -114,6 +114,22 @@ def test_both_matrices_from_one_file(chain, tmp_path):
         ss.read_structure(files)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"units": 5}, "The system of units must be a known one, but is 5"),
+        ({"variables": {"K": 3}}, "variables, K must be a name, but is 3"),
+        ({"keep": "12"}, "keep must be a tuple or list"),
+    ],
+)
+def test_arguments_of_a_wrong_kind(chain, tmp_path, arguments, said):
+    path = chain.save(tmp_path, "npz")
+    with pytest.raises(InputError, match=said):
+        ss.read_structure(path, **arguments)
+    with pytest.raises(InputError, match="A table of files must name M, K or C, but is 'X'"):
+        ss.read_structure({"X": path, "M": path, "K": path})
+
+
 @pytest.mark.parametrize(("name", "tool"), [("blade.sti.gz", "gunzip"), ("model.zip", "unzip"), ("model.npz.XZ", "unxz")])
 def test_a_packed_model_says_how_to_unpack_it(tmp_path, name, tool):
     (tmp_path / name).write_bytes(b"")

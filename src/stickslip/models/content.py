@@ -43,6 +43,9 @@ def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Se
     unknown = [key for key in variables if key not in SYNONYMS]
     if unknown:
         raise fault("variables", "must name M, K or C", unknown[0])
+    for letter, name in variables.items():
+        if not isinstance(name, str):
+            raise fault(f"variables, {letter}", "must be a name", name)
     found: dict[str, Any] = {}
     faults = []
     for letter, usual in SYNONYMS.items():

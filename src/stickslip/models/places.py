@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.checks import Faults, InputError, fault, nearest, vector
+from stickslip.checks import Faults, InputError, fault, nearest, several, vector
 from stickslip.models.model import Model
 
 Where = str | int | Sequence[float]
@@ -38,7 +38,7 @@ def places_of(model: Model, keep: Keep, metres: float = 1.0) -> tuple[Place, ...
 
     A named node gives NAME.x, NAME.y, ...; a named set NAME/NODE.x, ...; what stands in a list keeps the names of the model.
     """
-    named = keep.items() if isinstance(keep, Mapping) else [("", where) for where in keep]
+    named = keep.items() if isinstance(keep, Mapping) else [("", where) for where in several("keep", keep)]
     found, faults = [], []
     for name, where in named:
         try:

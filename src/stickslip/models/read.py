@@ -27,7 +27,7 @@ from stickslip.models import (
     nastran_op4,
     numpy_archive,
 )
-from stickslip.models.content import NEEDED, Content, chosen
+from stickslip.models.content import NEEDED, SYNONYMS, Content, chosen
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
 from stickslip.models.named_rows import with_mapping
@@ -187,6 +187,9 @@ def _counterparts(path: Path) -> dict[str, Path]:
 
 def _together(paths: Mapping[str, Path], variables: Mapping[Any, str]) -> Content:
     """One content of the files of the matrices, under the names by which `variables` or their letters call for them."""
+    for letter in paths:
+        if letter not in SYNONYMS:
+            raise fault("A table of files", "must name M, K or C", letter)
     for letter in NEEDED:
         if letter not in paths:
             raise fault(f"The file of {letter}", "must be given", sorted(path.name for path in paths.values()), NAME_BOTH)

@@ -51,9 +51,9 @@ def reduced(
     """The model by its places and `modes` fixed-interface modes (30, or all of a smaller model); C is projected too."""
     kept = {name: row for place in places for name, row in place.dofs.items()}
     inside = model.size - len(kept)
-    if modes is not None and not 0 <= modes <= inside:
-        raise fault("modes", f"must lie between 0 and {inside}, the rows that are not kept", modes)
-    number = min(MODES, inside) if modes is None else modes
+    if modes is not None and modes not in range(inside + 1):
+        raise fault("modes", f"must be a whole number from 0 to {inside}, the rows that are not kept", modes)
+    number = min(MODES, inside) if modes is None else int(modes)
     file = cache_folder() / f"{_key(model, kept, number)}.npz"
     matrices = _from_cache(file)
     if matrices is None:
