@@ -212,6 +212,7 @@ frequency = [0.08, 0.32]
         ("kt = 2.0", "start = { slidr = 1 }", "parameters, key must be a known one, but is 'start'"),
         ("[sweep]", '[[force]]\nat = "1.x"\n[sweep]', "force must go with matrices, but stands beside a rig"),
         ("[sweep]", '[sweep]\noutputs = ["9.x"]', "outputs: degree of freedom '9.x' does not exist"),
+        ('"single_mass"', '"single_mass"\nmodes = 3\nown_damping = false', "modes and own_damping must go with a model"),
         ('"single_mass"', '"single_mass"\nmatrices = "a.npz"', "rig and matrices must not be given together"),
     ],
 )

@@ -24,6 +24,9 @@ from stickslip.units import Band
 
 def rig_named(table: StructureTable) -> Problem:
     """The ready problem that a [structure] table names."""
+    misplaced = [key for key in ("names", "variables", "units", "keep", "modes", "own_damping") if key in table.model_fields_set]
+    if misplaced:
+        raise fault(" and ".join(misplaced), "must go with a model", "beside a rig", "Leave it out.")
     maker = rigs.RIGS.get(str(table.rig))
     if maker is None:
         raise fault("rig", "must be a known one", table.rig, nearest(str(table.rig), rigs.RIGS))
