@@ -104,7 +104,8 @@ class Problem:
     def stiffness_ratios(self) -> Array:
         """How many times stiffer each contact row is than all that it joins, 1/(1 − kc b K_stuck⁻¹ bᴴ) − 1, (rows,)."""
         _, _, K, B, _ = self.system(1)
-        share = 1.0 - self.contact_stiffness * np.einsum("ij,ji->i", B, linalg.solve(K, B.conj().T)).real
+        moved = linalg.cho_solve(linalg.cho_factor(K), B.conj().T)
+        share = 1.0 - self.contact_stiffness * np.einsum("ij,ji->i", B, moved).real
         return np.asarray(1.0 / np.maximum(share, np.finfo(float).eps) - 1.0)
 
     @property
