@@ -1,5 +1,6 @@
 """The finite-element disk: cyclic constraints against a mesh of the whole disk, rigid motions, bad input. Six coarse sectors."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,6 +15,7 @@ from stickslip.solve.continuation import first_point
 from stickslip.structure.cyclic_reduction import cyclic_craig_bampton, cyclic_frequencies, rotation, sector_of
 from stickslip.structure.modes import natural_modes
 from stickslip.structure.solid import solid
+from stickslip.structure.spin import spinning
 
 COARSE = BliskSector(sectors=6, cells=(1, 1, 1))
 
@@ -42,6 +44,19 @@ def test_cyclic_modes_are_the_modes_of_the_whole_disk():
     whole = np.sort(np.sqrt(squares)) / (2.0 * np.pi)
     waves = [np.repeat(cyclic_frequencies(sector(), n, 2), 1 if n in (0, 3) else 2) for n in range(4)]
     assert np.sort(np.concatenate(waves))[:12] == pytest.approx(whole, rel=1e-8)
+
+
+def test_a_spinning_sector_is_the_spinning_disk():
+    """Prestress of nodal diameter 0 in the sector, of the whole mesh in the disk; at 60 turns a second both stiffen alike."""
+    mesh = whole_mesh()
+    still = solid(mesh, COARSE.material).clamp(lambda p: np.hypot(p[:, 0], p[:, 1]) < COARSE.hub_radius * (1 + 1e-9))
+    body = spinning(still, mesh, COARSE.material, 2.0 * np.pi * 60.0)
+    squares = linalg.eigsh(body.K, 6, body.M, sigma=0.0, return_eigenvectors=False)
+    fast = replace(COARSE, rotation=60.0).sector()
+    waves = [np.repeat(cyclic_frequencies(fast, n, 2), 1 if n in (0, 3) else 2) for n in range(4)]
+    found = np.sort(np.concatenate(waves))[:6]
+    assert found == pytest.approx(np.sort(np.sqrt(squares)) / (2.0 * np.pi), rel=1e-8)
+    assert found[0] > 1.02 * np.sort(np.concatenate([cyclic_frequencies(sector(), n, 1) for n in range(4)]))[0]
 
 
 def test_the_reduction_converges():
@@ -95,6 +110,7 @@ def test_static_load_of_the_dampers():
         (lambda: octopus_blisk("guessed"), "contact must be a known set"),
         (lambda: octopus_blisk(normal_stiffness="Herz"), "normal_stiffness must be a known formula"),
         (lambda: BliskSector(stagger=40.0).body(), "must not be inverted"),
+        (lambda: BliskSector(rotation=-1.0), "rotation must not be negative"),
         (lambda: BliskSector(stagger=80.0), "stagger must lie between"),
         (lambda: BliskSector(damper_length=80e-3), "contact nodes on the platform"),
         (lambda: BliskSector(damper_radius=90e-3), "off the platform"),

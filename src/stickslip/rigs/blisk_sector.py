@@ -7,7 +7,7 @@ parallel to the axis; the disk, a body of revolution, takes part in its mesh onl
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import cos, pi, radians, sin, tan
 from typing import Any
@@ -20,6 +20,7 @@ from stickslip.checks import Array, InputError, fault, not_negative, positive
 from stickslip.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
 from stickslip.structure.sector_surface import SectorSurface, sector_surface
 from stickslip.structure.solid import Material, Solid, box_mesh, solid
+from stickslip.structure.spin import spinning
 
 POINTS = 5
 """Contact points of each line."""
@@ -32,7 +33,8 @@ class BliskSector:
 
     shank, platform and blade stand on the rim; width: of their section along the stagger; thicknesses: of
     shank and blade, tangential. damper_radius, damper_length: of the cylinder whose lines touch the lower platform edges;
-    platform_angle: of the contact planes. cells: layers of elements in disk, shank and blade.
+    platform_angle: of the contact planes. cells: layers of elements in disk, shank and blade. rotation: steady, of the whole disk
+    [Hz, turns a second]: the centrifugal load stiffens and softens the structure (`structure.spin`).
     """
 
     sectors: int = 24
@@ -51,6 +53,7 @@ class BliskSector:
     damper_radius: float = 5e-3
     damper_length: float = 27.6e-3
     cells: tuple[int, int, int] = (3, 6, 5)
+    rotation: float = 0.0
     material: Material = field(default=OCTOPUS_STEEL)
 
     def __post_init__(self) -> None:
@@ -72,6 +75,7 @@ class BliskSector:
         if not 0.0 <= self.platform_angle < 90.0:
             raise fault("platform_angle", "must lie in [0, 90) degrees", self.platform_angle)
         not_negative("stagger", abs(self.stagger))
+        not_negative("rotation", self.rotation)
         if not abs(self.stagger) < 75.0:
             raise fault("stagger", "must lie between -75 and 75 degrees", self.stagger, "The cells are sheared flat beyond.")
         if self.shank_thickness >= self.pitch(self.rim_radius):
@@ -173,14 +177,16 @@ class BliskSector:
         return np.interp(radius, stations, [shank * self.hub_radius / self.rim_radius, shank, shank, root, tip])
 
     def body(self) -> Solid:
-        """The meshed sector, clamped at the hub."""
+        """The meshed sector at rest, clamped at the hub."""
         inner = self.hub_radius
         return solid(self.mesh(), self.material).clamp(lambda p: np.hypot(p[:, 0], p[:, 1]) < inner * (1.0 + 1e-9))
 
     def sector(self) -> Sector:
-        """The clamped sector with its cyclic faces paired."""
+        """The clamped sector with its cyclic faces paired, at its rotation."""
         left, right = (self._face(side) for side in (-1, 1))
-        return sector_of(self.body(), self.sectors, lambda p: among(p, left), lambda p: among(p, right))
+        still = sector_of(self.body(), self.sectors, lambda p: among(p, left), lambda p: among(p, right))
+        rate = 2.0 * pi * self.rotation
+        return replace(still, solid=spinning(still.solid, self.mesh(), self.material, rate, still.constraint(0)))
 
     def _face(self, side: int) -> Array:
         """Nodes of the left (−1) or right (1) face of the disk: corners of cells and middles of their edges, (nodes, 3)."""

@@ -54,6 +54,7 @@ def octopus_blisk(
     pull: float = 147.0,
     engine_order: int = 2,
     platform_angle: float = 20.0,
+    rotation: float | None = None,
     stagger: float | None = None,
     damper_mass: float = 16.9e-3,
     damping: float = 5.43e-4,
@@ -66,14 +67,15 @@ def octopus_blisk(
 
     contact: the published set of tangential stiffness, "measured" or "analytic"; ktx, kty: totals of a line in its place
     [N/m]; kn: total of a line [N/m], or from the formula `normal_stiffness` at F_C/(2 cos α). pull: centrifugal force F_C of
-    each damper [N]; platform_angle α, stagger [degrees]; damping: ratio of every stuck mode; modes: fixed-interface modes of
-    each nodal diameter.
+    each damper [N], which does not follow the rotation; platform_angle α, stagger [degrees]; rotation: of the disk, which
+    stiffens it [Hz]; damping: ratio of every stuck mode; modes: fixed-interface modes of each nodal diameter.
     """
     if contact not in PUBLISHED:
         raise fault("contact", "must be a known set", contact, nearest(str(contact), PUBLISHED))
     if normal_stiffness not in NORMAL_STIFFNESS:
         raise fault("normal_stiffness", "must be a known formula", normal_stiffness, nearest(normal_stiffness, NORMAL_STIFFNESS))
     shape = replace(sector or BliskSector(), platform_angle=platform_angle)
+    shape = shape if rotation is None else replace(shape, rotation=rotation)
     shape = shape if stagger is None else replace(shape, stagger=stagger)
     tangential = PUBLISHED[contact]
     line = LineContact(shape.damper_length, shape.damper_radius)

@@ -112,6 +112,36 @@ def solid(mesh: Any, material: Material = STEEL) -> Solid:
 
     K_ab = ∫ λ ∂N_a/∂x_i ∂N_b/∂x_j + μ (∂N_a/∂x_j ∂N_b/∂x_i + δ_ij ∇N_a·∇N_b) dV, M_ab = δ_ij ∫ ρ N_a N_b dV.
     """
+    shapes = shape_functions(mesh)
+    K = shapes.assembled(element_stiffness(shapes.gradients, shapes.volumes, material))
+    M = shapes.assembled(element_mass(shapes.values, shapes.volumes, material))
+    return Solid(M, K, shapes.points, np.arange(shapes.size).reshape(-1, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeFunctions:
+    """Of all cells at their quadrature points: values N_a (a, cells, q), gradients (a, 3, cells, q), volumes (cells, q) in m³.
+
+    rows: (cells, a, 3), where the nodes of the cells stand among the `size` unknowns of the free body; points: (nodes, 3) in m.
+    """
+
+    values: Array
+    gradients: Array
+    volumes: Array
+    rows: Indices
+    points: Array
+
+    @property
+    def size(self) -> int:
+        return int(self.points.size)
+
+    def assembled(self, matrices: Array) -> sparse.csc_array:
+        """The sum of the cells' matrices (cells, 3a, 3a)."""
+        return _scatter(matrices, self.rows, self.size)
+
+
+def shape_functions(mesh: Any) -> ShapeFunctions:
+    """Those of quadratic serendipity elements on a `MeshHex`; inverted cells are refused."""
     import skfem
 
     basis = skfem.Basis(mesh, skfem.ElementHexS2(), intorder=GAUSS_DEGREE)
@@ -122,9 +152,7 @@ def solid(mesh: Any, material: Material = STEEL) -> Solid:
     values = np.array([np.broadcast_to(np.asarray(field), volumes.shape) for field in fields])
     gradients = np.array([field.grad for field in fields])
     rows = 3 * basis.element_dofs.T[:, :, None] + np.arange(3)
-    K = _scatter(element_stiffness(gradients, volumes, material), rows, 3 * basis.N)
-    M = _scatter(element_mass(values, volumes, material), rows, 3 * basis.N)
-    return Solid(M, K, np.asarray(basis.doflocs.T), np.arange(3 * basis.N).reshape(-1, 3))
+    return ShapeFunctions(values, gradients, volumes, rows, np.asarray(basis.doflocs.T))
 
 
 def element_stiffness(gradients: Array, volumes: Array, material: Material) -> Array:
