@@ -43,8 +43,8 @@ class TunedDisk(Problem):
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):
             raise InputError("A tuned disk must have a cyclic structure. Make it by `cyclic` or `sector_chain`.")
-        if not 0 <= self.engine_order <= self.sectors:
-            rule = f"must lie between 0 and the number of sectors, {self.sectors}"
+        if isinstance(self.engine_order, float) or not 0 <= self.engine_order <= self.sectors:
+            rule = f"must be a whole number and lie between 0 and the number of sectors, {self.sectors}"
             raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
         if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
             raise InputError("A tuned disk must be without dashpots and base motion. Put dampers into the sector's C.")

@@ -119,7 +119,10 @@ def test_time_integration_asks_for_the_full_disk():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: lumped_blisk(engine_order=25), "engine_order must lie between 0 and the number of sectors, 24"),
+        (
+            lambda: lumped_blisk(engine_order=25),
+            "engine_order must be a whole number and lie between 0 and the number of sectors, 24",
+        ),
         (lambda: lumped_blisk("X"), "case must be"),
         (lambda: lumped_blisk(sectors=1), "sectors must be at least 2"),
     ],

@@ -106,11 +106,17 @@ def test_static_load_of_the_dampers():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: octopus_blisk(sector=COARSE, modes=8, engine_order=7), "engine_order must lie between 0 and"),
+        (
+            lambda: octopus_blisk(sector=COARSE, modes=8, engine_order=7),
+            "engine_order must be a whole number and lie between 0 and",
+        ),
         (lambda: octopus_blisk("guessed"), "contact must be a known set"),
         (lambda: octopus_blisk(normal_stiffness="Herz"), "normal_stiffness must be a known formula"),
         (lambda: BliskSector(stagger=40.0).body(), "must not be inverted"),
         (lambda: BliskSector(rotation=-1.0), "rotation must not be negative"),
+        (lambda: replace(COARSE, rotation=1e5).sector(), "rotation must leave the body its stiffness"),
+        (lambda: octopus_blisk(sector=COARSE, modes=8, kty=0.0), "kty must be positive"),
+        (lambda: octopus_blisk(sector=COARSE, modes=8, engine_order=1.5), "must be a whole number"),
         (lambda: BliskSector(stagger=80.0), "stagger must lie between"),
         (lambda: BliskSector(damper_length=80e-3), "contact nodes on the platform"),
         (lambda: BliskSector(damper_radius=90e-3), "off the platform"),

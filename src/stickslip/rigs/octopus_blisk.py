@@ -81,7 +81,7 @@ def octopus_blisk(
     line = LineContact(shape.damper_length, shape.damper_radius)
     total_kn = kn if kn is not None else float(NORMAL_STIFFNESS[normal_stiffness](line, static_normal_load(pull, platform_angle)))
     share = 1.0 / POINTS
-    across, along = ktx or tangential.across, kty or tangential.along
+    across, along = (tangential.across if ktx is None else ktx), (tangential.along if kty is None else kty)
     law = Macroslip(share * positive("ktx", across), mu, share * positive("kn", total_kn), kt2=share * positive("kty", along))
     body = cylinder(shape, positive("damper_mass", damper_mass))
     structure = with_bodies(reduced_sector(shape, modes).structure, {"damper": body.structure()})

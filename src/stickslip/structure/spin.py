@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import Array
-from stickslip.structure.factor import Factor
+from stickslip.checks import Array, fault
+from stickslip.structure.factor import Factor, Singular
 from stickslip.structure.solid import Material, ShapeFunctions, Solid, element_mass, shape_functions
 
 ACROSS = np.diag([1.0, 1.0, 0.0])
@@ -27,7 +27,20 @@ def spinning(body: Solid, mesh: Any, material: Material, rate: float, joined: sp
     """
     if rate == 0.0:
         return body
-    return replace(body, K=sparse.csc_array(body.K + rate**2 * spin_stiffness(body, mesh, material, joined)))
+    K = sparse.csc_array(body.K + rate**2 * spin_stiffness(body, mesh, material, joined))
+    if not _holds(K if joined is None else sparse.csc_array(joined.T @ K @ joined)):
+        rule = "must leave the body its stiffness"
+        raise fault("rotation", rule, rate / (2.0 * np.pi), "Its unit is turns a second; beyond a speed softening wins.")
+    return replace(body, K=K)
+
+
+def _holds(K: sparse.csc_array) -> bool:
+    """Whether a stiffness has positive eigenvalues alone."""
+    try:
+        factor = Factor(K)
+    except Singular:
+        return False
+    return factor.negative == 0 and factor.weak == 0
 
 
 def spin_stiffness(body: Solid, mesh: Any, material: Material, joined: sparse.csc_array | None = None) -> sparse.csc_array:

@@ -26,6 +26,7 @@ RULES = {
     "model_type": "must be a table",
     "greater_than": "must be above {gt:g}",
     "greater_than_equal": "must be at least {ge:g}",
+    "less_than": "must be below {lt:g}",
     "less_than_equal": "must be at most {le:g}",
     "too_short": "must have {entries} or more",
     "too_long": "must have at most {entries}",

@@ -30,7 +30,7 @@ Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 class MistuningTable(Table):
     """What differs from sector to sector. A pattern is one number for all sectors or one for each, relative to the tuned disk."""
 
-    count: Annotated[int, Field(ge=1, description="disks, each with scatter of its own")] = 1
+    count: Annotated[int, Field(ge=1, le=100_000, description="disks, each with scatter of its own")] = 1
     seed: Annotated[int, Field(ge=0, description="of the random draws; disk k depends on it and on k alone")] = 0
     sampling: Annotated[
         Literal["random", "sobol"], Field(description="random draws, or a Sobol' sequence that spreads them evenly")
