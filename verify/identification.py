@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 
 import numpy as np
 
-from stickslip.analyses.damper_cycle import CycleModel
+from stickslip.analyses.damper_cycle import CycleModel, DamperCycle, damper_cycle
 from stickslip.analyses.identification import Identification, identify
+from stickslip.analyses.line_laws import LINE_LAWS
 from stickslip.analyses.loop_law import ContactLoop, identify_law
 from stickslip.checks import InputError
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -35,7 +37,7 @@ DAMPERS: dict[str, tuple[float, tuple[float, float, float], float]] = {
     "45 degrees, truth microslip": (45.0, (0.15, 0.13, 0.28), 0.3),
 }
 """Platform angle, friction of L1, L2 and R, and gaps of the true contacts (0: macroslip), by name."""
-ACCURACY = {"kn": 0.08, "kt": 0.12, "mu_R": 0.05, "mu_L1": 0.12, "mu_L2": 0.12}
+ACCURACY = {"kn": 0.08, "kt": 0.12, "mu_R": 0.05, "mu_L1": 0.12, "mu_L2": 0.12, "load-weighted mu_L": 0.05, "loop energy": 0.05}
 SOURCE = "synthetic truth, computed by another scheme"
 
 
@@ -46,11 +48,16 @@ def motion(axis: int) -> PlatformMotion:
     return PlatformMotion(values)
 
 
-def records(name: str, errors: RigErrors, seed: int, samples: int = 400) -> list[Record]:
-    """One set of measurements, `samples` a cycle."""
+def true_rig(name: str) -> BetweenPlatforms:
+    """The damper that is measured."""
     angle, friction, gaps = DAMPERS[name]
     rig = laboratory_damper(angle, 80.0, friction)
-    truth, cells = with_microslip(rig, gaps) if gaps else rig, errors.draw(np.random.default_rng(1000 + seed))
+    return with_microslip(rig, gaps) if gaps else rig
+
+
+def records(truth: BetweenPlatforms, errors: RigErrors, seed: int, samples: int = 400) -> list[Record]:
+    """One set of measurements, `samples` a cycle."""
+    cells = errors.draw(np.random.default_rng(1000 + seed))
     return [
         synthetic_record(
             true_cycle(truth, motion(axis)), errors, seed=10 * seed + axis, systematic=cells, samples=samples, name="xy"[axis]
@@ -67,7 +74,24 @@ def true_values(name: str) -> dict[str, float]:
 def found(name: str, errors: RigErrors, seed: int, samples: int = 400) -> Identification:
     """Identified without knowing any of them."""
     blind = laboratory_damper(DAMPERS[name][0], 80.0, 0.3, kt=30e6, kn=30e6)
-    return identify(records(name, errors, seed, samples), blind, errors=errors, steps=max(500, samples), seed=seed)
+    return identify(records(true_rig(name), errors, seed, samples), blind, errors=errors, steps=max(500, samples), seed=seed)
+
+
+@cache
+def true_cycles(name: str) -> list[DamperCycle]:
+    """Out of phase and in phase."""
+    return [damper_cycle(true_rig(name), motion(axis)) for axis in (0, 1)]
+
+
+def of_the_whole(name: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Relative errors of the friction of both feet, weighted by their true mean loads, and of the worse loop's energy."""
+    truth, cycles = true_values(name), true_cycles(name)
+    load = np.mean([cycle.dataset.normal_force.mean("sample").values[:2] for cycle in cycles], axis=0)
+    found, true = (float(load @ [one["mu_L1"], one["mu_L2"]]) for one in (values, truth))
+    friction = (values["mu_L1"], values["mu_L2"], values["mu_R"])
+    rig = laboratory_damper(DAMPERS[name][0], 80.0, friction, kt=values["kt"], kn=values["kn"])
+    energies = [damper_cycle(rig, motion(axis)).energy / cycle.energy - 1.0 for axis, cycle in enumerate(cycles)]
+    return {"load-weighted mu_L": found / true - 1.0, "loop energy": max(energies, key=abs)}
 
 
 def outcome(task: tuple[str, int]) -> tuple[dict[str, float], dict[str, bool], float]:
@@ -75,7 +99,7 @@ def outcome(task: tuple[str, int]) -> tuple[dict[str, float], dict[str, bool], f
     name, seed = task
     started, truth = time.process_time(), true_values(name)
     result = found(name, RigErrors(), seed)
-    errors = {key: value / truth[key] - 1.0 for key, value in result.values.items()}
+    errors = {key: value / truth[key] - 1.0 for key, value in result.values.items()} | of_the_whole(name, result.values)
     covered = {key: low <= truth[key] <= high for key, (low, high) in result.intervals.items()}
     return errors, covered, time.process_time() - started
 
@@ -84,6 +108,7 @@ def rows() -> Iterator[Row]:
     yield from exact_rows()
     yield from slope_rows()
     yield from law_rows()
+    yield from wide_gap_rows()
     with ProcessPoolExecutor(2) as pool:
         for name in DAMPERS:
             yield from noisy_rows(name, list(pool.map(outcome, [(name, seed) for seed in range(SEEDS)])))
@@ -96,6 +121,17 @@ def exact_rows() -> Iterator[Row]:
             result, truth = found(name, NO_ERRORS, 0, 2000), true_values(name)
             worst = max(abs(value / truth[key] - 1.0) for key, value in result.values.items())
             yield at_most(f"{name}, no errors: worst of five parameters", worst, 2e-3, SOURCE)
+
+
+def wide_gap_rows() -> Iterator[Row]:
+    """True contacts whose gaps reach to N/kn: macroslip misses kn by 11 to 17 %; the law that loops held out choose does not."""
+    for angle, friction in ((37.0, (0.14, 0.15, 0.25)), (45.0, (0.15, 0.13, 0.28))):
+        truth = with_microslip(laboratory_damper(angle, 80.0, friction), 0.5)
+        blind = laboratory_damper(angle, 80.0, 0.3, kt=30e6, kn=30e6)
+        result = identify(records(truth, RigErrors(), 0), blind, law=tuple(LINE_LAWS))
+        name = f"{angle:g} degrees, gaps to N/kn, law chosen among {len(LINE_LAWS)}"
+        yield at_most(f"{name}: 0 if microslip", float(result.law != "microslip"), 0.0, "loops held out")
+        yield at_most(f"{name}: error of kn", abs(result.values["kn"] / 84e6 - 1.0), ACCURACY["kn"], SOURCE)
 
 
 def noisy_rows(name: str, outcomes: list[tuple[dict[str, float], dict[str, bool], float]]) -> Iterator[Row]:

@@ -6,11 +6,11 @@ import pytest
 from stickslip.analyses.damper_cycle import damper_cycle
 from stickslip.checks import InputError
 from stickslip.dampers.platform_motion import out_of_phase
-from stickslip.measurement.blade_cells import blade_damper_forces
+from stickslip.measurement.blade_cells import blade_damper_forces, blade_rig_forces
 from stickslip.measurement.cycles import whole_cycles
 from stickslip.measurement.friction import friction_from_ratios, plateau
 from stickslip.measurement.reconstruction import damper_motion, feet_loads, reconstruct, reconstructed
-from stickslip.measurement.records import Record
+from stickslip.measurement.records import Record, read_record, write_record
 from stickslip.measurement.synthetic import synthetic_record, true_cycle
 from stickslip.rigs.laboratory_damper import laboratory_damper
 
@@ -85,3 +85,44 @@ def test_forces_of_a_blade_damper_from_its_cells():
 def test_bad_cells_are_refused(x, y, words):
     with pytest.raises(InputError, match=words):
         blade_damper_forces(np.full(9, x), np.full(9, y), 40.0)
+
+
+def cells_record(cycles=6, rate=500.0, samples=200):
+    """Readings of both dampers from chosen forces on their cylinders, resolved by hand: the platform rises at 40 degrees; a force
+    N across and T up along the other one, falling outwards, presses the separator with N n - T t."""
+    phase = np.arange(cycles * samples) / samples
+    angle, c, s = 2.0 * np.pi * phase, np.cos(np.radians(40.0)), np.sin(np.radians(40.0))
+    signals, truth = {}, {}
+    for side, shift in (("left", 0.0), ("right", 1.0)):
+        normal, friction = 30.0 + 6.0 * np.sin(angle + shift), 8.0 * np.tanh(3.0 * np.cos(angle + shift))
+        signals[f"{side}_outward"] = s * normal + c * friction
+        signals[f"{side}_upward"] = c * normal - s * friction
+        truth[side] = normal[:samples], friction[:samples]
+    return Record(phase / rate, signals, "cells"), truth
+
+
+def test_forces_of_both_dampers_of_the_blade_rig(tmp_path):
+    record, truth = cells_record()
+    read = read_record(write_record(record, tmp_path / "cells.csv"))
+    assert blade_rig_forces(read, 45.0, 40.0, draws=2).attrs["frequency"] == pytest.approx(500.0, rel=1e-3)
+    data = blade_rig_forces(read, (45.0, 50.0), 40.0, frequency=500.0, samples=200)
+    c, s = np.cos(np.radians(40.0)), np.sin(np.radians(40.0))
+    for side, pull in (("left", 45.0), ("right", 50.0)):
+        one, (normal, friction) = data.sel(damper=side), truth[side]
+        np.testing.assert_allclose(one.cylinder_normal, normal, atol=1e-3)
+        np.testing.assert_allclose(one.cylinder_tangential, friction, atol=1e-3)
+        across = -s * one.cylinder_normal - c * one.cylinder_tangential + s * one.flat_normal + c * one.flat_tangential
+        along = -c * one.cylinder_normal + s * one.cylinder_tangential - c * one.flat_normal + s * one.flat_tangential + pull
+        np.testing.assert_allclose(across, 0.0, atol=1e-9)
+        np.testing.assert_allclose(along, 0.0, atol=1e-9)
+        assert float(one.flat_normal_error.mean()) > 0.3
+
+
+def test_bad_records_of_the_blade_rig_are_refused():
+    record, _ = cells_record()
+    with pytest.raises(InputError, match="must hold right_upward"):
+        blade_rig_forces(Record(record.time, {k: v for k, v in record.signals.items() if k != "right_upward"}), 45.0)
+    with pytest.raises(InputError, match="Reversed sign"):
+        blade_rig_forces(Record(record.time, dict(record.signals) | {"left_upward": -record.signals["left_upward"]}), 45.0)
+    with pytest.raises(InputError, match="must not be clipped"):
+        Record(record.time, dict(record.signals) | {"left_upward": np.minimum(record.signals["left_upward"], 22.0)})

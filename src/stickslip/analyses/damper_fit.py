@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stickslip.analyses.line_laws import LINE_LAWS, microslip
 from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, analysis, synthesis
@@ -53,7 +54,7 @@ class Parameter:
         return [i for i, name in enumerate(names) if name.startswith(start)]
 
 
-BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2)}
+BOUNDS = {"kt": (2e6, 1e9), "kn": (2e6, 2e9), "mu": (0.02, 1.2), "gaps": (0.02, 2.0)}
 """Range in which an unknown is looked for, N/m and 1, unless given."""
 
 
@@ -79,8 +80,8 @@ def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str,
 @dataclass(frozen=True, eq=False)
 class DamperFit:
     """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
-    that resampled ones can be put in their place. gaps: above 0, every contact is three parallel elements of the same totals with
-    gaps up to twice this times N/kn: what a microslip law in place of macroslip changes."""
+    that resampled ones can be put in their place. law: of every line (`line_laws.py`). gaps: above 0, every contact is three
+    parallel elements with gaps so wide: what a microslip law in place of macroslip changes."""
 
     cases: tuple[CycleSet, ...]
     elements: Elements
@@ -92,6 +93,7 @@ class DamperFit:
     data: Array
     spread: Array
     errors: RigErrors
+    law: str = "macroslip"
     gaps: float = 0.0
 
     @classmethod
@@ -101,7 +103,7 @@ class DamperFit:
         """The fit of cases to a damper with macroslip contacts, marched in so many steps a cycle."""
         if any(len(law.elements(1, True).friction[0].stiffness) != 1 for law in rig.laws):
             raise InputError(
-                "Every law of the damper must be macroslip to be fitted. Choose a law of single contacts by their loops."
+                "Every law of the damper must be macroslip, as a frame for the fit. The law that is fitted is named apart."
             )
         channels = tuple(name for name in SIGNALS if all(case.has(name) for case in cases))
         pulls = tuple(float(rig.pull[1]) if case.pull is None else case.pull for case in cases)
@@ -130,22 +132,29 @@ class DamperFit:
         drives = tuple(_drive(case, drive.shape[0]) for case, drive in zip(cases, self.drives, strict=True))
         return replace(self, cases=tuple(cases), drives=drives, data=data)
 
+    def with_law(self, law: str) -> DamperFit:
+        """A copy whose lines follow another law, with what that has unknown."""
+        own = tuple(Parameter(name, *BOUNDS[name]) for name in LINE_LAWS[law][1])
+        return replace(self, law=law, unknowns=(*(p for p in self.unknowns if p.part in PARTS), *own))
+
+    def only(self, numbers: Sequence[int]) -> DamperFit:
+        """A copy with some of the cases."""
+        cases, pulls = tuple(self.cases[i] for i in numbers), tuple(self.pulls[i] for i in numbers)
+        drives = tuple(self.drives[i] for i in numbers)
+        return replace(self, cases=cases, pulls=pulls, drives=drives, data=self.data[numbers], spread=self.spread[numbers])
+
     def values(self, theta: Array) -> dict[str, Array]:
-        """kt, kn, mu of every line, (lines,), from logarithms of the unknowns."""
-        found = {part: np.array(getattr(self.elements, part)) for part in PARTS}
+        """kt, kn, mu and gaps of every line, (lines,), from logarithms of the unknowns."""
+        found = {part: np.array(getattr(self.elements, part)) for part in PARTS} | {"gaps": np.full(len(self.lines), self.gaps)}
         for p, value in sorted(zip(self.unknowns, np.exp(theta), strict=True), key=lambda pair: len(pair[0].name)):
             found[p.part][p.lines(self.lines)] = value
         return found
 
     def _elements(self, theta: Array) -> Elements:
-        values, e = self.values(theta), self.elements
-        if not self.gaps:
-            return e._replace(kt=values["kt"], kn=values["kn"], mu=values["mu"])
-        count, share = len(self.lines), np.linspace(0.0, 1.0, LAYERS)
-        gap = 2.0 * self.gaps * share * max(self.pulls) / count
-        kt, kn, mu = (np.repeat(values[part], LAYERS) for part in PARTS)
-        line = np.repeat(np.arange(count), LAYERS)
-        return e._replace(line=line, kt=kt / LAYERS, kn=kn / LAYERS, mu=mu, constant=-np.tile(gap, count) / LAYERS)
+        values, load = self.values(theta), max(self.pulls) / len(self.lines)
+        if self.gaps:
+            return microslip(self.elements, values, load, LAYERS)
+        return LINE_LAWS[self.law][0](self.elements, values, load)
 
     def predicted(self, theta: Array) -> Array | None:
         """Harmonics (cases, channels, 2H+1) of the computed cycles; None where a case has no steady one."""
@@ -177,6 +186,14 @@ class DamperFit:
     def cost(self, theta: Array) -> float:
         """Half the sum of squared residuals."""
         return 0.5 * float(np.sum(self.residuals(theta) ** 2))
+
+    def misfit(self, theta: Array, gains: Array) -> float:
+        """Root mean square of the weighted differences (cases, channels, 2H+1) with given gains: 1 where errors explain all."""
+        computed = self.predicted(theta)
+        if computed is None:
+            return UNSOLVED
+        left = (self.data - (1.0 + gains[:, None]) * computed) / self.spread
+        return float(np.sqrt(np.mean(left[np.isfinite(self.spread)] ** 2)))
 
 
 def _drive(case: CycleSet, steps: int) -> Array:

@@ -18,10 +18,11 @@ from scipy.optimize import Bounds, differential_evolution, least_squares
 
 from stickslip.analyses.cases import Arrays
 from stickslip.analyses.damper_fit import DamperFit, parameters
-from stickslip.analyses.identification_checks import checked_cases, remarks
-from stickslip.analyses.identification_dataset import identification_dataset
+from stickslip.analyses.identification_checks import checked_cases, never_sliding, remarks
+from stickslip.analyses.identification_dataset import identification_dataset, with_laws
 from stickslip.analyses.identification_start import Clues, clues
-from stickslip.checks import Array, InputError, fault
+from stickslip.analyses.line_laws import LINE_LAWS
+from stickslip.checks import Array, InputError, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, analysis, synthesis
 from stickslip.measurement.records import Record
@@ -30,12 +31,17 @@ from stickslip.measurement.rig_errors import RigErrors, distorted
 if TYPE_CHECKING:
     import xarray as xr
 
-UNKNOWN = ("kt", "kn", "mu_L1", "mu_L2", "mu_R")
+FIRST_GAPS = 0.3
+"""Where the search of a microslip law begins (`line_laws.py`)."""
+
+CLOSE = 1.1
+"""A simpler law is kept while its error on loops held out is below this times the smallest."""
+
 COARSE = 120
 """Steps a cycle in the search and in refits of resampled data."""
 
 LAW_GAPS = 0.6
-"""Refits take contacts with gaps drawn up to this: the true law is not known to be macroslip (`DamperFit.gaps`)."""
+"""Refits of macroslip take contacts with gaps drawn up to this: the true law is not known to be it (`DamperFit.gaps`)."""
 
 CERTAINTY = 1.96
 """Standard deviations of a 95 % interval."""
@@ -43,8 +49,9 @@ CERTAINTY = 1.96
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); what the
-    start stages found (`clues`), relative misfit of each case and channel in `dataset`, warnings."""
+    """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
+    belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
+    relative misfit of each case and channel in `dataset`, warnings."""
 
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
@@ -54,6 +61,8 @@ class Identification:
     fit: DamperFit
     replicates: Array
     dataset: xr.Dataset
+    law: str = "macroslip"
+    held_out: Mapping[str, float] = field(default_factory=dict)
 
     def plot(self, **options: Any) -> Any:
         """Measured against fitted loops, residuals and the posterior."""
@@ -65,16 +74,32 @@ class Identification:
         rows = []
         for name, value in self.values.items():
             low, high = self.intervals[name]
-            factor, unit = (1.0, "") if name.startswith("mu") else (1e-6, " N/um")
+            factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/um")
             rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({low * factor:.4g} to {high * factor:.4g}{unit})")
+        rows += [f"law    {self.law}, of {told(self.held_out)}"] if len(self.held_out) > 1 else []
         return "\n".join(rows)
+
+
+def told(held_out: Mapping[str, float]) -> str:
+    """Laws with their errors on loops held out."""
+    return ", ".join(f"{law} {error:.3g}" for law, error in held_out.items())
+
+
+def usual_unknowns(damper: BetweenPlatforms) -> tuple[str, ...]:
+    """kt, kn, and friction of every line at a side of one or two lines, of the whole side where there are more."""
+    found = ["kt", "kn"]
+    for side in ("left", "right"):
+        lines = [point.name for point in damper.points if point.side == side]
+        found += [f"mu_{name}" for name in (lines if len(lines) <= 2 else [side[0].upper()])]
+    return tuple(found)
 
 
 def identify(
     loops: Sequence[CycleSet | Record] | CycleSet | Record,
     damper: BetweenPlatforms,
-    unknown: Sequence[str] = UNKNOWN,
+    unknown: Sequence[str] | None = None,
     *,
+    law: str | Sequence[str] = "macroslip",
     errors: RigErrors | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     steps: int = 500,
@@ -84,18 +109,20 @@ def identify(
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Identification:
-    """Contact parameters of a damper on macroslip contacts from measured cycles of one or several cases.
+    """Contact parameters of a damper from measured cycles of one or several cases.
 
     loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y, and rotation and damper_y where they were
     measured: they choose the right one of several minima. damper: geometry, pull, and values of what is not unknown.
-    unknown: kt, kn or mu of all lines, or of those whose names begin as said: mu_L1, mu_R, kt_L. errors: of the rig, as priors
+    unknown: kt, kn or mu of all lines, or of those whose names begin as said: mu_L1, mu_R, kt_L; `usual_unknowns` unless given.
+    law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases held out one at
+    a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors
     of gains and zeros and for the intervals. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
     resamples: refits for the intervals; population (times unknowns), generations: of the search. progress: told the share done.
     """
     errors = RigErrors() if errors is None else errors
     cases = checked_cases(loops, damper, errors)
-    settings = (tuple(unknown), errors, resamples, seed, bounds or {}, steps, population, generations)
-    work = IdentificationWork(cases, damper, *settings)
+    settings = (tuple(unknown or ()), errors, resamples, seed, bounds or {}, steps, population, generations)
+    work = IdentificationWork(cases, damper, *settings, laws=(law,) if isinstance(law, str) else tuple(law))
     return work.identification(work.solve(0, lambda share: progress(share) if progress else None))
 
 
@@ -105,7 +132,7 @@ class IdentificationWork:
 
     cases: tuple[CycleSet, ...]
     damper: BetweenPlatforms
-    unknown: tuple[str, ...] = UNKNOWN
+    unknown: tuple[str, ...] = ()
     errors: RigErrors = field(default_factory=RigErrors)
     resamples: int = 24
     seed: int = 0
@@ -114,12 +141,21 @@ class IdentificationWork:
     population: int = 6
     generations: int = 25
     name: str = "identification"
+    laws: tuple[str, ...] = ("macroslip",)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "unknown", self.unknown or usual_unknowns(self.damper))
         if self.resamples < 8:
             raise fault("resamples", "must be at least 8", self.resamples)
         object.__setattr__(self, "cases", checked_cases(self.cases, self.damper, self.errors))
         parameters(self.unknown, self.damper, self.bounds)
+        for law in self.laws:
+            if law not in LINE_LAWS:
+                raise fault("law", "must be a known one", law, nearest(law, LINE_LAWS))
+        if not self.laws or len(set(self.laws)) < len(self.laws):
+            raise fault("law", "must be at least one, each once", list(self.laws))
+        if len(self.laws) > 1 and len(self.cases) < 2:
+            raise fault("loops", "must be at least two, to hold one out and choose a law", len(self.cases), "Name one law.")
 
     @property
     def names(self) -> Sequence[str]:
@@ -140,29 +176,60 @@ class IdentificationWork:
         return DamperFit.of(self.cases, self.damper, unknowns, self.errors, self.steps)
 
     def solve(self, case: int, tell: Callable[[float], object]) -> Arrays:
-        """Logarithms of the unknowns and of their refits."""
+        """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         found = clues(self.cases, self.damper, self.errors)
         coarse = self.fit.steps(COARSE)
         start = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: tell(0.5 * share))
-        theta = _polished(self.fit, start)
+        best = _polished(self.fit, start)
+        fits = {law: self.fit.with_law(law) for law in LINE_LAWS if law in self.laws}
+        thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
+        errors = {law: held_out(fit, thetas[law]) if len(fits) > 1 else 0.0 for law, fit in fits.items()}
+        law = next(law for law, error in errors.items() if error <= CLOSE * min(errors.values()))
         tell(0.6)
-        replicates = _replicates(self.fit, theta, self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
-        return {"theta": theta, "replicates": replicates}
+        replicates = _replicates(fits[law], thetas[law], self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
+        number = np.array(list(LINE_LAWS).index(law))
+        return {"theta": thetas[law], "replicates": replicates, "law": number, "held_out": np.array(list(errors.values()))}
 
     def identification(self, arrays: Arrays) -> Identification:
         """The result from the arrays of `solve`."""
-        fit, theta, replicates = self.fit, np.asarray(arrays["theta"]), np.asarray(arrays["replicates"])
+        theta, replicates = np.asarray(arrays["theta"]), np.asarray(arrays["replicates"])
+        law = list(LINE_LAWS)[int(arrays["law"])]
+        fit = self.fit.with_law(law)
         scatter = np.sqrt(np.mean((replicates - theta) ** 2, axis=0))
         names = [p.name for p in fit.unknowns]
         values = dict(zip(names, map(float, np.exp(theta)), strict=True))
         ends = np.exp(np.stack([theta - CERTAINTY * scatter, theta + CERTAINTY * scatter], axis=1))
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
-        warnings = (*(said for case in self.cases for said in case.warnings), *remarks(fit, theta, scatter))
+        said = (sentence for case in self.cases for sentence in case.warnings)
+        warnings = (*said, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
             correlation = np.atleast_2d(np.corrcoef(replicates.T))
         dataset = identification_dataset(fit, theta, intervals, replicates, warnings)
+        errors = dict(zip([one for one in LINE_LAWS if one in self.laws], map(float, arrays["held_out"]), strict=True))
+        if len(errors) > 1:
+            dataset = with_laws(dataset, errors)
         found = clues(self.cases, self.damper, self.errors)
-        return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset)
+        return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset, law, errors)
+
+
+def _of_law(fit: DamperFit, macroslip: Array) -> Array:
+    """Logarithms of the unknowns of a law, from those of macroslip."""
+    if fit.law == "macroslip":
+        return macroslip
+    start = np.concatenate([macroslip, np.full(len(fit.unknowns) - macroslip.size, np.log(FIRST_GAPS))])
+    return _polished(fit, _polished(fit.steps(COARSE), start), 8)
+
+
+def held_out(fit: DamperFit, theta: Array) -> float:
+    """Error of each case with unknowns and gains fitted to the others, root mean square in standard deviations."""
+    coarse, numbers, squares = fit.steps(COARSE), range(len(fit.cases)), []
+    for left in numbers:
+        others = coarse.only([i for i in numbers if i != left])
+        found = _polished(others, theta, 8, 1e-4)
+        computed = others.predicted(found)
+        assert computed is not None
+        squares.append(coarse.only([left]).misfit(found, others.gains(computed)) ** 2)
+    return float(np.sqrt(np.mean(squares)))
 
 
 def _searched(
@@ -227,7 +294,8 @@ def _replicates(fit: DamperFit, theta: Array, count: int, seed: int, tell: Calla
     for number in range(count):
         cases, data = _perturbed(fit, generator)
         data += generator.normal(size=(*left.shape[:2], 1)) * left
-        other = replace(coarse.with_cases(cases, data), gaps=float(generator.uniform(0.0, LAW_GAPS)))
+        gaps = float(generator.uniform(0.0, LAW_GAPS)) if fit.law == "macroslip" else 0.0
+        other = replace(coarse.with_cases(cases, data), gaps=gaps)
         found.append(_polished(other, base, 8, 1e-4) - base + theta)
         tell((number + 1) / count)
     return np.asarray(found)

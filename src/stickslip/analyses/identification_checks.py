@@ -6,18 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stickslip.analyses.damper_cycle_dataset import slip_work
 from stickslip.analyses.damper_fit import DamperFit
 from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, synthesis, whole_cycles
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
+from stickslip.solve.platform_cycle import CycleModel, steady_cycle
 
 TURN = 2.0
 """Largest rotation, relative to the platform's motion over the mean distance of the contacts from the mass centre."""
 
 REFUSED, POOR = 0.25, 0.06
 """Misfit of forces, relative to their varying part, from which a fit is refused, and from which it is called poor."""
+
+STILL = 1e-6
+"""Friction work of a line, relative to the largest, below which it counts as never sliding."""
 
 WIDE = 0.3
 """Standard deviation of a logarithm from which a parameter counts as unknown still."""
@@ -81,6 +86,23 @@ def _check_rotation(case: CycleSet, rig: BetweenPlatforms) -> None:
     if found > TURN * motion / size:
         rule = f"must be below {TURN * motion / size:.3g} rad for this motion"
         raise fault(f"rotation of {case.name}", rule, float(f"{found:.3g}"), "Is its unit right?")
+
+
+def never_sliding(fit: DamperFit, theta: Array, rig: BetweenPlatforms) -> tuple[str, ...]:
+    """Which friction coefficients belong to lines that stick throughout every steady cycle."""
+    if fit.law != "macroslip":
+        return ()
+    values, work = fit.values(theta), np.zeros(len(fit.lines))
+    for pull, drive in zip(fit.pulls, fit.drives, strict=True):
+        model = CycleModel.of(rig.with_pull(pull)).with_parameters(values["kt"], values["kn"], values["mu"])
+        work += np.abs(slip_work(model, steady_cycle(model, drive)))
+    still = work <= STILL * work.max()
+    return tuple(
+        f"{p.name}: its contact never slides in the steady cycles. The value rests on slip while the pull was laid on, which is "
+        "taken to have begun with virgin sliders; a bound from below is what the loops themselves show."
+        for p in fit.unknowns
+        if p.part == "mu" and all(still[p.lines(fit.lines)])
+    )
 
 
 def misfits(fit: DamperFit, computed: Array) -> Array:

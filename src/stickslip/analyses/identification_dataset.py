@@ -33,7 +33,7 @@ def identification_dataset(
         [case.cycle(f"platform_{a}", SAMPLES) if case.has(f"platform_{a}") else np.zeros(SAMPLES) for a in "xy"]
         for case in fit.cases
     ]
-    units = ["1" if p.part == "mu" else "N/m" for p in fit.unknowns]
+    units = ["1" if p.part in ("mu", "gaps") else "N/m" for p in fit.unknowns]
     bounds = np.array([intervals[p.name] for p in fit.unknowns])
     loop = ("case", "channel", "sample")
     variables = {
@@ -68,5 +68,12 @@ def identification_dataset(
         "end": ("end", ["low", "high"], "end of the interval"),
     }
     labels = {name: (dim, names, {"units": "1", "long_name": words}) for name, (dim, names, words) in coordinates.items()}
-    said = {"title": "Contact parameters", "analysis": "identification", "warnings": "\n".join(warnings)}
+    said = {"title": "Contact parameters", "analysis": "identification", "law": fit.law, "warnings": "\n".join(warnings)}
     return xr.Dataset(variables, labels, said)
+
+
+def with_laws(dataset: xr.Dataset, errors: Mapping[str, float]) -> xr.Dataset:
+    """The dataset with the errors of several laws on loops held out."""
+    words = {"units": "1", "long_name": "error on loops held out, in standard deviations"}
+    names = {"units": "1", "long_name": "law of the lines of contact"}
+    return dataset.assign(held_out=("law", list(errors.values()), words)).assign_coords(law=("law", list(errors), names))

@@ -41,7 +41,9 @@ def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -
     for case in cases:
         signals = {name: case.cycle(name) for name in case.channels}
         values = reconstructed(rig, signals, float(rig.pull[1]) if case.pull is None else case.pull)
-        feet = feet_loads(rig, values["left_normal"], values["left_place"])
+        sides = [point.side for point in rig.points]
+        lever = sides.count("left") == 2 and sides.count("right") == 1
+        feet = feet_loads(rig, values["left_normal"], values["left_place"]) if lever else None
         plateaux[case.name] = friction_from_ratios(values["left_ratio"], values["right_ratio"], feet)
         axis = max("xy", key=lambda a: float(np.ptp(signals.get(f"platform_{a}", np.zeros(2)))))
         sign = 1.0 if axis == "x" else -1.0

@@ -41,7 +41,12 @@ def array_weights(shape: Array) -> Array:
 
 def iwan_weights(shape: Array) -> Array:
     """The half ellipse at the middles of equal parts, scaled to mean 1."""
-    place = (np.arange(IWAN_ELEMENTS) + 0.5) / IWAN_ELEMENTS
+    return half_ellipse(IWAN_ELEMENTS)
+
+
+def half_ellipse(count: int) -> Array:
+    """√(1 − ξ²) at the middles of so many equal parts, over its mean."""
+    place = (np.arange(count) + 0.5) / count
     found = np.sqrt(1.0 - place**2)
     return np.asarray(found / found.mean())
 

@@ -118,13 +118,17 @@ def identify(
     loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file a case.")],
     damper: Annotated[Path, typer.Option(help="Study of an identification; its loops give way to these.")],
     out: Annotated[Path, typer.Option(help="Folder of the results.")],
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help="macroslip, iwan or microslip, instead of the study's; several times: loops held out choose."),
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
     from stickslip.study.loops import with_loops
     from stickslip.study.run import Run
 
-    job = with_loops(read_job(damper), loops)
+    job = with_loops(read_job(damper), loops, law or ())
     folder = free_folder(out, [""], False, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, folder, False, 1))

@@ -1,4 +1,4 @@
-"""Contact forces of a damper of the blade rig from the two load cells of its separator.
+"""Contact forces of the dampers of the blade rig from the two load cells of the separator behind each.
 
 The separator splits the force of the damper's cylinder into one part along each arm, outwards and up; its cells read them. The
 flat side carries what is left of the pull: quasi-static, for the inertia of a 50 g damper is small against the forces.
@@ -7,11 +7,24 @@ flat side carries what is left of the pull: quasi-static, for the inertia of a 5
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.checks import Array, fault, finite, positive, vector
+from stickslip.measurement.cycles import HARMONICS, whole_cycles
+from stickslip.measurement.records import BLADE_CELLS, Record
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MEANINGS = {
+    "cylinder_tangential": "friction force on the damper at the cylinder, up along its platform",
+    "cylinder_normal": "normal force at the cylinder, positive pressing",
+    "flat_tangential": "friction force on the damper at the flat, up along the blade's platform",
+    "flat_normal": "normal force at the flat, positive pressing",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +77,7 @@ def blade_damper_forces(
     for _ in range(draws):
         gain, shift = cell_gain * generator.normal(size=2), zero * generator.normal(size=2)
         drawn.append(_split((1 + gain[0]) * x + shift[0], (1 + gain[1]) * y + shift[1], pull, float(angle), moving))
-    names = ("cylinder_tangential", "cylinder_normal", "flat_tangential", "flat_normal")
-    spread = {name: np.std([one[i] for one in drawn], axis=0) for i, name in enumerate(names)}
+    spread = {name: np.std([one[i] for one in drawn], axis=0) for i, name in enumerate(MEANINGS)}
     return BladeDamperForces(best[0], best[1], best[2], best[3], spread)
 
 
@@ -81,3 +93,41 @@ def _split(x: Array, y: Array, pull: float, angle: float, moving: tuple[Array | 
         np.asarray(c * blade_x + s * blade_y),
         np.asarray(s * blade_x - c * blade_y),
     )
+
+
+def blade_rig_forces(
+    record: Record,
+    pull: ArrayLike,
+    platform_angle: float = 45.0,
+    *,
+    frequency: float | None = None,
+    harmonics: int = HARMONICS,
+    samples: int = 400,
+    **errors: Any,
+) -> xr.Dataset:
+    """Contact forces of both dampers over the mean cycle of a record of their four cells, (damper, sample), each with its
+    standard deviation NAME_error, and T/N at cylinder and flat.
+
+    record: with left_outward, left_upward, right_outward, right_upward (`read_record`), outwards away from the blade, zeros
+    removed; pull: on each damper [N], a number or (left, right); frequency [Hz]: found in the largest signal unless given;
+    errors: cell_gain, zero, draws, seed as of `blade_damper_forces`. Cycles with gaps are left out and drift is stated, as
+    warnings in the attributes.
+    """
+    import xarray as xr
+
+    record.needs(*BLADE_CELLS)
+    cycles, pulls = whole_cycles(record, frequency, harmonics), vector("pull", pull, 2)
+    found = []
+    for side, force in zip(("left", "right"), pulls, strict=True):
+        outward, upward = (cycles.cycle(f"{side}_{cell}", samples) for cell in ("outward", "upward"))
+        found.append(blade_damper_forces(outward, upward, float(force), platform_angle, **errors))
+    variables: dict[str, tuple[tuple[str, str], Any, dict[str, str]]] = {}
+    for name, words in MEANINGS.items():
+        values, spread = np.stack([getattr(one, name) for one in found]), np.stack([one.errors[name] for one in found])
+        variables[name] = (("damper", "sample"), values, {"units": "N", "long_name": words})
+        variables[f"{name}_error"] = (("damper", "sample"), spread, {"units": "N", "long_name": f"standard deviation: {words}"})
+    for side in ("cylinder", "flat"):
+        ratio = np.stack([one.ratio(side) for one in found])
+        variables[f"{side}_ratio"] = (("damper", "sample"), ratio, {"units": "1", "long_name": f"T/N at the {side}"})
+    said = {"title": record.name, "frequency": cycles.frequency, "pull": pulls.tolist(), "warnings": list(cycles.warnings)}
+    return xr.Dataset(variables, {"damper": ["left", "right"]}, said)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from stickslip.checks import Array, fault
-from stickslip.measurement.records import IDLE, Record
+from stickslip.measurement.records import BLADE_CELLS, IDLE, Record
 
 HARMONICS = 30
 FEWEST_CYCLES = 3
@@ -125,8 +125,11 @@ def whole_cycles(
 
 
 def _driver(record: Record) -> str:
-    """The platform direction that moves most."""
+    """The platform direction that moves most; on the blade rig, where no platform is measured, the cell whose force does."""
     names = [name for name in ("platform_x", "platform_y") if name in record.signals]
+    cells = [name for name in BLADE_CELLS if name in record.signals]
+    if cells and not names:
+        return max(cells, key=lambda name: float(np.ptp(record.signals[name])))
     if not names:
         raise fault(f"Columns of {record.name}", "must hold platform_x or platform_y", sorted(record.signals))
     driver = max(names, key=lambda name: float(np.ptp(record.signals[name])))
@@ -152,7 +155,7 @@ def found_frequency(time: Array, values: Array) -> float:
     low, high = max(peak - 1.0, 0.3) / span, (peak + 1.0) / span
     rate = minimize_scalar(left, bounds=(low, high), method="bounded", options={"xatol": 1e-7 * peak / span}).x
     if left(rate) > 0.2 * float(np.sum((values - values.mean()) ** 2)):
-        raise fault("The platform's motion", "must be periodic", "not so", "Give the frequency, or check the record.")
+        raise fault("The motion", "must be periodic", "not so", "Give the frequency, or check the record.")
     return float(rate)
 
 

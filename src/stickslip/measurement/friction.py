@@ -61,11 +61,12 @@ def one_foot_alone(lower: Array, upper: Array) -> tuple[Marks, Marks]:
     return np.asarray((upper < ALONE * whole) & pressed), np.asarray((lower < ALONE * whole) & pressed)
 
 
-def friction_from_ratios(left_ratio: Array, right_ratio: Array, feet: tuple[Array, Array]) -> dict[str, Plateau]:
-    """Plateaux of {"R", "L1", "L2", "L"}, as far as they exist: L1 and L2 from the stages in which that foot touches alone,
-    L (both feet together, a load-weighted mean) from the whole cycle."""
-    lower, upper = one_foot_alone(*feet)
-    stages = {"R": (right_ratio, None), "L": (left_ratio, None), "L1": (left_ratio, lower), "L2": (left_ratio, upper)}
+def friction_from_ratios(left_ratio: Array, right_ratio: Array, feet: tuple[Array, Array] | None) -> dict[str, Plateau]:
+    """Plateaux of {"R", "L1", "L2", "L"}, as far as they exist: R and L (all lines of a side together, a load-weighted mean) from
+    the whole cycle, L1 and L2 from the stages in which that foot touches alone (feet: their loads, None where unknown)."""
+    stages: dict[str, tuple[Array, Marks | None]] = {"R": (right_ratio, None), "L": (left_ratio, None)}
+    if feet is not None:
+        stages |= {name: (left_ratio, alone) for name, alone in zip(("L1", "L2"), one_foot_alone(*feet), strict=True)}
     found = {}
     for name, (ratio, where) in stages.items():
         try:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array, fault, positive
+from stickslip.checks import Array, positive
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, synthesis
 from stickslip.measurement.rig_errors import SIGNALS, RigErrors, distorted
@@ -45,7 +45,8 @@ def damper_motion(cycles: CycleSet, distance: float, offset: float = 0.0) -> Cyc
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Of a damper between platforms: at the left the tangent from the first foot to the last, the normal into the damper and the
-    middle of the feet; at the right tangent, normal and arm; distance of the feet [m]."""
+    middle of the feet; at the right tangent, normal and arm (NaN with several lines: forces do not tell where theirs acts);
+    distance of the feet [m]."""
 
     left_tangent: Array
     left_normal: Array
@@ -58,22 +59,22 @@ class Geometry:
     @classmethod
     def of(cls, rig: BetweenPlatforms) -> Geometry:
         left, right = [p for p in rig.points if p.side == "left"], [p for p in rig.points if p.side == "right"]
-        if len(right) != 1:
-            raise fault("The damper", "must have one line of contact at the right", len(right))
         arms = np.array([p.arm for p in left])
         feet = arms[-1] - arms[0]
         tangent = feet / np.hypot(*feet) if len(left) > 1 else -np.array(left[0].tangent)
         one = right[0]
-        values = (tangent, left[0].normal, arms.mean(axis=0), one.tangent, one.normal, one.arm)
-        t, n, middle, right_t, right_n, arm = (np.asarray(value, dtype=float) for value in values)
-        return cls(t, n, middle, right_t, right_n, arm, float(np.hypot(*feet)))
+        arm = one.arm if len(right) == 1 else (np.nan, np.nan)
+        values = (tangent, left[0].normal, arms.mean(axis=0), one.tangent, one.normal, arm)
+        t, n, middle, right_t, right_n, place = (np.asarray(value, dtype=float) for value in values)
+        return cls(t, n, middle, right_t, right_n, place, float(np.hypot(*feet)))
 
 
 def reconstructed(rig: BetweenPlatforms, signals: dict[str, Array], pull: float) -> dict[str, Array]:
     """The quantities of `UNITS` (n,) from force_x, force_y and, for the slip, rotation and damper_y and the platform motion.
 
     The right platform pushes the damper by −(H, V), the left one by (H, V − F_C): forces balance. The left force acts where
-    moments about the mass centre balance. Ratios and place are NaN where nothing presses.
+    moments about the mass centre balance. Ratios and place are NaN where nothing presses, the place also where several lines
+    at the right leave it open.
     """
     g = Geometry.of(rig)
     right = -np.stack([signals["force_x"], signals["force_y"]], axis=1)

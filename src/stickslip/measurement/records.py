@@ -4,6 +4,7 @@ platform_x, platform_y   motion of the left platform relative to the right one, 
 force_x, force_y         force of the damper on the right platform, from its load cells, N
 rotation, damper_y       of the damper: counter-clockwise rotation, rad; motion along the pull, m
 laser_1, laser_2         motion of two points of the damper along the pull, from lasers, m
+left_outward, left_upward, right_outward, right_upward   force of each damper of the blade rig on its separator, from its cells, N
 """
 
 from __future__ import annotations
@@ -37,10 +38,13 @@ UNITS: dict[str, tuple[str, float]] = {
 }
 """Units of columns: the SI unit that each stands for, and the factor to it."""
 
+BLADE_CELLS = ("left_outward", "left_upward", "right_outward", "right_upward")
+"""The load cells behind the dampers of the blade rig, two each."""
+
 QUANTITIES = {
     "time": "s",
     **dict.fromkeys(("platform_x", "platform_y", "laser_1", "laser_2", "damper_y"), "m"),
-    **dict.fromkeys(("force_x", "force_y"), "N"),
+    **dict.fromkeys(("force_x", "force_y", *BLADE_CELLS), "N"),
     "rotation": "rad",
 }
 """Names of columns and the SI unit of each."""

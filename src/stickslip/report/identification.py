@@ -23,6 +23,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         factor, shown = (1.0, "") if units == "1" else (1e-6, " N/um")
         value, (low, high) = float(one["value"]) * factor, one["interval"].values * factor
         lines.append(f"{name:<6} {value:.4g}{shown}, 95 % between {low:.4g} and {high:.4g}{shown}")
+    if "held_out" in dataset:
+        errors = zip(dataset["law"].values, dataset["held_out"].values, strict=True)
+        told = ", ".join(f"{law} {error:.3g}" for law, error in errors)
+        lines.append(f"law    {dataset.attrs['law']}; errors on loops held out, in standard deviations: {told}")
     return [*lines, *(f"note: {line}" for line in str(dataset.attrs["warnings"]).splitlines())]
 
 
@@ -47,7 +51,10 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     misfit = pd.DataFrame(dataset["misfit"].values, columns=list(dataset["channel"].values))
     misfit.insert(0, "loop", dataset["case"].values)
     gains = pd.DataFrame({"channel": dataset["channel"].values, "gain error": dataset["gain"].values})
-    return {"parameters": parameters, "misfit relative to the varying part": misfit, "gains": gains}
+    found = {"parameters": parameters, "misfit relative to the varying part": misfit, "gains": gains}
+    if "held_out" in dataset:
+        found["laws"] = pd.DataFrame({"law": dataset["law"].values, "error on loops held out": dataset["held_out"].values})
+    return found
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -7,19 +7,19 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from stickslip.analyses.cases import Arrays
-from stickslip.analyses.identification import IdentificationWork
-from stickslip.checks import InputError, fault, nearest
+from stickslip.analyses.damper_fit import parameters
+from stickslip.analyses.identification import IdentificationWork, usual_unknowns
+from stickslip.checks import InputError, counted, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, whole_cycles
 from stickslip.measurement.reconstruction import damper_motion
 from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
-from stickslip.measurement.stuck import compliance_parts
 from stickslip.study.analysis import Asked, Kind
 from stickslip.study.damper_cycle import DamperTable
 from stickslip.study.fields import Number, Positive, Table
@@ -28,13 +28,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+LawName = Literal["macroslip", "iwan", "microslip"]
+MACROSLIP: LawName = "macroslip"
+
+
 class IdentificationTable(Table):
     """Which loops, what of the damper is unknown, and what the rig is worth."""
 
     loops: Annotated[list[str], Field(min_length=1, description="files of the measured loops (CSV), one a case")]
-    unknown: Annotated[list[str], Field(min_length=1, description="kt, kn, mu of all lines, or of some: mu_L1, mu_R")] = Field(
-        default_factory=lambda: ["kt", "kn", "mu_L1", "mu_L2", "mu_R"]
-    )
+    unknown: Annotated[
+        list[str] | None,
+        Field(min_length=1, description="kt, kn, mu of all lines or of some (mu_L1, mu_R); kt, kn, all friction unless given"),
+    ] = None
+    law: Annotated[
+        list[LawName], Field(min_length=1, description="of the lines; of several the simplest that loops held out confirm")
+    ] = Field(default_factory=lambda: [MACROSLIP])
     frequency: Annotated[Positive | None, Field(description="of the motion, Hz; found in the loops unless given")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
     pulls: Annotated[list[Positive] | None, Field(description="pull of each loop, N, where they differ")] = None
@@ -83,24 +91,39 @@ class IdentificationPlan:
         if not isinstance(damper, DamperTable) or not isinstance(table, IdentificationTable):
             raise AssertionError("the tables of an identification")
         rig = damper.rig(asked.units)
-        compliance_parts(rig), table.rig_errors()
+        table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
         return cls(rig, table, asked.folder)
 
-    def with_loops(self, loops: Sequence[Path]) -> IdentificationPlan:
-        """A copy for other files, which count from the working folder."""
-        table = self.table.model_copy(update={"loops": [str(path.resolve()) for path in loops]})
-        return replace(self, table=table)
+    def with_loops(self, loops: Sequence[Path], laws: Sequence[str] = ()) -> IdentificationPlan:
+        """A copy for other files, which count from the working folder, and for other laws if named."""
+        changes: dict[str, list[str]] = {"loops": [str(path.resolve()) for path in loops]}
+        if laws:
+            changes["law"] = list(laws)
+        return replace(self, table=self.table.model_copy(update=changes))
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """What is looked for."""
+        return tuple(self.table.unknown or usual_unknowns(self.rig))
+
+    @property
+    def content(self) -> str:
+        """Tells the loops apart, as far as they are there."""
+        files = [self.folder / name for name in self.table.loops]
+        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
 
     @property
     def summary(self) -> str:
-        return f"{len(self.table.loops)} loops, unknown {', '.join(self.table.unknown)}"
+        laws = " or ".join(self.table.law)
+        return f"{counted(len(self.table.loops), 'loop')}, unknown {', '.join(self.unknown)}, {laws}"
 
     @cached_property
     def works(self) -> Mapping[str, IdentificationWork]:
         cases, errors = self.table.cases(self.folder), self.table.rig_errors()
         digest = sha256(b"".join(case.harmonics.tobytes() for case in cases)).hexdigest()[:12]
-        settings = (tuple(self.table.unknown), errors, self.table.resamples, self.table.seed)
-        return {"": IdentificationWork(cases, self.rig, *settings, name=f"identification {digest}")}
+        settings = (self.unknown, errors, self.table.resamples, self.table.seed)
+        name, laws = f"identification {digest}", tuple(self.table.law)
+        return {"": IdentificationWork(cases, self.rig, *settings, name=name, laws=laws)}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works[""]

@@ -6,16 +6,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stickslip.checks import fault
+from stickslip.analyses.line_laws import LINE_LAWS
+from stickslip.checks import fault, nearest
 from stickslip.study.identification import IdentificationPlan
 from stickslip.study.read import Job
 
 
-def with_loops(job: Job, loops: Sequence[Path]) -> Job:
-    """A job for other loops than those of its study."""
+def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = ()) -> Job:
+    """A job for other loops than those of its study, and other laws if named."""
     if not isinstance(job.plan, IdentificationPlan):
         raise fault("--damper", 'must be a study with analysis = "identification"', job.analysis)
     missing = [str(path) for path in loops if not path.is_file()]
     if missing:
         raise fault("LOOPS", "must be files", ", ".join(missing))
-    return replace(job, plan=job.plan.with_loops(loops), text=f"{job.text}# loops: {', '.join(map(str, loops))}\n")
+    for law in laws:
+        if law not in LINE_LAWS:
+            raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))
+    plan, said = job.plan.with_loops(loops, laws), f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
+    return replace(job, plan=plan, content=plan.content, text=f"{job.text}{said}\n")
