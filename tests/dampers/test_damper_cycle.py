@@ -129,7 +129,13 @@ def test_the_crossed_damper_rolls_less_and_takes_more_in_phase():
     )
     assert plain.share.sel(contact="L2", kind="open") > 0.3
     assert crossed.share.sel(kind="open").sum() == 0.0
-    assert crossed.rotation < 0.05 * plain.rotation
+    assert crossed.rotation < 1e-9 * plain.rotation
+    excursion = {"plain": plain, "crossed": crossed}
+    for name, data in excursion.items():
+        lower, upper = data.normal_force.values[:, 0], data.normal_force.values[:, 1]
+        excursion[name] = np.ptp(7.0 * (upper - lower) / (upper + lower))
+    assert excursion["plain"] > 10.0
+    assert excursion["crossed"] < 1e-9
     assert crossed.loop_energy > plain.loop_energy
 
 
@@ -167,6 +173,12 @@ def test_beyond_the_friction_cone_the_damper_is_jammed():
     cycle = damper_cycle(laboratory_damper(50.0, 50.0, 1.2), out_of_phase(2e-6), steps=200)
     assert cycle.outcome == CycleOutcome.JAMMED
     assert "platform and friction angles add up to 200.4 degrees" in cycle.sentence
+
+
+def test_a_damper_that_small_motion_does_not_move_is_stuck_not_jammed():
+    cycle = damper_cycle(laboratory_damper(45.0, 50.0, 0.5), out_of_phase(0.02e-6), steps=100)
+    assert cycle.outcome == CycleOutcome.STEADY
+    assert np.all(cycle.dataset.share.sel(kind="stick") == 1.0)
 
 
 def test_a_measured_cycle_is_smoothed_to_its_harmonics():
