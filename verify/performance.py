@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance_curve import performance_curve
 from stickslip.rigs import single_blade, single_mass
-from stickslip.solve.newton import correct
 from stickslip.units import hertz, logspace, radians_per_second
+from verify.counting import counted
 from verify.one_mass import KD, exact_peak
 from verify.row import CLOSED, INDEPENDENT, Row, absolute, at_most, relative
 
@@ -77,23 +74,3 @@ def rig() -> Iterator[Row]:
     yield at_most("Single blade: solutions of following, per one of sweeping", share, 1.0 / 20.0, "twenty times fewer")
     whole = following() / 60.0 / each
     yield at_most("The same with the optimum and the sweeps that check it", whole, 1.0 / 10.0, "measured")
-
-
-@contextmanager
-def counted() -> Iterator[Callable[[], int]]:
-    """Calls of Newton's method inside the block, wherever it was imported to."""
-    calls = [0]
-
-    def counting(*arguments: Any, **options: Any) -> Any:
-        calls[0] += 1
-        return correct(*arguments, **options)
-
-    users = [module for module in list(sys.modules.values()) if getattr(module, "correct", None) is correct]
-    users = [module for module in users if module.__name__.startswith("stickslip.")]
-    for module in users:
-        module.correct = counting  # type: ignore[attr-defined]
-    try:
-        yield lambda: calls[0]
-    finally:
-        for module in users:
-            module.correct = correct  # type: ignore[attr-defined]

@@ -17,7 +17,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.response_history import response_history
 from stickslip.analyses.start_draws import search_cloud
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge
 from stickslip.solve.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt
@@ -25,6 +25,7 @@ from stickslip.solve.start_solutions import UnsolvedError
 from stickslip.solve.start_space import StartSpace
 from stickslip.solve.start_states import explored_space
 from stickslip.units import hertz
+from verify.counting import counted, residuals
 from verify.row import Row, at_most, relative
 from verify.variability_page import tables
 
@@ -73,16 +74,6 @@ def place_at(balance: HarmonicBalance, frequency: float, level: float, rule: Any
     return AtFrequency(balance, explored_space(balance, [omega], level, rule), amplitude(0), omega, level)
 
 
-class CountingBalance(HarmonicBalance):
-    """Counts evaluations of the residual, of all copies together."""
-
-    count = 0
-
-    def evaluate(self, point: Point) -> Evaluation:
-        CountingBalance.count += 1
-        return super().evaluate(point)
-
-
 class ForwardDifferences:
     """The same place with gradients by forward differences, as the published method has them."""
 
@@ -98,14 +89,14 @@ class ForwardDifferences:
 
 def cost_rows(numbers: dict[str, Any]) -> Iterator[Row]:
     """Residual evaluations of one search on the rig at 20 N and 540 Hz, with exact gradients and with forward differences."""
-    balance = CountingBalance(single_blade(4.6), 5, 256)
+    balance = HarmonicBalance(single_blade(4.6), 5, 256)
     counts = []
     for kind in (lambda place: place, ForwardDifferences):
         place = place_at(balance, 540.0, 20.0)
         place.point(np.zeros(place.space.size))
-        before = CountingBalance.count
-        extreme(kind(place), 1.0, [np.full(place.space.size, 0.1)], Effort(iterations=4, rounds=1))
-        counts.append(CountingBalance.count - before)
+        with counted(residuals) as spent:
+            extreme(kind(place), 1.0, [np.full(place.space.size, 0.1)], Effort(iterations=4, rounds=1))
+        counts.append(spent())
     numbers["cost"] = {"exact": counts[0], "forward_differences": counts[1], "variables": int(place.space.size)}
     yield at_most("Rig: residual evaluations, exact gradients over forward differences", counts[0] / counts[1], 1 / 20, "counted")
 

@@ -1,5 +1,6 @@
-"""Studies of performance curves and of damper design: read, planned, refused where wrong."""
+"""Studies of performance curves, their band, what matters, and damper design: read, planned, refused where wrong, told."""
 
+import numpy as np
 import pytest
 
 import stickslip as ss
@@ -35,9 +36,38 @@ def test_plan_of_a_design(tmp_path):
     assert {contact.law.mu for contact in problem.contacts} == {0.3}
 
 
+def test_plan_of_a_band(tmp_path):
+    """F_C/F_E from 3 to 100 at a pull of 60 N and 1 N of excitation at level one."""
+    work = read(changed(tmp_path, "band", "points = 6", "points = 2")).plan.works[""]
+    assert work.levels == pytest.approx((20.0, 0.6))
+    assert (work.objective, work.share, work.frequencies) == ("peak", "contact", (280.0, 390.0))
+
+
+def test_plan_of_what_matters(tmp_path):
+    """64 draws of five ranges are 7 × 64 problems; a corner of the ranges is the problem with its contacts changed."""
+    plan = read(changed(tmp_path, "what-matters", "slider_offset = [-1e-5, 1e-5]", "slider_offset = [-1e-5, 2e-5]")).plan
+    work = plan.works[""]
+    assert work.points().shape == (64, 7, 5)
+    assert "448 problems" in plan.summary
+    nominal, corner = plan.sweep.problem, work.problem(np.array([0.75, 1.25, 1.4, 1.1, 2e-5]))
+    for before, after in zip(nominal.contacts, corner.contacts, strict=True):
+        assert after.law.kt == pytest.approx(0.75 * before.law.kt)
+        assert after.law.kn == pytest.approx(1.25 * before.law.kn)
+        assert after.law.mu == pytest.approx(1.4 * before.law.mu)
+        assert after.starts == (ss.SliderOffset(2e-5),)
+    assert sum(force.static for force in corner.forces) == pytest.approx(66.0)
+
+
 @pytest.mark.parametrize(
     ("kind", "before", "after", "words"),
     [
+        ("band", "[3.0, 100.0]", "[100.0, 3.0]", "low below high"),
+        ("band", "frequency = [280.0, 390.0]", "at = [300.0]", "must have a band"),
+        ("band", 'share = "contact"', 'share = "side"', "share"),
+        ("what-matters", "draws = 64", "draws = 48", "draws must be a power of two"),
+        ("what-matters", "mu = [0.7, 1.4]", "mu = [1.4, 0.7]", "low below high"),
+        ("what-matters", "mu = [0.7, 1.4]", "muu = [0.7, 1.4]", "Did you mean 'mu'"),
+        ("what-matters", "force_levels = [1.0]", "force_levels = [1.0, 2.0]", "force_levels must be one"),
         ("performance", "[3.0, 100.0]", "[100.0, 3.0]", "low below high"),
         ("performance", "frequency = [280.0, 390.0]", "at = [300.0]", "must have a band"),
         ("performance", 'vary = "force"', 'vary = "mass"', "vary"),
@@ -64,6 +94,32 @@ def test_performance_curves_are_told_after_a_round_trip_to_disk(tmp_path):
         "performance_inertance": 3,
         "dissipation": 1,
     }
+
+
+def test_a_band_is_told_after_a_round_trip_to_disk(tmp_path):
+    rig, settings = ss.rigs.three_mass_wedge(ss.SliderOffset()), {"cloud": 2, "starts": 0, "harmonics": 1, "samples": 64}
+    band = ss.performance_band(rig, [4.0, 8.0], band=ss.hertz(200.0, 235.0), **settings)
+    path = save(stamped(band.dataset, "performance_band"), tmp_path / "results.nc")
+    told = presentation_of(dataset := open_results(path))
+    assert "band widest at F_C/F_E = " in told.sentences(dataset)[0]
+    assert told.failures(dataset) == []
+    assert told.tables(dataset)["band of the performance curve"]["F_C/F_E"].tolist() == [4.0, 8.0]
+    assert len(told.figures(dataset)["performance_band"](dataset).axes) == 2
+    failed = dataset.assign(outcome=dataset["outcome"] * 0 + 2)
+    assert len(told.failures(failed)) == 2
+
+
+def test_what_matters_is_told_after_a_round_trip_to_disk(tmp_path):
+    def rig(*, kt: float, limit: float) -> ss.Problem:
+        return ss.rigs.single_mass(damping=0.01, kt=kt, limit=limit)
+
+    ranges = {"kt": (0.4, 0.6), "limit": (1.5, 1.6)}
+    found = ss.what_matters(rig, ranges, ss.radians_per_second(0.8, 1.4), draws=16, harmonics=1, samples=64)
+    path = save(stamped(found.dataset, "what_matters"), tmp_path / "results.nc")
+    told = presentation_of(dataset := open_results(path))
+    assert "total indices: kt" in told.sentences(dataset)[0]
+    assert told.tables(dataset)["parameters"]["parameter"].tolist() == ["kt", "limit"]
+    assert told.figures(dataset)["tornado"](dataset).axes
 
 
 def test_a_design_is_told_after_a_round_trip_to_disk(tmp_path):

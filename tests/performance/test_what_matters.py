@@ -37,6 +37,20 @@ def test_all_variance_belongs_to_the_only_parameter_that_acts():
     assert np.all(found.high_end.values[1] == pytest.approx(found.low_end.values[1], rel=1e-4))
 
 
+def test_one_parameter_alone_and_any_number_of_workers():
+    """One range alone has all the variance; 16 draws are two cases, which share nothing but the middle."""
+    found = ss.what_matters(OneLimit(), {"limit": (1.6, 2.4)}, BAND, draws=16, harmonics=1, samples=64).dataset
+    other = ss.what_matters(OneLimit(), {"limit": (1.6, 2.4)}, BAND, draws=16, harmonics=1, samples=64, workers=2).dataset
+    assert found.total.shape == (1, 2)
+    assert float(found.first_order[0, 0]) == pytest.approx(1.0, abs=0.35)
+    assert np.array_equal(found.total.values, other.total.values)
+
+
+class OneLimit:
+    def __call__(self, *, limit: float) -> ss.Problem:
+        return ss.rigs.single_mass(damping=0.01, kt=0.5, limit=limit)
+
+
 @pytest.mark.parametrize(
     ("changed", "words"),
     [({"draws": 6}, "draws must be a power of two"), ({"parameters": {"limit": (2.0, 1.0)}}, "parameters must be")],

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.start_draws import search_cloud
-from stickslip.checks import Array, InputError
+from stickslip.checks import Array, InputError, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -63,6 +63,13 @@ class BoundsWork:
 
     def __post_init__(self) -> None:
         refuse_discs(self.problem)
+        if self.objective not in ("amplitude", "loss_factor", "peak"):
+            raise fault("objective", "must be amplitude, loss_factor or peak", self.objective)
+        if not 0 <= self.output < len(self.problem.outputs):
+            raise fault("output", f"must be 0 to {len(self.problem.outputs) - 1}", self.output)
+        for name in ("cloud", "starts"):
+            if getattr(self, name) < 0:
+                raise fault(name, "must be at least 0", getattr(self, name))
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""

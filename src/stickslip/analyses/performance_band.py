@@ -4,15 +4,16 @@ neither is the resonance, and one curve alone misleads.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Finished, Progress, Workers
+from stickslip.analyses.bounds_work import BoundsWork
+from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
 from stickslip.analyses.performance_work import OUTSIDE
-from stickslip.analyses.response_bounds import response_bounds
 from stickslip.analyses.scaled_problem import centrifugal_pull, excitation
 from stickslip.checks import positive
 from stickslip.harmonic.balance import HarmonicBalance
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PerformanceBand:
-    """`dataset`: amplitude_per_force [m/N] and frequency [Hz] of the lowest and the highest peak, axes (point, bound)."""
+    """`dataset`: amplitude_per_force [m/N], frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
+    bound); virgin_amplitude_per_force and solves by point.
+    """
 
     dataset: xr.Dataset
     problem: Problem
@@ -62,23 +65,17 @@ def performance_band(
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
     """
     ratios = sorted({positive("force_ratio", value) for value in np.atleast_1d(np.asarray(force_ratio, dtype=float))})
+    ends = band or resonance_band(problem, output, harmonics, samples)
+    search = (output, cloud, starts, rule, share, seed, harmonics, samples)
+    work = BoundsWork(problem, (ends.low, ends.high), force_levels(problem, ratios, pull), "peak", *search)
+    return PerformanceBand(band_dataset(work, ratios, all_cases(work, finished, workers, progress)), problem)
+
+
+def force_levels(problem: Problem, ratios: Sequence[float], pull: float | None = None) -> tuple[float, ...]:
+    """The levels of the excitation at values of F_C/F_E. pull: F_C, N; that of the problem unless given."""
     own = centrifugal_pull(problem) if pull is None else positive("pull", pull)
     unit = excitation(problem)
-    levels = [own / (ratio * unit) for ratio in ratios]
-    search: dict[str, Any] = {"cloud": cloud, "starts": starts, "rule": rule, "share": share, "seed": seed, "output": output}
-    found = response_bounds(
-        problem,
-        band or resonance_band(problem, output, harmonics, samples),
-        levels,
-        "peak",
-        **search,
-        harmonics=harmonics,
-        samples=samples,
-        workers=workers,
-        finished=finished,
-        progress=progress,
-    )
-    return PerformanceBand(_dataset(found.dataset, ratios, unit), problem)
+    return tuple(own / (ratio * unit) for ratio in ratios)
 
 
 def resonance_band(problem: Problem, output: int, harmonics: int, samples: int) -> Band:
@@ -88,9 +85,11 @@ def resonance_band(problem: Problem, output: int, harmonics: int, samples: int) 
     return Band(OUTSIDE[0] * min(peaks), OUTSIDE[1] * max(peaks))
 
 
-def _dataset(bounds: xr.Dataset, ratios: list[float], unit: float) -> xr.Dataset:
+def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Arrays]) -> xr.Dataset:
+    """Bounds of the peak as a band over F_C/F_E."""
     import xarray as xr
 
+    bounds, unit = work.gathered(results), excitation(work.problem)
     force = unit * bounds["force_level"].values[:, None]
     at_peak = bounds.isel(frequency=0)
     per_force = at_peak["amplitude"].values / force
@@ -99,11 +98,13 @@ def _dataset(bounds: xr.Dataset, ratios: list[float], unit: float) -> xr.Dataset
         "amplitude_per_force": (("point", "bound"), per_force, {"units": "m/N", "long_name": "peak per force"}),
         "frequency": (("point", "bound"), at_peak["resonance"].values, {"units": "Hz", "long_name": "resonance frequency"}),
         "virgin_amplitude_per_force": ("point", virgin, {"units": "m/N", "long_name": "peak per force, virgin start"}),
+        "loss_factor": (("point", "bound"), at_peak["loss_factor"].values, {"units": "1", "long_name": "loss factor"}),
+        "outcome": (("point", "bound"), at_peak["outcome"].values, {"units": "1", "long_name": "what came of the search"}),
         "solves": ("point", at_peak["solves"].values, {"units": "1", "long_name": "solutions computed"}),
     }
     coords = {
-        "force_ratio": ("point", ratios, {"units": "1", "long_name": "F_C/F_E"}),
-        "bound": bounds["bound"].values,
+        "force_ratio": ("point", list(ratios), {"units": "1", "long_name": "F_C/F_E"}),
+        "bound": ("bound", bounds["bound"].values, {"units": "1", "long_name": "lowest and highest peak"}),
     }
     keys = ("title", "output", "rule", "share", "seed", "cloud", "starts", "harmonics", "samples", "cpu_seconds")
     return xr.Dataset(data, coords, {key: bounds.attrs[key] for key in keys})

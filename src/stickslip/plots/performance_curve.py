@@ -56,17 +56,20 @@ def dissipation(dataset: xr.Dataset, case: int = 0) -> Figure:
 
 
 def performance_band(dataset: xr.Dataset) -> Figure:
-    """Lowest and highest peak per force over the start states, and that of virgin contacts."""
-    x = dataset["force_ratio"].values
-    low, high = dataset["amplitude_per_force"].values.T
+    """Lowest and highest peak per force over the start states, with that of virgin contacts; below, where those two peaks are."""
+    x, virgin = dataset["force_ratio"].values, dataset["virgin_amplitude_per_force"].values
     with house_style():
-        figure = Figure(figsize=(7.6, 3.8), layout="constrained")
-        axes = figure.add_subplot()
-        axes.fill_between(x, low, high, color=CONTACTS[4], alpha=0.4, label="all start states")
-        axes.plot(x, dataset["virgin_amplitude_per_force"].values, ".-", color="black", label="virgin contacts")
-        axes.set(xscale="log", yscale="log", xlabel="F_C/F_E", ylabel="peak per force in m/N")
-        axes.set_title(f"Band of the performance curve: {plain(dataset.attrs['title'])}")
-        axes.legend()
+        figure = Figure(figsize=(7.6, 5.4), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
+        top.fill_between(x, *dataset["amplitude_per_force"].values.T, color=CONTACTS[4], alpha=0.25, label="all start states")
+        top.plot(x, virgin, ":", color="black", label="virgin contacts")
+        for bound, (colour, words) in enumerate(((CONTACTS[0], "lowest"), (CONTACTS[5], "highest"))):
+            top.plot(x, dataset["amplitude_per_force"].values[:, bound], ".-", color=colour, label=words)
+            bottom.plot(x, dataset["frequency"].values[:, bound], ".-", color=colour)
+        top.set(xscale="log", yscale="log", ylabel="peak per force in m/N")
+        bottom.set(xlabel="F_C/F_E", ylabel="frequency in Hz")
+        top.set_title(f"Band of the performance curve: {plain(dataset.attrs['title'])}")
+        top.legend()
     return figure
 
 

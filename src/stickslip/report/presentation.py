@@ -27,7 +27,9 @@ PRESENTATIONS = {
     "steady_cycles": "stickslip.report.damper_cycles",
     "damper_evolution": "stickslip.report.damper_cycles",
     "performance_curve": "stickslip.report.performance",
+    "performance_band": "stickslip.report.performance_band",
     "damper_design": "stickslip.report.design",
+    "what_matters": "stickslip.report.what_matters",
     "identification": "stickslip.report.identification",
     "mistuned_population": "stickslip.report.mistuning",
 }

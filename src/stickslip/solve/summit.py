@@ -136,11 +136,14 @@ def plane_at(balance: HarmonicBalance, evaluation: Evaluation) -> Plane:
 
 
 class Ascent:
-    """Climbs from a start to the summit of an output along the curve of a balance at one level."""
+    """Climbs from a start to the summit of an output along the curve of a balance at one level.
 
-    def __init__(self, balance: HarmonicBalance, output: int) -> None:
+    tolerance: relative amplitude by which the summit may be below the top; what samples do to a curve unless given.
+    """
+
+    def __init__(self, balance: HarmonicBalance, output: int, tolerance: float | None = None) -> None:
         self.balance, self.row = balance, balance.rows + output
-        self.tolerance = min(SAMPLING / balance.tables.E.shape[0] ** 2, COARSEST)
+        self.tolerance = tolerance or min(SAMPLING / balance.tables.E.shape[0] ** 2, COARSEST)
         self.solves = self.iterations = 0
 
     def amplitude(self, evaluation: Evaluation) -> float:

@@ -9,8 +9,9 @@ from stickslip.study.design import DAMPER_DESIGN
 from stickslip.study.forced_response import FORCED_RESPONSE
 from stickslip.study.identification import IDENTIFICATION
 from stickslip.study.mistuning import MISTUNED_POPULATION
-from stickslip.study.performance import PERFORMANCE_CURVE
+from stickslip.study.performance import PERFORMANCE_BAND, PERFORMANCE_CURVE
 from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
+from stickslip.study.what_matters import WHAT_MATTERS
 
 KINDS: dict[str, Kind] = {
     "forced_response": FORCED_RESPONSE,
@@ -20,7 +21,9 @@ KINDS: dict[str, Kind] = {
     "steady_cycles": STEADY_CYCLES,
     "damper_evolution": DAMPER_EVOLUTION,
     "performance_curve": PERFORMANCE_CURVE,
+    "performance_band": PERFORMANCE_BAND,
     "damper_design": DAMPER_DESIGN,
+    "what_matters": WHAT_MATTERS,
     "identification": IDENTIFICATION,
     "mistuned_population": MISTUNED_POPULATION,
 }

@@ -1,4 +1,4 @@
-"""Performance curves in a study: the table [performance] and what it asks for."""
+"""Performance curves in a study, and their band over the start states: [performance] and [performance_band]."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from stickslip.analyses.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.cases import Arrays, Work
+from stickslip.analyses.performance_band import band_dataset, force_levels
 from stickslip.analyses.performance_curve import gathered
 from stickslip.analyses.performance_work import PerformanceWork
 from stickslip.checks import InputError, fault
@@ -18,6 +20,7 @@ from stickslip.study.analysis import Asked, Kind, Sweep
 from stickslip.study.fields import NotNegative, Positive, Table
 from stickslip.study.forced_response import sweep_of
 from stickslip.study.tables import Ends
+from stickslip.study.variability import StartsTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +40,20 @@ class PerformanceTable(Table):
     check_every: Annotated[int, Field(ge=1, description="points between two full sweeps that look for new peaks")] = 10
 
 
-def ordered(table: PerformanceTable) -> None:
+class BandTable(StartsTable):
+    """The lowest and the highest resonance over all start states of the contacts, against F_C/F_E."""
+
+    force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
+    points: Annotated[int, Field(ge=2, description="values of F_C/F_E, in equal ratios")] = 6
+    pull: Annotated[Positive | None, Field(description="F_C of the problem, N; its largest static force unless given")] = None
+    share: Annotated[
+        Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
+    ] = "contact"
+    cloud: Annotated[int, Field(ge=0, description="start states sampled at each value")] = 20
+    starts: Annotated[int, Field(ge=0, description="how many of them begin a search")] = 2
+
+
+def ordered(table: PerformanceTable | BandTable) -> None:
     """What the model of the table cannot check."""
     low, high = table.force_ratio
     if low >= high:
@@ -54,10 +70,7 @@ class PerformancePlan:
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        sweep = sweep_of(asked)
-        if isinstance(sweep.frequencies, tuple):
-            raise InputError("[sweep]: a performance curve must have a band, frequency = [start, stop], but has a list.")
-        return cls(sweep, PerformanceTable.model_validate(asked.tables["performance"]))
+        return cls(sweep_over_a_band(asked), PerformanceTable.model_validate(asked.tables["performance"]))
 
     @property
     def summary(self) -> str:
@@ -68,11 +81,10 @@ class PerformancePlan:
     @cached_property
     def work(self) -> PerformanceWork:
         table, base = self.table, self.sweep.forced_response()
-        ratios = tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
         frictions = (np.nan,) if table.friction is None else tuple(table.friction)
         band = (min(base.frequencies), max(base.frequencies))
         settings = (frictions, table.vary, band, table.pull, 0, table.check_every, base.harmonics, base.samples)
-        return PerformanceWork(self.sweep.problem, ratios, *settings)
+        return PerformanceWork(self.sweep.problem, ratios_of(table), *settings)
 
     @property
     def works(self) -> Mapping[str, Work]:
@@ -82,4 +94,53 @@ class PerformancePlan:
         return gathered(self.work, results[""]).dataset
 
 
+@dataclass(frozen=True, eq=False)
+class BandPlan:
+    """The band of a performance curve over the start states."""
+
+    sweep: Sweep
+    table: BandTable
+
+    @classmethod
+    def of(cls, asked: Asked) -> BandPlan:
+        """The plan of a study."""
+        sweep = sweep_over_a_band(asked)
+        refuse_discs(sweep.problem)
+        return cls(sweep, BandTable.model_validate(asked.tables["performance_band"]))
+
+    @property
+    def summary(self) -> str:
+        low, high = self.table.force_ratio
+        return f"{self.sweep.summary}; band of the performance curve at {self.table.points} F_C/F_E, {low:g} to {high:g}"
+
+    @cached_property
+    def work(self) -> BoundsWork:
+        table, base = self.table, self.sweep.forced_response()
+        band = (min(base.frequencies), max(base.frequencies))
+        levels = force_levels(base.problem, ratios_of(table), table.pull)
+        search = (0, table.cloud, table.starts, table.rule, table.share, table.seed)
+        return BoundsWork(base.problem, band, levels, "peak", *search, base.harmonics, base.samples)
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return band_dataset(self.work, ratios_of(self.table), results[""])
+
+
+def sweep_over_a_band(asked: Asked) -> Sweep:
+    """The sweep, whose band says where resonances are sought."""
+    sweep = sweep_of(asked)
+    if isinstance(sweep.frequencies, tuple):
+        raise InputError("[sweep]: a performance curve must have a band, frequency = [start, stop], but has a list.")
+    return sweep
+
+
+def ratios_of(table: PerformanceTable | BandTable) -> tuple[float, ...]:
+    """The values of F_C/F_E."""
+    return tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
+
+
 PERFORMANCE_CURVE = Kind(PerformancePlan.of, {"performance": PerformanceTable}, ("performance",), {"performance": ordered})
+PERFORMANCE_BAND = Kind(BandPlan.of, {"performance_band": BandTable}, ("performance_band",), {"performance_band": ordered})

@@ -28,8 +28,10 @@ KINDS = (
     "steady-cycles",
     "damper-evolution",
     "performance",
+    "band",
     "identification",
     "design",
+    "what-matters",
     "mistuning",
 )
 

@@ -1,0 +1,166 @@
+"""Resonance peaks of a problem at drawn values of its parameters, as independent cases: the work behind `what_matters`."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.stats import qmc
+
+from stickslip.analyses.cases import Arrays, Tell
+from stickslip.analyses.forced_response import forced_response
+from stickslip.checks import Array, fault
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.problem import Problem
+from stickslip.rigs import single_mass
+from stickslip.solve.continuation import LostCurveError
+from stickslip.solve.peak_sweep import swept_summits
+from stickslip.solve.sensitivity import parameter_slopes, respond, solved_factors
+from stickslip.solve.summit import Ascent, NoSummitError, Summit
+
+STEP = 1e-5
+BLOCK = 8
+"""Draws of one case; their problems differ from one another in one parameter at a time."""
+
+
+class ProblemOf(Protocol):
+    """The problem of parameter values: `problem_of(kt=1e6, mu=0.4)`."""
+
+    def __call__(self, **parameters: float) -> Problem: ...
+
+
+@dataclass(frozen=True, eq=False)
+class DrawsWork:
+    """Peaks in the middle and at the ends of the ranges (the first case), then at Saltelli's points, `BLOCK` draws a case.
+
+    box: (low, high) of each parameter; band in Hz. A draw is d + 2 points: one of A, one of B, and A with one value of B each.
+    """
+
+    problem_of: ProblemOf
+    parameters: tuple[str, ...]
+    box: tuple[tuple[float, float], ...]
+    band: tuple[float, float]
+    force: float
+    draws: int
+    output: int
+    seed: int
+    harmonics: int
+    samples: int
+
+    def problem(self, values: Array) -> Problem:
+        """The problem of values in the order of the parameters."""
+        return self.problem_of(**dict(zip(self.parameters, map(float, values), strict=True)))
+
+    def points(self) -> Array:
+        """All points (draws, parameters + 2, parameters), from a Sobol' sequence of twice as many dimensions."""
+        low, high = np.array(self.box).T
+        count = low.size
+        unit = qmc.Sobol(2 * count, bits=64, seed=self.seed).random(self.draws)
+        A, B = low + (high - low) * unit[:, :count], low + (high - low) * unit[:, count:]
+        mixed = np.where(np.eye(count, dtype=bool), B[:, None], A[:, None])
+        return np.concatenate([A[:, None], B[:, None], mixed], axis=1)
+
+    @property
+    def blocks(self) -> list[slice]:
+        """The draws of each case after the first."""
+        return [slice(k, min(k + BLOCK, self.draws)) for k in range(0, self.draws, BLOCK)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a case depends on; a function of the problem is told by what it makes of two corners."""
+        corners = " ".join(self.problem(corner).fingerprint for corner in np.array(self.box).T)
+        how = f"{self.parameters} in {self.box}, {self.band} Hz, force {self.force!r}, {self.draws} draws, seed {self.seed}"
+        how += f", output {self.output}, {self.harmonics} harmonics, {self.samples} samples, problems {corners}"
+        return (f"peaks at the ends, {how}", *(f"peaks of {block}, {how}" for block in self.blocks))
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("ends of the ranges", *(f"draws {block.start + 1} to {block.stop}" for block in self.blocks))
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        forced_response(single_mass(), [0.1], harmonics=1, samples=8)
+
+    def solve(self, case: int, tell: Tell) -> Arrays:
+        """The peaks of one case."""
+        started = time.process_time()
+        peaks = Peaks(self)
+        arrays = peaks.in_the_middle() if case == 0 else {"peaks": peaks.drawn(self.points()[self.blocks[case - 1]], tell)}
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+
+class Peaks:
+    """Peaks of a problem at any parameter values, each climbed to from the nearest one known, else found by a sweep."""
+
+    def __init__(self, work: DrawsWork) -> None:
+        self.work = work
+        self.span = np.ptp(np.array(work.box), axis=1)
+        self.middle = np.mean(work.box, axis=1)
+        self.known: list[tuple[Array, Summit, Array]] = []
+        self.origin = self._keep(self.middle, self._balance(self.middle))
+
+    def in_the_middle(self) -> dict[str, Array]:
+        """The middle, both ends of each range with the others in the middle, and the slopes over the range."""
+        ends = [[self.at(_moved(self.middle, k, end)) for end in pair] for k, pair in enumerate(self.work.box)]
+        slopes = [self.slope(k) * span for k, span in enumerate(self.span)]
+        middle = (self.origin.amplitude, self.origin.omega / (2.0 * np.pi))
+        return {"middle": np.array(middle), "ends": np.array(ends), "slopes": np.array(slopes)}
+
+    def drawn(self, points: Array, tell: Tell) -> Array:
+        """Amplitude and frequency at points (draws, points of a draw, parameters)."""
+        found = []
+        for k, draw in enumerate(points):
+            tell(k / len(points))
+            found.append([self.at(values) for values in draw])
+        return np.array(found)
+
+    def at(self, values: Array) -> tuple[float, float]:
+        """Amplitude in m and frequency in Hz."""
+        balance = self._balance(values)
+        _, near, stiffness = min(self.known, key=lambda item: float(np.linalg.norm((item[0] - values) / self.span)))
+        carried = near.point.forces + (stiffness - balance.stiffness)[:, None] * near.evaluation.w[: balance.rows]
+        start = type(near.point)(carried, near.omega, self.work.force)
+        try:
+            summit = Ascent(balance, self.work.output).from_near(start, near.plane)
+            self.known = [*self.known[-200:], (np.array(values), summit, balance.stiffness)]
+        except NoSummitError:
+            summit = self._keep(values, balance)
+        return summit.amplitude, summit.omega / (2.0 * np.pi)
+
+    def slope(self, k: int) -> float:
+        """d ln|X_1|/d(parameter k) in the middle."""
+        balance, summit = self._balance(self.middle), self.origin
+
+        def problem(value: float) -> Problem:
+            return self.work.problem(_moved(self.middle, k, value))
+
+        step = STEP * (abs(self.middle[k]) or float(np.max(np.abs(self.work.box[k]))))
+        forces, motion = parameter_slopes(problem, float(self.middle[k]), balance, summit.point, step)
+        factors = solved_factors(balance, summit.evaluation)
+        change = respond(balance, summit.evaluation, factors, forces[None], motion[None])
+        row = balance.rows + self.work.output
+        a, b = summit.evaluation.w[row, 1:3]
+        return float(a * change.motion[0, row, 1] + b * change.motion[0, row, 2]) / summit.amplitude**2
+
+    def _balance(self, values: Array) -> HarmonicBalance:
+        return HarmonicBalance(self.work.problem(values), self.work.harmonics, self.work.samples)
+
+    def _keep(self, values: Array, balance: HarmonicBalance) -> Summit:
+        low, high = self.work.band
+        try:
+            found = swept_summits(balance, self.work.force, (2.0 * np.pi * low, 2.0 * np.pi * high), self.work.output)[0]
+        except LostCurveError as lost:
+            raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
+        if not found:
+            raise fault("band", "must hold a peak for every value of the parameters", values.tolist())
+        summit = max(found, key=lambda peak: peak.amplitude)
+        self.known.append((np.array(values), summit, balance.stiffness))
+        return summit
+
+
+def _moved(values: Array, k: int, value: float) -> Array:
+    moved = values.copy()
+    moved[k] = value
+    return moved

@@ -1,0 +1,63 @@
+"""How the band of a performance curve over the start states is told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.outcome import Outcome
+from stickslip.plots.files import Figures
+from stickslip.plots.performance_curve import performance_band
+from stickslip.report.numbers import percent
+from stickslip.report.presentation import Presentation
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """Where the band is widest, and which F_C/F_E has the lowest of the highest peaks."""
+    low, high = dataset["amplitude_per_force"].values.T
+    ratios = dataset["force_ratio"].values
+    if not np.isfinite(low).any():
+        return ["no bound of the resonance was found"]
+    widest, safest = int(np.nanargmax(high / low)), int(np.nanargmin(high))
+    return [
+        f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {low[widest]:.4g} to {high[widest]:.4g} m/N, the highest "
+        f"{percent(high[widest] / low[widest] - 1.0)} above the lowest, depending on where the contacts start",
+        f"lowest of the highest peaks: {high[safest]:.4g} m/N at F_C/F_E = {ratios[safest]:.4g}",
+    ]
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each value of F_C/F_E without a bound."""
+    found = []
+    for ratio, outcomes in zip(dataset["force_ratio"].values, dataset["outcome"].values, strict=True):
+        bad = outcomes[outcomes != Outcome.CONVERGED]
+        if bad.size:
+            found.append(f"F_C/F_E {ratio:.4g}: {Outcome(int(bad[0])).sentence}")
+    return found
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Both ends of the band at every point."""
+    import pandas as pd
+
+    columns = {"F_C/F_E": dataset["force_ratio"].values, "virgin [m/N]": dataset["virgin_amplitude_per_force"].values}
+    for bound, name in enumerate(("lowest", "highest")):
+        columns[f"{name} [m/N]"] = dataset["amplitude_per_force"].values[:, bound]
+        columns[f"{name}, at Hz"] = dataset["frequency"].values[:, bound]
+        columns[f"{name}, loss factor"] = dataset["loss_factor"].values[:, bound]
+    columns["solutions"] = dataset["solves"].values
+    return {"band of the performance curve": pd.DataFrame(columns)}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The band of amplitude and frequency."""
+    return {"performance_band": performance_band}
+
+
+PRESENTATION = Presentation("Band of the performance curve", sentences, failures, figures, tables)

@@ -1,0 +1,58 @@
+"""How the indices of uncertain parameters are told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.plots.files import Figures
+from stickslip.plots.what_matters import tornado
+from stickslip.report.presentation import Presentation
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """Middle and spread of the resonance, and its parameters from the strongest to the weakest."""
+    names = [str(name) for name in dataset["parameter"].values]
+    lines = []
+    for q, (quantity, unit) in enumerate((("amplitude", "m"), ("frequency", "Hz"))):
+        middle, spread = (float(dataset[key].values[q]) for key in ("middle", "spread"))
+        order = np.argsort(-dataset["total"].values[:, q])
+        ranked = ", ".join(f"{names[k]} {float(dataset['total'].values[k, q]):.2f}" for k in order)
+        lines.append(f"peak {quantity} {middle:.5g} {unit} ± {spread:.2g} {unit}; total indices: {ranked}")
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """None: a problem without a peak ends the run."""
+    return []
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Indices, ends and slopes of every parameter."""
+    import pandas as pd
+
+    columns = {name: dataset[name].values for name in ("parameter", "low", "high")}
+    for q, quantity in enumerate(("amplitude", "frequency")):
+        for key, words in (
+            ("first_order", "alone"),
+            ("total", "total"),
+            ("low_end", "at the low end"),
+            ("high_end", "at the high end"),
+        ):
+            columns[f"{quantity}, {words}"] = dataset[key].values[:, q]
+    columns["slope of ln amplitude over the range"] = dataset["slope"].values
+    return {"parameters": pd.DataFrame(columns)}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """The tornado plot."""
+    return {"tornado": tornado}
+
+
+PRESENTATION = Presentation("Which parameter matters", sentences, failures, figures, tables)

@@ -1,0 +1,116 @@
+"""Which parameter matters in a study: the table [what_matters], factors on the contacts of the problem and a start state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from stickslip.analyses.cases import Arrays, Work
+from stickslip.analyses.drawn_peaks import DrawsWork
+from stickslip.analyses.scaled_problem import with_factors, with_preload_factor
+from stickslip.analyses.what_matters import gathered, planned_draws
+from stickslip.checks import InputError, fault
+from stickslip.contact.point import Contact
+from stickslip.contact.start import SliderOffset
+from stickslip.problem import Problem
+from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.fields import Table
+from stickslip.study.performance import sweep_over_a_band
+from stickslip.study.tables import Ends, Two
+from stickslip.study.units import LENGTH, in_si
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FACTORS = ("kt", "kn", "mu", "preload")
+
+
+class UncertainTable(Table):
+    """Ranges of what is uncertain, each drawn evenly: which of them spreads the resonance in the band of [sweep]?"""
+
+    kt: Annotated[Ends | None, Field(description="[low, high] of a factor on the tangential stiffness of every contact")] = None
+    kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
+    mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
+    preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
+    slider_offset: Annotated[Two | None, LENGTH, Field(description="start state of every contact; instead of its own")] = None
+    draws: Annotated[int, Field(ge=2, description="a power of two; draws × (ranges + 2) problems are solved")] = 64
+    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Varied:
+    """A problem whose contacts have their parameters times factors, and start from an offset."""
+
+    problem: Problem
+
+    def __call__(self, **values: float) -> Problem:
+        factors = {name: values[name] for name in FACTORS[:3] if name in values}
+
+        def changed(contact: Contact) -> Contact:
+            return with_factors(contact, factors)
+
+        problem = self.problem.with_contacts(changed)
+        if "preload" in values:
+            problem = with_preload_factor(problem, values["preload"])
+        return problem.with_start(SliderOffset(values["slider_offset"])) if "slider_offset" in values else problem
+
+
+def ranges(table: UncertainTable) -> dict[str, list[float]]:
+    """What is uncertain, by name; at least one, each in order."""
+    found = {name: ends for name in (*FACTORS, "slider_offset") if (ends := getattr(table, name)) is not None}
+    if not found:
+        raise fault("what_matters", f"must give a range of one of {', '.join(FACTORS)}, slider_offset", "none")
+    for name, (low, high) in found.items():
+        if low >= high:
+            raise fault(name, "must be [low, high] with low below high", [low, high])
+    if table.draws & (table.draws - 1):
+        raise fault("draws", "must be a power of two", table.draws)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class MattersPlan:
+    """Peaks at drawn values, and the indices that follow."""
+
+    sweep: Sweep
+    table: UncertainTable
+    box: Mapping[str, tuple[float, float]]
+
+    @classmethod
+    def of(cls, asked: Asked) -> MattersPlan:
+        """The plan of a study."""
+        sweep, table = sweep_over_a_band(asked), UncertainTable.model_validate(asked.tables["what_matters"])
+        if len(sweep.force_levels) != 1:
+            raise InputError("[sweep]: force_levels must be one for what_matters, but are several. Write a study for each.")
+        values = in_si(table, asked.units)
+        box = {name: (values[name][0], values[name][1]) for name in ranges(table)}
+        for name in FACTORS[:3]:
+            if name in box and not any(hasattr(contact.law, name) for contact in sweep.problem.contacts):
+                raise fault(f"[what_matters]: {name}", "must meet a contact law that has it", "none does")
+        return cls(sweep, table, box)
+
+    @property
+    def summary(self) -> str:
+        return f"{self.sweep.summary}; {self.table.draws * (len(self.box) + 2)} problems for {', '.join(self.box)}"
+
+    @cached_property
+    def work(self) -> DrawsWork:
+        base, table = self.sweep.forced_response(), self.table
+        band = Band(min(base.frequencies), max(base.frequencies))
+        rest = (0, table.seed, base.harmonics, base.samples)
+        return planned_draws(Varied(base.problem), self.box, band, base.levels[0], table.draws, *rest)
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return gathered(self.work, results[""])
+
+
+WHAT_MATTERS = Kind(MattersPlan.of, {"what_matters": UncertainTable}, ("what_matters",), {"what_matters": ranges})
