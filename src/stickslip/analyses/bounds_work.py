@@ -40,8 +40,8 @@ STRETCH = 8
 NEIGHBOUR_GAIN = 1e-5
 """A neighbour's optimum begins another search where it is better by this share."""
 
-PEAK_EFFORT = Effort(iterations=15, tolerance=1e-5, rounds=2, gain=1e-3)
-"""At the peak every value takes ten solutions."""
+PEAK_EFFORT = Effort(iterations=15, tolerance=1e-5, rounds=4, gain=1e-4)
+"""At the peak every value takes some five solutions."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
 from stickslip.analyses.design_constraints import Constraint
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.worst_peak import Conditions, Worst, worst_peak
+from stickslip.analyses.worst_peak import Conditions, Worst, searched_peak, worst_peak
 from stickslip.checks import Array, InputError, fault, finite, not_negative, positive
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
@@ -68,6 +68,7 @@ def design_damper(
     *,
     friction_factor: float = FACTOR,
     starts: int = 2,
+    search: bool = False,
     levels: int = 4,
     designs: int = 24,
     generations: int = 0,
@@ -85,7 +86,8 @@ def design_damper(
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
     variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
     nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
-    starts: drawn start states of the contacts beside virgin ones, so the worst is that of a sample of them.
+    starts: drawn start states of the contacts beside virgin ones. search: in the worst case of every design all start states are
+    searched as `response_bounds` does at the peak, else for the optimum alone (`searched_peak`): a sample may miss the worst.
     objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
     such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
 
@@ -93,7 +95,7 @@ def design_damper(
     from them; then a simplex search from the best allowed one, of at most `refinements` designs.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
-    conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness)
+    conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
     for name, value in (("generations", generations), ("refinements", refinements)):
         not_negative(name, value)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs)
@@ -167,6 +169,12 @@ class DesignWork:
 
         with threadpool_limits(1, user_api="blas"):
             return worst_peak(problem, values, self.conditions, self.constraints)
+
+    def searched(self, point: Array, level: float, friction: float) -> float:
+        """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""
+        problem = self.problem_of(friction=float(friction), **dict(zip(self.variables, map(float, point), strict=True)))
+        with threadpool_limits(1, user_api="blas"):
+            return searched_peak(problem, float(level), self.conditions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,6 +262,7 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
     near = allowed & (place[:, 0] <= (1.0 + NEAR) * best.place[0])
     size = float(best.place[0])
     slopes = sensitivities(work, best.point, size, high - low)
+    searched = work.searched(best.point, *best.place[2:4]) if conditions.starts else np.nan
 
     def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
         return dims, values, {"units": unit, "long_name": words}
@@ -265,11 +274,12 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
         "worst_frequency": described("design", place[:, 1], "Hz", "frequency of the worst resonance"),
         "worst_force": described("design", place[:, 2], "1", "force level of the worst resonance"),
         "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
-        "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 for virgin contacts"),
+        "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 virgin, -1 searched"),
         "failed": described("design", place[:, 5], "1", "conditions without a solved peak"),
         "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
         "optimum": described("variable", best.point, "as given", "the best design"),
         "optimum_peak": described((), size, units, "worst resonance amplitude of the best design"),
+        "searched_peak": described((), searched, units, "there, the highest resonance over all start states that a search finds"),
         "sensitivity": described("variable", slopes, "1", "d ln(worst peak)/d ln(variable) at the best design"),
         "near_low": described("variable", points[near].min(axis=0), "as given", "least value within 5 % of the best"),
         "near_high": described("variable", points[near].max(axis=0), "as given", "largest value within 5 % of the best"),
@@ -307,6 +317,7 @@ def conditions_of(
     counts: tuple[int, int],
     numbers: tuple[int, int],
     fineness: tuple[int, int],
+    search: bool = False,
 ) -> Conditions:
     """The conditions of a design, checked. friction: nominal and factor; counts: start states and levels; numbers: output and
     seed; fineness: harmonics and samples.
@@ -323,4 +334,4 @@ def conditions_of(
     not_negative("starts", starts)
     forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
     frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
-    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fineness)
+    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fineness, search)

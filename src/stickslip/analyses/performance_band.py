@@ -65,7 +65,7 @@ def performance_band(
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
     """
     ratios = sorted({positive("force_ratio", value) for value in np.atleast_1d(np.asarray(force_ratio, dtype=float))})
-    ends = band or resonance_band(problem, output, harmonics, samples)
+    ends = band or resonance_band(HarmonicBalance(problem, harmonics, samples), output)
     search = (output, cloud, starts, rule, share, seed, harmonics, samples)
     work = BoundsWork(problem, (ends.low, ends.high), force_levels(problem, ratios, pull), "peak", *search)
     return PerformanceBand(band_dataset(work, ratios, all_cases(work, finished, workers, progress)), problem)
@@ -78,9 +78,8 @@ def force_levels(problem: Problem, ratios: Sequence[float], pull: float | None =
     return tuple(own / (ratio * unit) for ratio in ratios)
 
 
-def resonance_band(problem: Problem, output: int, harmonics: int, samples: int) -> Band:
+def resonance_band(balance: HarmonicBalance, output: int) -> Band:
     """A band that holds the free and the stuck resonance of an output."""
-    balance = HarmonicBalance(problem, harmonics, samples)
     peaks = [linear_peak(balance, output, stuck).frequency for stuck in (False, True)]
     return Band(OUTSIDE[0] * min(peaks), OUTSIDE[1] * max(peaks))
 

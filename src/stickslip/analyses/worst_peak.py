@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stickslip.analyses.bounds_work import BoundsWork
 from stickslip.analyses.design_constraints import Constraint, Trial
+from stickslip.analyses.performance_band import resonance_band
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.problem import Problem
-from stickslip.solve.linear_peak import linear_peak
 from stickslip.solve.peak_following import Follower
 from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
@@ -22,7 +23,7 @@ SHARE = 0.7
 @dataclass(frozen=True)
 class Conditions:
     """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
-    whether amplitudes count per force; harmonics and samples.
+    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case.
     """
 
     forces: tuple[float, ...]
@@ -33,11 +34,14 @@ class Conditions:
     per_force: bool
     harmonics: int
     samples: int
+    search: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Worst:
-    """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint, and how many cases failed."""
+    """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint, and how many cases failed; start:
+    0 for virgin contacts, else the number of the drawn state, −1 for a searched one.
+    """
 
     size: float
     frequency: float
@@ -59,12 +63,35 @@ def worst_peak(
     """The highest resonance over all conditions, and the least margin of each constraint over them.
 
     problem_of(μ) is the problem of the design. The virgin peak is followed over the force levels for every friction coefficient;
-    at each of them the drawn start states are tried from it.
+    at each of them the drawn start states are tried from it; at the worst of them all start states are searched, if asked for.
     """
     search = _Search(variables, conditions, constraints)
     for mu in conditions.frictions:
         search.with_friction(mu, problem_of(mu))
-    return search.worst()
+    worst = search.worst()
+    if not (conditions.search and np.isfinite(worst.size)):
+        return worst
+    searched = searched_peak(problem_of(worst.friction), worst.force, conditions)
+    return replace(worst, size=searched, start=-1) if searched > worst.size else worst
+
+
+CLOUD, BEGIN = 8, 1
+"""Start states sampled for the search of the worst one, and how many of them begin it."""
+
+
+def searched_peak(problem: Problem, level: float, conditions: Conditions) -> float:
+    """The highest resonance |X_1| over all start states, m, one variable per contact: the best that a search finds.
+
+    NaN with friction discs, whose start states cannot be searched. Per force level where amplitudes count so.
+    """
+    if any(contact.elements.coupled for contact in problem.contacts):
+        return np.nan
+    output, fineness = conditions.output, (conditions.harmonics, conditions.samples)
+    band = resonance_band(HarmonicBalance(problem, *fineness), output)
+    ends, seed = (band.low, band.high), conditions.seed
+    work = BoundsWork(problem, ends, (level,), "peak", output, CLOUD, BEGIN, "slider_offset", "contact", seed, *fineness)
+    highest = float(work.solve(0, lambda fraction: None)["amplitude"][1, 0])
+    return highest / level if conditions.per_force else highest
 
 
 class _Search:
@@ -85,9 +112,8 @@ class _Search:
         """All force levels and start states under one friction coefficient."""
         conditions = self.conditions
         balance = HarmonicBalance(problem, conditions.harmonics, conditions.samples)
-        peaks = [linear_peak(balance, conditions.output, stuck).frequency for stuck in (False, True)]
-        band = (2.0 * np.pi * 0.9 * min(peaks), 2.0 * np.pi * 1.1 * max(peaks))
-        follower = Follower(lambda level: (balance, level), band, conditions.output)
+        band = resonance_band(balance, conditions.output)
+        follower = Follower(lambda level: (balance, level), (2.0 * np.pi * band.low, 2.0 * np.pi * band.high), conditions.output)
         found = follower.follow(conditions.forces, every=max(len(conditions.forces) - 1, 1))
         for level in conditions.forces:
             highest = found.highest(level)

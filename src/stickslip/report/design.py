@@ -27,6 +27,12 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"  {name} = {float(dataset['optimum'].values[k]):.4g}; designs within 5 % have {low:.4g} to {high:.4g}; "
             f"1 % more of it changes the worst resonance by {slope:+.2g} %"
         )
+    searched = float(dataset["searched_peak"])
+    if np.isfinite(searched):
+        more = searched / float(dataset["optimum_peak"]) - 1.0
+        lines.append(
+            f"over all start states a search finds {searched:.4g} {units} there, {100.0 * more:+.2g} % of the drawn ones"
+        )
     refused = int(np.count_nonzero(dataset["allowed"].values == 0))
     return [*lines, f"{dataset.sizes['design']} designs computed, {refused} of them break a constraint"]
 

@@ -41,6 +41,9 @@ class DesignTable(Table):
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
     friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
     starts: Annotated[int, Field(ge=0, description="drawn start states beside virgin contacts")] = 2
+    search: Annotated[
+        bool, Field(description="search all start states in the worst case of every design, not only of the best")
+    ] = False
     objective: Annotated[Literal["amplitude", "amplitude_per_force"], Field(description="what is least")] = "amplitude"
     no_jamming: Annotated[
         str | None, Field(description="the argument that holds the platform angle in degrees: 1 − μ tan α stays positive")
@@ -123,7 +126,7 @@ class DesignPlan:
         bounds = {name: (ends[0], ends[1]) for name, ends in table.variables.items()}
         ends, friction = (table.force[0], table.force[1]), (table.friction, table.friction_factor)
         counts, fineness = (table.starts, table.levels), (table.harmonics, table.samples)
-        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness)
+        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness, table.search)
         return planned_design(maker, bounds, conditions, table.constraints, table.designs)
 
     @property
