@@ -62,3 +62,17 @@ def test_band_over_start_states_holds_the_virgin_peak():
     assert np.all(high > 1.2 * low)
     with pytest.raises(ss.InputError, match="force_ratio must be positive"):
         performance_band(rig, [0.0])
+
+
+@pytest.mark.parametrize("pull", [26.0, 56.0])
+def test_oil_lowers_the_response_curves_at_both_preloads(pull):
+    """Section 3 and figure 7 of the paper: with oil, amplitude and frequency of the resonance are lower at both static loads."""
+    peaks = []
+    for mu in (DRY, OILED):
+        table = ss.forced_response(
+            ss.rigs.two_semi_cylinders(pull, mu), ss.hertz(400, 500), 5.0, harmonics=1, samples=128
+        ).peaks()
+        peaks.append(table.loc[table.amplitude.idxmax()])
+    dry, oiled = peaks
+    assert oiled.amplitude * oiled.frequency**2 < 0.8 * dry.amplitude * dry.frequency**2
+    assert oiled.frequency < dry.frequency

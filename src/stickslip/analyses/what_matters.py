@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import sobol_indices
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, all_cases
+from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
 from stickslip.analyses.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.checks import Array, fault, finite, positive
 from stickslip.units import Band
@@ -50,7 +50,7 @@ def what_matters(
     seed: int = 0,
     harmonics: int = 3,
     samples: int = 256,
-    workers: int = 1,
+    workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> WhatMatters:
