@@ -26,7 +26,7 @@ def write(found: dict[str, Any], docs: Path) -> None:
         parts.append(growth(found["growth"]))
     parts += [blade(found["blade"])] if "blade" in found else []
     parts += [memory(found["memory"])] if "memory" in found else []
-    parts.append(METHOD)
+    parts += [(Path(__file__).parent / "findings.md").read_text(), METHOD]
     (docs / "benchmarks.md").write_text("\n\n".join(part.strip() for part in parts) + "\n")
 
 
