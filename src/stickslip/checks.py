@@ -69,9 +69,17 @@ def not_negative(what: str, value: float) -> float:
     return number
 
 
+def numbers(what: str, value: ArrayLike) -> Array:
+    """`value` as an array of floats; refused when it holds something else."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise fault(what, "must hold numbers", value) from None
+
+
 def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
     """`value` as a finite vector, of length `size` when given; a scalar is repeated."""
-    array = np.asarray(value, dtype=float)
+    array = numbers(what, value)
     if array.ndim == 0:
         array = np.full(1 if size is None else size, float(array))
     if array.ndim != 1 or (size is not None and array.size != size):
@@ -85,7 +93,7 @@ def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
 
 def square(what: str, value: ArrayLike, size: int | None = None) -> Array:
     """`value` as a finite square matrix, (size, size) when given."""
-    array = np.asarray(value, dtype=float)
+    array = numbers(what, value)
     if array.ndim != 2 or array.shape[0] != array.shape[1]:
         raise fault(what, "must be a square matrix", array.shape, "Give as many rows as columns.")
     if size is not None and array.shape[0] != size:
@@ -131,6 +139,8 @@ def several(what: str, values: Iterable[Any]) -> tuple[Any, ...]:
 
 def storable(what: str, text: str) -> str:
     """`text` as it can stand in a results file and on one line of a table: without control characters."""
+    if not isinstance(text, str):
+        raise fault(what, "must be a text", text)
     if any(unicodedata.category(character) in ("Cc", "Cs") for character in text):
         raise fault(what, "must hold no control characters", text)
     return text

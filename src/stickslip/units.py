@@ -67,7 +67,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     """The system of a name; a system stays as it is."""
     if isinstance(name, UnitSystem):
         return name
-    if name not in UNIT_SYSTEMS:
+    if name not in tuple(UNIT_SYSTEMS):
         raise fault("The system of units", "must be a known one", name, nearest(str(name), UNIT_SYSTEMS))
     return UNIT_SYSTEMS[name]
 

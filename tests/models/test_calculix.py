@@ -105,6 +105,22 @@ def test_truncated_matrices(run, tmp_path, kept, said):
         ss.read_model(tmp_path / "run" / "blade.inp", units="mm-t-s")
 
 
+@pytest.mark.parametrize(
+    ("file", "said"), [("blade.sti", "must hold a matrix"), ("blade.dof", "must hold a line NODE.DIRECTION")]
+)
+def test_empty_files(run, tmp_path, file, said):
+    shutil.copytree(run, tmp_path / "run")
+    (tmp_path / "run" / file).write_bytes(b"")
+    with pytest.raises(InputError, match=f"{file} {said}.*MATRIXSTORAGE"):
+        ss.read_model(tmp_path / "run" / "blade.inp")
+
+
+def test_a_deck_that_includes_others_says_so(run, tmp_path):
+    shutil.copytree(run, tmp_path / "run")
+    (tmp_path / "run" / "blade.inp").write_text("*INCLUDE, INPUT=mesh.inp\n*STEP\n")
+    assert "includes other files, which are not read" in str(ss.read_model(tmp_path / "run" / "blade.inp").notes)
+
+
 def test_the_study_of_the_tutorial(run):
     """The same problem as in the example: its natural frequencies, and where its places were found."""
     page = (DATA.parents[2] / "docs" / "calculix.md").read_text()

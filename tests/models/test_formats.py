@@ -1,5 +1,7 @@
 """The same model comes out of every format; units, names and pairs of files."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from models import nastran_files
@@ -57,6 +59,7 @@ def test_a_mapping_file_names_the_rows(chain, tmp_path):
     [
         ("node,direction\n1,x\n", "must have 6 entries, but is 1"),
         ("node,direction\n" + "1,w\n" * 6, "must be x, y, z, rx, ry, rz or 1 to 6, but is 'w'"),
+        ("node,direction\n" + ",x\n" * 6, "names.csv, node, must be given in each line"),
         ("node,direction,x\n" + "1,x,far\n" * 6, "must be finite numbers"),
         ("node,direction\n" + "1,x\n" * 6, "must be unique"),
         ("knot,direction\n1,x\n", "must be a known one, but is 'knot'. Did you mean 'node'?"),
@@ -119,7 +122,16 @@ def test_both_matrices_from_one_file(chain, tmp_path):
     [
         ({"units": 5}, "The system of units must be a known one, but is 5"),
         ({"variables": {"K": 3}}, "variables, K must be a name, but is 3"),
+        ({"units": ["SI"]}, "The system of units must be a known one"),
+        ({"variables": "K"}, "variables must be a table such as"),
         ({"keep": "12"}, "keep must be a tuple or list"),
+        ({"keep": {"a": 12.0}}, r"keep, a: A place must be a node, a set or coordinates \(x, y, z\), but is 12.0"),
+        ({"keep": {"a": ("x", 0, 0)}}, "keep, a: Coordinates must hold numbers"),
+        ({"dofs": 17}, "dofs must be a tuple or list"),
+        ({"dofs": range(6)}, "A name in dofs must be a text, but is 0"),
+        ({"names": 5}, "The mapping file must be the path of a file, but is 5"),
+        ({"damping": 0.02, "own_damping": False}, "damping must be a rule, ModalDamping"),
+        ({"own_damping": "no"}, "own_damping must be True or False, but is 'no'"),
     ],
 )
 def test_arguments_of_a_wrong_kind(chain, tmp_path, arguments, said):
@@ -128,6 +140,31 @@ def test_arguments_of_a_wrong_kind(chain, tmp_path, arguments, said):
         ss.read_structure(path, **arguments)
     with pytest.raises(InputError, match="A table of files must name M, K or C, but is 'X'"):
         ss.read_structure({"X": path, "M": path, "K": path})
+
+
+@pytest.mark.parametrize("path", [None, 17, {"M": 5, "K": "k.mtx"}])
+def test_what_is_no_path(path):
+    with pytest.raises(InputError, match="must be the path of a file"):
+        ss.read_structure(path)
+
+
+def test_files_that_the_system_refuses(chain, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match=r"A model file must be readable, but is 'a{300}.mat'. \(File name too long\)"):
+        ss.read_structure("a" * 300 + ".mat")
+    path = chain.save(tmp_path, "mat")
+
+    def locked(self):
+        raise PermissionError(13, "Permission denied", "locked")
+
+    monkeypatch.setattr(Path, "read_bytes", locked)
+    with pytest.raises(InputError, match=r"must be readable, but is 'locked'. \(Permission denied\)"):
+        ss.read_structure(path)
+
+
+def test_nodes_numbered_by_numpy(chain, tmp_path):
+    np.savez(tmp_path / "a.npz", M=chain.M, K=chain.K, dofs=[f"{node}.x" for node in range(1, 7)])
+    assert ss.read_structure(tmp_path / "a.npz", keep={"tip": np.int64(6)}, modes=1).dofs == ("tip.x", "mode/1.q")
+    assert ss.read_structure(tmp_path / "a.npz", keep=np.array([1, 6]), modes=0).dofs == ("1.x", "6.x")
 
 
 @pytest.mark.parametrize(("name", "tool"), [("blade.sti.gz", "gunzip"), ("model.zip", "unzip"), ("model.npz.XZ", "unxz")])

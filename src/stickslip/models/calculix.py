@@ -36,12 +36,14 @@ def read(path: Path) -> Content:
     matrices = {letter: _matrix(file, entries[letter], len(dofs)) for letter, file in (("K", stiffness), ("M", mass))}
     deck = path.with_suffix(".inp")
     found = read_deck(deck) if deck.is_file() else Deck()
-    notes = () if deck.is_file() else (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
-    return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes)
+    missing = (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
+    return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, found.notes if deck.is_file() else missing)
 
 
 def _entries(path: Path) -> Array:
     """Lines "row column value", (entries, 3); the last one whole."""
+    if not path.stat().st_size:
+        raise fault(path.name, "must hold a matrix", "empty", WRITE_THEM)
     with path.open("rb") as file:
         file.seek(-1, 2)
         if file.read() != b"\n":
@@ -65,4 +67,6 @@ def _names(path: Path) -> tuple[str, ...]:
         if not (dot and node.isdecimal() and direction.isdecimal()):
             raise fault(f"A line of {path.name}", "must be NODE.DIRECTION", line[:40])
         found.append(dof(node, int(direction[:3])))
+    if not found:
+        raise fault(path.name, "must hold a line NODE.DIRECTION for each row", "empty", WRITE_THEM)
     return tuple(found)

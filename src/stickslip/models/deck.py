@@ -15,14 +15,15 @@ MOST_GENERATED = 10_000_000
 
 @dataclass
 class Deck:
-    """nodes: coordinates by node; sets: nodes by the name of a set, in capitals."""
+    """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; notes: what was not read."""
 
     nodes: dict[str, Point] = field(default_factory=dict)
     sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def read_deck(path: Path) -> Deck:
-    """Nodes and sets of nodes of a deck; keywords that say nothing about these are passed over, includes are not followed."""
+    """Nodes and sets of nodes of a deck; others are passed over; a note says that includes are not followed."""
     within_memory(path.name, 10 * path.stat().st_size)
     deck = Deck()
     members: dict[str, dict[str, None]] = {}
@@ -34,6 +35,8 @@ def read_deck(path: Path) -> Deck:
                 nodes += numbered
                 if "NSET" in options:
                     _add(members, options["NSET"], [node for node, _ in numbered])
+            elif keyword == "INCLUDE":
+                deck.notes = (f"{path.name} includes other files, which are not read: nodes and sets there are missing.",)
             elif keyword == "NSET" and "NSET" in options:
                 _add(members, options["NSET"], _members(data, "GENERATE" in options, members))
     deck.nodes = located(nodes)

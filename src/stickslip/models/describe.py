@@ -39,10 +39,13 @@ class Description:
 def describe(model: Model, number: int = 10) -> Description:
     """Mass, extent and the lowest `number` modes of a model, and what is odd about it."""
     mass, box = translation_mass(model), extent(model)
-    indefinite = indefinite_mass(model.M)
-    modes = None if indefinite else lowest_modes(model.M, model.K, number)
-    odd = [*model.notes, *(["M has negative eigenvalues: check the sign and the export of the mass."] if indefinite else [])]
-    return Description(model, mass, box, modes, (*odd, *_oddities(model, mass, box, modes)))
+    odd = (*model.notes, *_oddities(model, mass, box))
+    if indefinite_mass(model.M):
+        return Description(
+            model, mass, box, None, ("M has negative eigenvalues: check the sign and the export of the mass.", *odd)
+        )
+    modes = lowest_modes(model.M, model.K, number)
+    return Description(model, mass, box, modes, (*odd, *_odd_modes(box, modes)))
 
 
 def translation_mass(model: Model) -> Array:
@@ -84,11 +87,14 @@ def implausible(model: Model) -> tuple[str, ...]:
     return tuple(_density(translation_mass(model), extent(model))) + tuple(_spectrum(model))
 
 
-def _oddities(model: Model, mass: Array, box: Array | None, modes: LowestModes | None) -> Iterator[str]:
+def _oddities(model: Model, mass: Array, box: Array | None) -> Iterator[str]:
     yield from _density(mass, box)
     yield from _spectrum(model)
     yield from _rows(model)
     yield from _viscous(model)
+
+
+def _odd_modes(box: Array | None, modes: LowestModes | None) -> Iterator[str]:
     if modes is None:
         yield "K could not be factorised: rows without stiffness, or an export cut short."
         return

@@ -87,6 +87,8 @@ def _table(path: Path) -> list[dict[str, str]]:
             raise fault(f"{path.name}, column", "must be a known one", column, nearest(str(column), COLUMNS))
     if not {"node", "direction"} <= set(columns) or not rows:
         raise fault(path.name, "must have columns node and direction and a line for each row", columns)
+    if not all(row["node"].strip() for row in rows):
+        raise fault(f"{path.name}, node,", "must be given in each line", "missing")
     if any("more" in row for row in rows):
         raise fault(path.name, f"must have {len(columns)} entries in each line", "more")
     return rows

@@ -36,9 +36,9 @@ def _readable(content: bytes) -> str:
 
 def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> Index:
     """Numbers that stand for rows or nodes, as integers."""
-    outside = (values < lowest) | (values > (highest or 2**31 - 1)) | (values != np.floor(values))
+    outside = (values < lowest) | (values > (2**31 - 1 if highest is None else highest)) | (values != np.floor(values))
     if np.any(outside):
-        limit = f" up to {highest}" if highest else ""
+        limit = "" if highest is None else f" up to {highest}"
         raise fault(what, f"must be whole numbers from {lowest}{limit}", float(values[outside].ravel()[0]))
     return np.asarray(values.astype(np.int64))
 

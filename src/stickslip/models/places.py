@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.checks import Faults, InputError, fault, nearest, several, vector
 from stickslip.models.model import Model
@@ -55,8 +58,8 @@ def places_of(model: Model, keep: Keep, metres: float = 1.0) -> tuple[Place, ...
     return tuple(found)
 
 
-def _place(model: Model, name: str, where: Where, metres: float) -> Place:
-    if isinstance(where, int | str):
+def _place(model: Model, name: str, where: Any, metres: float) -> Place:
+    if isinstance(where, str | Integral):
         word = str(where)
         if word in model.rows:
             return Place(name or word, (word.rpartition(".")[0],), {name or word: model.rows[word]})
@@ -68,6 +71,8 @@ def _place(model: Model, name: str, where: Where, metres: float) -> Place:
         if word in model.directions:
             return Place(name or word, (word,), _dofs(model, {word: name or word}))
         raise InputError(f"Node or set {word!r} does not exist. {nearest(word, [*model.sets, *model.directions])}")
+    if not isinstance(where, list | tuple | np.ndarray):
+        raise fault("A place", "must be a node, a set or coordinates (x, y, z)", where)
     node, distance = nearest_node(model, where, metres)
     return Place(name or node, (node,), _dofs(model, {node: name or node}), distance)
 
@@ -76,16 +81,17 @@ def _dofs(model: Model, names: Mapping[str, str]) -> dict[str, int]:
     return {f"{name}.{axis}": model.rows[f"{node}.{axis}"] for node, name in names.items() for axis in model.directions[node]}
 
 
-def nearest_node(model: Model, point: Sequence[float], metres: float = 1.0) -> tuple[str, float]:
+def nearest_node(model: Model, point: ArrayLike, metres: float = 1.0) -> tuple[str, float]:
     """The node nearest to `point` (in units of `metres`) and its distance, m; refused where no node is near.
 
     Near means: not farther than that node's own nearest neighbour.
     """
-    place = metres * vector("Coordinates", np.asarray(point, dtype=float), 3)
+    asked = vector("Coordinates", point, 3)
+    place = metres * asked
     names, points = model.located
     if not names:
         raise fault(
-            "Coordinates", "must go with a model that has coordinates", list(point), "Name nodes, or give a mapping file."
+            "Coordinates", "must go with a model that has coordinates", asked.tolist(), "Name nodes, or give a mapping file."
         )
     distances = np.linalg.norm(points - place, axis=1)
     index = int(distances.argmin())
@@ -94,7 +100,7 @@ def nearest_node(model: Model, point: Sequence[float], metres: float = 1.0) -> t
     if distances[index] > spacing:
         where = (points[index] / metres).tolist()
         raise fault(
-            f"The node nearest to {list(point)}",
+            f"The node nearest to {asked.tolist()}",
             f"must lie within {spacing * 1e3:.3g} mm, its distance to its neighbour",
             f"{distances[index] * 1e3:.3g} mm away (node {names[index]} at {np.round(where, 9).tolist()})",
             "Check the coordinates and the units.",

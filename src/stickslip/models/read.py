@@ -5,6 +5,7 @@ Whatever a reader meets in a file, the answer is a model or an `InputError`. Not
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import InputError, fault
+from stickslip.checks import InputError, fault, several
 from stickslip.models import (
     abaqus,
     ansys,
@@ -114,11 +115,15 @@ def read_model(
 
     Warns of a density or stiffness that no body has: the units are wrong then.
     """
+    if not isinstance(variables, Mapping | None):
+        raise fault("variables", 'must be a table such as {"K": "KELAST"}', variables)
+    if not isinstance(own_damping, bool):
+        raise fault("own_damping", "must be True or False", own_damping)
     chosen_names = dict(variables or {})
     content, file = read_content(path, chosen_names)
     if names is not None:
-        content = with_mapping(content, Path(names))
-    model = model_of(content, unit_system(units), chosen_names, tuple(dofs), file, own_damping)
+        content = with_mapping(content, _path("The mapping file", names))
+    model = model_of(content, unit_system(units), chosen_names, several("dofs", dofs), file, own_damping)
     for sentence in implausible(model):
         warnings.warn(f"{file}: {sentence}", stacklevel=2)
     return model
@@ -127,18 +132,27 @@ def read_model(
 def read_content(path: Paths, variables: Mapping[Any, str]) -> tuple[Content, str]:
     """What the file holds, together with the file of the other matrix where a format has one matrix a file; and its name."""
     if isinstance(path, Mapping):
-        places = {letter: Path(place) for letter, place in path.items()}
+        places = {letter: _path(f"The file of {letter}", place) for letter, place in path.items()}
         return _together(places, variables), " and ".join(dict.fromkeys(place.name for place in places.values()))
-    place = Path(path)
+    place = _path("A model", path)
     content = _read_one(place)
     if set(content.matrices) != {""}:
         return content, place.name
     return _together(_counterparts(place), variables), place.name
 
 
+def _path(what: str, place: Any) -> Path:
+    if not isinstance(place, str | os.PathLike):
+        raise fault(what, "must be the path of a file", place)
+    return Path(place)
+
+
 def _read_one(path: Path) -> Content:
     """One file by its reader; whatever that raises becomes an `InputError`."""
-    form = format_of(path)
+    try:
+        form = format_of(path)
+    except OSError as error:
+        raise _refused(error) from None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -148,8 +162,14 @@ def _read_one(path: Path) -> Content:
     except MemoryError:
         raise fault(path.name, "must fit into the memory", "larger") from None
     except Exception as error:  # the readers of other packages raise whatever damaged files lead them to
+        if isinstance(error, OSError) and error.filename is not None:
+            raise _refused(error) from None
         said = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise fault("A model file", "must be readable", path.name, f"As a {form.name} it is damaged ({said}).") from None
+        raise fault("A model file", "must be readable", path.name, f"Read as {form.name}, it is damaged ({said}).") from None
+
+
+def _refused(error: OSError) -> InputError:
+    return fault("A model file", "must be readable", str(error.filename), f"({error.strerror})")
 
 
 def format_of(path: Path) -> Format:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.checks import SMALLEST, Array, InputError, fault, nearest, several, square, storable, symmetric, unique
-from stickslip.structure.damping import Damping
+from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +36,8 @@ class Structure:
                 raise InputError("A structure must have either C or a damping rule, but has both. Leave one out.")
             object.__setattr__(self, "C", square("C", self.C, size))
             _refuse_negative_damping(self.C)
+        if not isinstance(self.damping, ModalDamping | RayleighDamping | None):
+            raise fault("damping", "must be a rule, ModalDamping(...) or RayleighDamping(...)", self.damping)
         scale = float(np.max(np.abs(self.M), initial=0.0))
         if scale < SMALLEST:
             raise fault("M", "must have mass", f"{scale:g} at most", "Check its unit.")
@@ -74,9 +76,9 @@ class Structure:
 
 def check_names(dofs: Sequence[str]) -> None:
     """Names of degrees of freedom are different and can be written."""
-    unique("dofs", dofs)
     for dof in dofs:
         storable("A name in dofs", dof)
+    unique("dofs", dofs)
 
 
 def _refuse_negative_damping(C: Array) -> None:
