@@ -1,36 +1,47 @@
-"""Loads: forces along a direction, harmonic and static."""
+"""Loads: forces along a direction, harmonic and static, and moving bases; their amplitudes may go by a power of the frequency."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
-from stickslip.checks import fault, finite, positive, storable
+from stickslip.checks import fault, finite, nearest, positive, storable
 
 Amplitudes = complex | Mapping[int, complex]
+HIGHEST_POWER = 4
+"""Of the frequency in a load."""
+Motion = Literal["acceleration", "velocity", "displacement"]
+DERIVATIVES: dict[Motion, int] = {"acceleration": 0, "velocity": 1, "displacement": 2}
+"""How many times in time each motion of a base is differentiated for its acceleration."""
 
 
 @dataclass(frozen=True)
 class Force:
-    """p(t) = static + Re Σ_h amplitude_h exp(i h ω t) along `at`.
+    """p(t) = static + Re Σ_h amplitude_h ω^k exp(i h ω t) along `at`, k = omega_power, ω in rad/s.
 
     at: "NODE.DIRECTION", or coefficients {"NODE.DIRECTION": c} for an inclined direction; amplitude [N]: of the first
     harmonic, or {harmonic: amplitude}. A real amplitude F is F cos ωt; −i F is F sin ωt. Force levels multiply the harmonic
     part and leave the static one.
+    omega_power: 0 for a given force; 2 for an unbalance, whose amplitude then is m e in kg m. Several forces make a polynomial.
     """
 
     at: str | Mapping[str, float]
     amplitude: Amplitudes = 0.0
     static: float = 0.0
     name: str = ""
+    omega_power: int = field(default=0, kw_only=True)
 
     def __post_init__(self) -> None:
-        finite("Force.static", self.static)
+        what = type(self).__name__
+        finite(f"{what}.static", self.static)
+        if self.omega_power not in range(HIGHEST_POWER + 1):
+            raise fault(f"{what}.omega_power", f"must be a whole number from 0 to {HIGHEST_POWER}", self.omega_power)
         for harmonic, amplitude in self.amplitudes.items():
             if harmonic < 1:
-                raise fault("Force.amplitude", "must have harmonics from 1 on", harmonic, "Use static for a constant.")
+                raise fault(f"{what}.amplitude", "must have harmonics from 1 on", harmonic, "Use static for a constant.")
             if amplitude:
-                positive(f"Size of Force.amplitude of harmonic {harmonic}", abs(amplitude))
+                positive(f"Size of {what}.amplitude of harmonic {harmonic}", abs(amplitude))
 
     @property
     def direction(self) -> Mapping[str, float]:
@@ -39,20 +50,48 @@ class Force:
 
     @property
     def amplitudes(self) -> dict[int, complex]:
-        """{harmonic: complex amplitude}, N."""
+        """{harmonic: complex amplitude}, as given."""
         if isinstance(self.amplitude, Mapping):
             return {int(h): complex(a) for h, a in self.amplitude.items()}
         return {1: complex(self.amplitude)}
+
+    @property
+    def power(self) -> int:
+        """By which power of ω the load goes."""
+        return self.omega_power
+
+    @property
+    def factors(self) -> dict[int, complex]:
+        """{harmonic: what ω^power is multiplied by}: N (s/rad)^power of a force, m/s² (s/rad)^power of a base's acceleration."""
+        return self.amplitudes
 
 
 @dataclass(frozen=True)
 class BaseMotion(Force):
     """A moving base: all that is grounded, contacts and springs, moves by x_b along a direction, and is at rest in the equations.
 
-    at: how each degree of freedom moves when the base moves by 1 m as a rigid whole, {"1.x": 1, "2.x": 1}; amplitude and static:
-    of the acceleration ẍ_b, m/s². The degrees of freedom then are motions relative to the base, and the load is −M r ẍ_b, r the
-    row of `at`. A base displacement X_b at ω is the acceleration −ω² X_b. `ForcedResponse.absolute` adds the motion of the base.
+    at: how each degree of freedom moves when the base moves by 1 m as a rigid whole, {"1.x": 1, "2.x": 1}; amplitude: of its
+    acceleration ẍ_b [m/s²], or `of` its "velocity" [m/s] or "displacement" [m]: A_h = (i h ω)^k amplitude_h, k = 0, 1, 2; static:
+    a constant acceleration, m/s². The degrees of freedom then are motions relative to the base, and the load is −M r ẍ_b, r the
+    row of `at`. `ForcedResponse.absolute` adds the motion of the base.
     """
+
+    of: Motion = field(default="acceleration", kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.of not in DERIVATIVES:
+            raise fault("BaseMotion.of", "must be a known motion", self.of, nearest(str(self.of), DERIVATIVES))
+
+    @property
+    def power(self) -> int:
+        """By which power of ω the acceleration goes."""
+        return self.omega_power + DERIVATIVES[self.of]
+
+    @property
+    def factors(self) -> dict[int, complex]:
+        """{harmonic: what ω^power is multiplied by in the acceleration of the base}."""
+        return {h: (1j * h) ** DERIVATIVES[self.of] * amplitude for h, amplitude in self.amplitudes.items()}
 
 
 @dataclass(frozen=True)

@@ -222,22 +222,42 @@ class Problem:
         digest.update(repr(rest).encode())
         return digest.hexdigest()[:16]
 
-    def load(self, harmonics: int, level: float = 1.0) -> Array:
-        """Loads in real storage (n, 2H+1): static (with the counter-force of balanced contacts), then a_h, b_h."""
-        load = np.zeros((self.structure.size, 2 * harmonics + 1))
+    def load(self, harmonics: int, level: float = 1.0, omega: float | None = None) -> Array:
+        """Loads in real storage (n, 2H+1): static (with the counter-force of balanced contacts), then a_h, b_h.
+
+        omega [rad/s] must be given where `load_powers` go beyond ω⁰.
+        """
+        powers = self.load_powers(harmonics)
+        if omega is None and len(powers) > 1:
+            raise fault("omega", "must be given, since a load goes by the frequency", omega)
+        load = level * np.einsum("k,knh->nh", (omega or 0.0) ** np.arange(len(powers)), powers)
+        load[:, 0] = self.static_load
+        return np.asarray(load)
+
+    @cached_property
+    def static_load(self) -> Array:
+        """The constant loads, with the counter-force of balanced contacts, (n,)."""
+        load = np.zeros(self.structure.size)
         for force in self.forces:
-            row = self._row_of_load(force)
-            load[:, 0] += force.static * row
-            for harmonic, amplitude in force.amplitudes.items():
-                if harmonic > harmonics:
-                    raise fault("harmonics", f"must reach the load's harmonic {harmonic}", harmonics)
-                load[:, 2 * harmonic - 1] += level * amplitude.real * row
-                load[:, 2 * harmonic] -= level * amplitude.imag * row
+            load += force.static * self._row_of_load(force)
         for contact in self.contacts:
             normal = contact.elements.normal
             if contact.balanced and contact.normal is not None and normal is not None:
-                load[:, 0] += float(normal.forces(0.0).sum()) * self.structure.row(contact.normal)
+                load += float(normal.forces(0.0).sum()) * self.structure.row(contact.normal)
         return load
+
+    def load_powers(self, harmonics: int) -> Array:
+        """Harmonic loads at force level one as a polynomial in ω, Σ_k ω^k powers[k]: (powers, n, 2H+1) in real storage."""
+        highest = max((force.power for force in self.forces), default=0)
+        powers = np.zeros((highest + 1, self.structure.size, 2 * harmonics + 1))
+        for force in self.forces:
+            row = self._row_of_load(force)
+            for harmonic, factor in force.factors.items():
+                if harmonic > harmonics:
+                    raise fault("harmonics", f"must reach the load's harmonic {harmonic}", harmonics)
+                powers[force.power, :, 2 * harmonic - 1] += factor.real * row
+                powers[force.power, :, 2 * harmonic] -= factor.imag * row
+        return powers
 
     def _row_of_load(self, force: Force) -> Array:
         """The load per unit amplitude, (n,): the direction of a force, −M r of a moving base."""

@@ -13,8 +13,7 @@ class DirectPart:
 
     def __init__(self, problem: Problem, harmonics: int) -> None:
         self.systems = [problem.system(h) for h in range(harmonics + 1)]
-        self.static = problem.load(harmonics, 0.0)
-        self.dynamic = problem.load(harmonics, 1.0) - self.static
+        self.problem, self.harmonics = problem, harmonics
 
     def _solve(self, h: int, omega: float, right: np.ndarray) -> np.ndarray:
         system = self.systems[h]
@@ -24,8 +23,17 @@ class DirectPart:
         """Bᴴλ of each harmonic."""
         return [s.B.conj().T @ f for s, f in zip(self.systems, complex_harmonics(forces).T, strict=True)]
 
-    def _loads(self, forces: np.ndarray, level: float) -> list[np.ndarray]:
-        given = complex_harmonics(self.static + level * self.dynamic).T
+    def _excited(self, omega: float) -> np.ndarray:
+        """What one more force level adds to the loads."""
+        return self.problem.load(self.harmonics, 1.0, omega) - self.problem.load(self.harmonics, 0.0, omega)
+
+    def _excited_slope(self, omega: float) -> np.ndarray:
+        """Its derivative by ω; a central difference is exact up to ω²."""
+        step = 0.1 * omega
+        return (self._excited(omega + step) - self._excited(omega - step)) / (2.0 * step)
+
+    def _loads(self, forces: np.ndarray, omega: float, level: float) -> list[np.ndarray]:
+        given = complex_harmonics(self.problem.load(self.harmonics, level, omega)).T
         return [load - push for load, push in zip(given, self._pushed(forces), strict=True)]
 
     def _q(self, loads: list[np.ndarray], omega: float) -> list[np.ndarray]:
@@ -37,14 +45,15 @@ class DirectPart:
         return real_harmonics(np.stack(rows, axis=1))
 
     def motion(self, forces: np.ndarray, omega: float, level: float) -> np.ndarray:
-        return self._seen(self._q(self._loads(forces, level), omega))
+        return self._seen(self._q(self._loads(forces, omega, level), omega))
 
     def slope(self, forces: np.ndarray, omega: float, level: float, by_level: bool) -> np.ndarray:
         if by_level:
-            return self._seen(self._q(list(complex_harmonics(self.dynamic).T), omega))
-        q = self._q(self._loads(forces, level), omega)
+            return self._seen(self._q(list(complex_harmonics(self._excited(omega)).T), omega))
+        q = self._q(self._loads(forces, omega, level), omega)
         turned = [(2.0 * h**2 * omega * s.M - 1j * h * s.C) @ q[h] for h, s in enumerate(self.systems)]
-        return self._seen(self._q(turned, omega))
+        loads = complex_harmonics(level * self._excited_slope(omega)).T
+        return self._seen(self._q([a + b for a, b in zip(turned, loads, strict=True)], omega))
 
     def receptance(self, omega: float, harmonics: int, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         blocks = []
@@ -61,4 +70,4 @@ class DirectPart:
         return -self._seen(self._q(self._pushed(forces), omega))
 
     def whole_motion(self, forces: np.ndarray, omega: float, level: float) -> np.ndarray:
-        return real_harmonics(np.stack(self._q(self._loads(forces, level), omega), axis=1))
+        return real_harmonics(np.stack(self._q(self._loads(forces, omega, level), omega), axis=1))

@@ -122,7 +122,7 @@ def balance_residual(balance: HarmonicBalance, point: Point) -> float:
     samples = balance.tables.E.shape[0]
     q = balance.linear.whole_motion(point.forces, omega, point.level)
     forces = marched_forces(problem, problem.B @ q, samples)
-    load = problem.load(balance.harmonics, point.level)
+    load = problem.load(balance.harmonics, point.level, omega)
     right = complex_harmonics(load - problem.B.T @ forces)
     gaps = []
     for h, (q_h, r_h) in enumerate(zip(complex_harmonics(q).T, right.T, strict=True)):

@@ -11,6 +11,7 @@ from stickslip.harmonic.decoupling import schur_states, stuck_modes
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.receptance import BLOCK_FIRST
+from stickslip.loads import BaseMotion, Force
 from stickslip.problem import Problem
 from stickslip.rigs import lumped_blisk, three_mass_wedge
 from stickslip.structure.assembly import Spring
@@ -22,6 +23,12 @@ def massless(problem: Problem) -> Problem:
     M = problem.structure.M.copy()
     M[4:, 4:] = 0.0
     return problem.with_structure(replace(problem.structure, M=M))
+
+
+def shaken(problem: Problem) -> Problem:
+    """With an unbalance and a base whose displacement is given, beside constant forces."""
+    base = BaseMotion({"1.x": 1.0, "2.x": 1.0}, {1: 0.2 - 0.1j, 3: 0.02j}, of="displacement")
+    return problem.with_forces((*problem.forces, Force("2.x", 0.3j, omega_power=2), base, Force("3.y", 0.2, omega_power=1)))
 
 
 def symmetric_damping(size: float, seed: int = 0) -> np.ndarray:
@@ -39,6 +46,7 @@ CASES = {
     "massless": massless(everything()),
     "massless, general": massless(everything(C=symmetric_damping(0.05))),
     "held mean": replace(everything(), mean_springs=(Spring({everything().structure.dofs[0]: 1.0}, 0.7),)),
+    "loads by the frequency": shaken(everything()),
     "wedge": three_mass_wedge(),
     "disk": lumped_blisk(),
     "whole disk": lumped_blisk(sectors=6).full(),
@@ -92,7 +100,7 @@ def test_motion_solves_the_equations_of_motion(name, which):
     for omega in OMEGAS[name]:
         w, *_, q = motions(part, problem, omega)
         forces = np.random.default_rng(3).standard_normal((problem.B.shape[0], 2 * H + 1))
-        given, pushed = complex_harmonics(problem.load(H, 2.0)), complex_harmonics(forces)
+        given, pushed = complex_harmonics(problem.load(H, 2.0, omega)), complex_harmonics(forces)
         for h, q_h in enumerate(complex_harmonics(q).T):
             system = problem.system(h)
             dynamic = system.K + 1j * h * omega * system.C - (h * omega) ** 2 * system.M

@@ -20,8 +20,9 @@ def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     values = found["response"].values
     for base in (force for force in problem.forces if isinstance(force, BaseMotion)):
         along = problem.output_rows @ problem.structure.row(base.direction)
-        for harmonic, acceleration in base.amplitudes.items():
-            moved = (-level * acceleration / (harmonic * omega) ** 2)[..., None] * along
+        for harmonic, factor in base.factors.items():
+            acceleration = level * factor * omega**base.power
+            moved = (-acceleration / (harmonic * omega) ** 2)[..., None] * along
             values[:, :, :, harmonic, 0] += moved.real
             values[:, :, :, harmonic, 1] += moved.imag
     found["amplitude"].values[:] = np.hypot(values[:, :, :, 1, 0], values[:, :, :, 1, 1])

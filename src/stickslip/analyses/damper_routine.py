@@ -98,8 +98,8 @@ def _free_motion(blade: Structure, rows: Array, forces: Sequence[Force], harmoni
     for force in forces:
         row = blade.row(force.direction)
         load[:, 0] += force.static * row
-        for harmonic, amplitude in force.amplitudes.items():
-            load[:, harmonic] += amplitude * row
+        for harmonic, factor in force.factors.items():
+            load[:, harmonic] += factor * omega**force.power * row
     motion = [rows @ np.linalg.solve(_dynamic(blade, h, omega), load[:, h]) for h in range(harmonics + 1)]
     return real_harmonics(np.stack(motion, axis=1))
 

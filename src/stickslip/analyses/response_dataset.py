@@ -66,7 +66,7 @@ def response_dataset(
 def levels_are_newtons(problem: Problem) -> bool:
     """Whether the only harmonic force has amplitude 1 N along one degree of freedom, so that a level is that force in N."""
     harmonic = [force for force in problem.forces if any(force.amplitudes.values())]
-    if len(harmonic) != 1 or isinstance(harmonic[0], BaseMotion):
+    if len(harmonic) != 1 or isinstance(harmonic[0], BaseMotion) or harmonic[0].power:
         return False
     sizes = [abs(amplitude) for amplitude in harmonic[0].amplitudes.values() if amplitude]
     along = [abs(coefficient) for coefficient in harmonic[0].direction.values() if coefficient]

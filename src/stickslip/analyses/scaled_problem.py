@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.checks import fault, not_negative, positive
 from stickslip.contact.law import Law
 from stickslip.contact.point import Contact
+from stickslip.loads import BaseMotion
 from stickslip.problem import Problem
 
 PRELOADS = ("normal_load", "preload")
@@ -59,6 +60,9 @@ def centrifugal_pull(problem: Problem) -> float:
 
 def excitation(problem: Problem) -> float:
     """F_E at force level one, N: the largest amplitude of a harmonic force."""
+    if any(isinstance(force, BaseMotion) or force.power for force in problem.forces if any(force.amplitudes.values())):
+        remedy = "Follow the peak in another parameter, `follow_peaks`."
+        raise fault("F_E", "must be a force of one amplitude", "a moving base, or goes by a power of the frequency", remedy)
     sizes = [abs(a) * _length(force.direction) for force in problem.forces for a in force.amplitudes.values()]
     return float(max(sizes))
 

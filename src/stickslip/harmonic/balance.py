@@ -155,7 +155,7 @@ class HarmonicBalance:
         self.columns = 2 * harmonics + 1
         self.linear = LinearPart(problem, harmonics)
         self.stiffness = problem.contact_stiffness
-        table, load = contact_table(problem.contacts), problem.load(harmonics)
+        table, powers = contact_table(problem.contacts), problem.load_powers(harmonics)
         self.rows = table.rows
         self.system = System(
             table,
@@ -163,8 +163,8 @@ class HarmonicBalance:
             self.linear.modes,
             self.stiffness,
             *related_rows(table),
-            float(np.linalg.norm(load[:, 1:])),
-            1e-3 * float(np.linalg.norm(load[:, 0])) + np.finfo(float).tiny,
+            np.linalg.norm(powers, axis=(1, 2)),
+            1e-3 * float(np.linalg.norm(problem.static_load)) + np.finfo(float).tiny,
             np.zeros(2, dtype=np.int64),
         )
 

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.cycle import ContactCycle
 from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 
@@ -48,9 +48,8 @@ class EnergyBalance:
         self.balance = balance
         self.problem = problem
         self.systems = {problem.wave(h): problem.system(h) for h in range(1, balance.harmonics + 1)}
-        self.static = problem.load(balance.harmonics, 0.0)
-        self.dynamic = problem.load(balance.harmonics, 1.0) - self.static
-        self.loaded: Index = np.flatnonzero(np.any(self.dynamic != 0.0, axis=1))
+        self.powers = problem.load_powers(balance.harmonics)
+        self.loaded: Index = np.flatnonzero(np.any(self.powers != 0.0, axis=(0, 2)))
 
     def at(self, evaluation: Evaluation, cycle: ContactCycle) -> Energy:
         """Energies of one solved point."""
@@ -59,7 +58,7 @@ class EnergyBalance:
         beyond_springs = evaluation.point.forces - evaluation.residual
         dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
         contact = float(dissipated.sum())
-        given = float(cycle_work(point.level * self.dynamic[self.loaded], q[self.loaded]).sum())
+        given = float(cycle_work(self._excitation(point), q[self.loaded]).sum())
         order = np.repeat(np.arange(1, balance.harmonics + 1), 2)
         viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self._applied("C", q))))
         slipped = float(cycle.slip_work.sum())
@@ -87,6 +86,11 @@ class EnergyBalance:
             work_slope += float(np.sum(viscous_weight * dq))
             slopes[k] = (work_slope - work * float(np.sum(potential_weight * dq)) / potential) / (2.0 * np.pi * potential)
         return slopes
+
+    def _excitation(self, point: Point) -> Array:
+        """The harmonic loads of the loaded degrees of freedom, (loaded, 2H+1), N."""
+        weights = point.level * point.omega ** np.arange(len(self.powers))
+        return np.asarray(np.einsum("k,knh->nh", weights, self.powers[:, self.loaded]))
 
     def _applied(self, matrix: Literal["C", "K"], q: Array) -> Array:
         """C or K' = K + BᵀK_cB of each harmonic's structure times its motion q (n, 2H+1), without the mean: (n, 2H)."""

@@ -30,8 +30,8 @@ from stickslip.kernels import njit
 class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
-    stiffness (rows,): springs of the stuck contacts; normal, partner: `related_rows`; load_size, least_scale: of residuals;
-    effort (2,): how many evaluations and factorisations were made, counted on.
+    stiffness (rows,): springs of the stuck contacts; normal, partner: `related_rows`; load_size (powers of ω,), least_scale: of
+    residuals; effort (2,): how many evaluations and factorisations were made, counted on.
     """
 
     table: ContactTable
@@ -40,7 +40,7 @@ class System(NamedTuple):
     stiffness: Array
     normal: Index
     partner: Index
-    load_size: float
+    load_size: Array
     least_scale: float
     effort: Index
 
@@ -98,6 +98,16 @@ def _size(values: Array) -> float:
 
 
 @njit(cache=True)
+def _load_size(system: System, omega: float) -> float:
+    """Size of the harmonic load at force level one, from that of each power of ω in it."""
+    size, power = 0.0, 1.0
+    for part in system.load_size:
+        size += power * part
+        power *= omega
+    return size
+
+
+@njit(cache=True)
 def _dot(a: Array, b: Array) -> float:
     total = 0.0
     for i in range(a.shape[0]):
@@ -121,7 +131,7 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
     residual = forces - target
     for r in range(rows):
         target[r] += system.stiffness[r] * w[r]
-    scale = max(_size(target), level * system.load_size, system.least_scale)
+    scale = max(_size(target), level * _load_size(system, omega), system.least_scale)
     return State(forces, gains, w, residual, unknown, own, coupling, cross, _size(residual) / scale)
 
 

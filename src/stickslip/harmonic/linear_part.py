@@ -14,7 +14,8 @@ class LinearPart:
     """The structure on its stuck contacts as `Modes`: one set of states, or one for each wave that the harmonics see."""
 
     def __init__(self, problem: Problem, harmonics: int) -> None:
-        static, full = problem.load(harmonics, 0.0), problem.load(harmonics, 1.0)
+        static = np.zeros((problem.structure.size, 2 * harmonics + 1))
+        static[:, 0] = problem.static_load
         orders = range(harmonics + 1)
         if problem.differs_by_harmonic:
             firsts = {problem.wave(h): h for h in reversed(orders)}
@@ -32,7 +33,7 @@ class LinearPart:
             shape=joined.shape,
             receiver=joined.receiver,
             static=np.ascontiguousarray(joined.input.T @ static),
-            dynamic=np.ascontiguousarray(joined.input.T @ (full - static)),
+            dynamic=np.ascontiguousarray(joined.input.T @ problem.load_powers(harmonics)),
             kind=kind,
             p=joined.p,
             q=joined.q,

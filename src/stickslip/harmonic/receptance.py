@@ -23,7 +23,8 @@ class Modes(NamedTuple):
     """States with gains: motion = shape · Γ(s) · (receiverᵀ forces).
 
     shape (rows, m): motion of contact rows, then outputs; receiver (contact rows, m): how λ drives the states;
-    static, dynamic (m, 2H+1): how the loads drive them, the dynamic part at force level one.
+    static (m, 2H+1): how the constant loads drive them; dynamic (powers, m, 2H+1): the harmonic ones at force level one,
+    Σ_k ω^k dynamic[k].
     kind (m,): REAL_MODE with gain 1/(1 + s p + s² q); PAIR_FIRST and PAIR_SECOND for a pole p + i q and its conjugate;
     REAL_POLE with gain 1/(1 − s p); BLOCK_FIRST and BLOCK_SECOND with (I − s [[p, q1], [q2, p]])⁻¹; WAVE_FIRST and WAVE_SECOND
     for a complex state x with gain 1/(1 + s (p + i r) + s² q), kept as x and i x.
@@ -192,26 +193,48 @@ def _seen(modes: Modes, state: Array) -> Array:
 
 
 @njit(cache=True)
-def _load(modes: Modes, forces: Array, level: float) -> Array:
+def _load(modes: Modes, forces: Array, omega: float, level: float) -> Array:
     """What drives the states: loads at a level and forces λ."""
+    excited = _excited(modes, omega)
     load: Array = np.dot(modes.receiver.T, forces)
     for j in range(load.shape[0]):
         for i in range(load.shape[1]):
-            load[j, i] = modes.static[j, i] + level * modes.dynamic[j, i] - load[j, i]
+            load[j, i] = modes.static[j, i] + level * excited[j, i] - load[j, i]
     return load
+
+
+@njit(cache=True)
+def _excited(modes: Modes, omega: float) -> Array:
+    """How the harmonic loads at force level one drive the states at a frequency, (m, 2H+1)."""
+    excited: Array = modes.dynamic[-1].copy()
+    for k in range(modes.dynamic.shape[0] - 2, -1, -1):
+        excited = omega * excited + modes.dynamic[k]
+    return excited
+
+
+@njit(cache=True)
+def _excited_slope(modes: Modes, omega: float) -> Array:
+    """Derivative of `_excited` by ω."""
+    slope = np.zeros_like(modes.static)
+    for k in range(modes.dynamic.shape[0] - 1, 0, -1):
+        slope = omega * slope + k * modes.dynamic[k]
+    return slope
 
 
 @njit(cache=True)
 def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
     """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
-    return _seen(modes, _states(modes, omega, gains, _load(modes, forces, level), False))
+    return _seen(modes, _states(modes, omega, gains, _load(modes, forces, omega, level), False))
 
 
 @njit(cache=True)
 def motion_slope(modes: Modes, gains: Complex, forces: Array, omega: float, level: float, by_level: bool) -> Array:
     """Derivative of the motion (rows, 2H+1) by the force level, or by ω, at fixed λ."""
-    load = modes.dynamic if by_level else _load(modes, forces, level)
-    return _seen(modes, _states(modes, omega, gains, load, not by_level))
+    load = _excited(modes, omega) if by_level else _load(modes, forces, omega, level)
+    slope = _states(modes, omega, gains, load, not by_level)
+    if not by_level and modes.dynamic.shape[0] > 1:
+        slope += _states(modes, omega, gains, level * _excited_slope(modes, omega), False)
+    return _seen(modes, slope)
 
 
 @njit(cache=True)

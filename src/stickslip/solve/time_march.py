@@ -120,7 +120,7 @@ def march(problem: Problem, omega: float, level: float, start: TimeStart, settin
     period = 2.0 * np.pi / positive("omega", omega)
     with threadpool_limits(1, user_api="blas"):
         matrices = model.step_matrices(settings.method.coefficients, period / settings.steps_per_period)
-        loads = _loads(model, level, settings.steps_per_period)
+        loads = _loads(model, omega, level, settings.steps_per_period)
         state = _state(model, start)
         settle(model.table, matrices, loads, state)
         return _until_periodic(model, matrices, loads, state, omega, level, settings)
@@ -205,8 +205,8 @@ def _share(difference: float, size: float) -> float:
     return difference / size if size > 0.0 else float(difference > 0.0)
 
 
-def _loads(model: TimeModel, level: float, steps: int) -> Loads:
-    static, harmonic = model.load(level)
+def _loads(model: TimeModel, omega: float, level: float, steps: int) -> Loads:
+    static, harmonic = model.load(omega, level)
     highest = (harmonic.shape[1] - 1) // 2
     if steps < 4 * highest:
         raise fault("steps_per_period", f"must resolve the load's harmonic {highest}", steps)

@@ -10,7 +10,7 @@ from stickslip import rigs
 from stickslip.checks import Faults, InputError, fault, nearest, positive, unique
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
-from stickslip.loads import BaseMotion, Force, Output
+from stickslip.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.problem import Problem
 from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.study.contacts import ContactTable, FrictionTable
@@ -98,9 +98,13 @@ def force(table: ForceTable, names: Names, units: Units) -> Force:
     """A force in SI."""
     values = in_si(table, units)
     place = {table.at: 1.0} if isinstance(table.at, str) else table.at
-    amplitude = values["amplitude"]
-    complex_amplitude = complex(*amplitude) if isinstance(amplitude, list) else complex(amplitude)
-    return Force(names.coefficients(place), {table.harmonic: complex_amplitude}, values["static"])
+    amplitude = {table.harmonic: complex_amplitude(values["amplitude"])}
+    return Force(names.coefficients(place), amplitude, values["static"], omega_power=table.omega_power)
+
+
+def complex_amplitude(given: Any) -> complex:
+    """An amplitude from a number or from [re, im]."""
+    return complex(*given) if isinstance(given, list) else complex(given)
 
 
 def dashpot(table: DashpotTable, names: Names, units: Units) -> Dashpot:
@@ -116,9 +120,9 @@ def base(table: BaseTable, names: Names, units: Units) -> BaseMotion:
         if not along:
             raise fault("direction", "must be that of some degree of freedom", place, "Write a letter as in NODE.x, or a table.")
         place = along
-    acceleration = in_si(table, units)["acceleration"]
-    amplitude = complex(*acceleration) if isinstance(acceleration, list) else complex(acceleration)
-    return BaseMotion(names.coefficients(place), {table.harmonic: amplitude})
+    values = in_si(table, units)
+    motion = next(motion for motion in DERIVATIVES if values[motion] is not None)
+    return BaseMotion(names.coefficients(place), {table.harmonic: complex_amplitude(values[motion])}, of=motion)
 
 
 def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:

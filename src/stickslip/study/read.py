@@ -122,7 +122,7 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
     found.attempt("[sweep]", build.enough_samples, table)
     found.attempt("[sweep]", force_levels, table.force_levels)
     if problem and table.wanted_harmonics != "auto":
-        found.attempt("[sweep]", problem.load, table.wanted_harmonics)
+        found.attempt("[sweep]", problem.load_powers, table.wanted_harmonics)
     if problem is None or frequencies is None:
         return None
     tolerances = table.tolerance, table.peak_tolerance

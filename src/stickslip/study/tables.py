@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field, Tag, WrapValidator, field_validator
 
+from stickslip.loads import HIGHEST_POWER
 from stickslip.study.fields import (
     Amplitude,
     Coefficients,
@@ -19,7 +20,7 @@ from stickslip.study.fields import (
     Words,
     by_form,
 )
-from stickslip.study.units import ACCELERATION, FORCE, FREQUENCY, VISCOSITY, Dimension
+from stickslip.study.units import ACCELERATION, FORCE, FREQUENCY, LENGTH, VELOCITY, VISCOSITY, Dimension
 
 Two = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 Ends = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair of numbers")]
@@ -138,12 +139,18 @@ class DampingTable(Table):
 
 
 class ForceTable(Table):
-    """p(t) = static + Re(level · amplitude · exp(i h ω t))."""
+    """p(t) = static + Re(level · amplitude · ω^k exp(i h ω t)). Several at one place make a polynomial in ω."""
 
     at: Annotated[Place, Field(description="degree of freedom, or a table of coefficients")]
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0
+    omega_power: Annotated[
+        int,
+        Field(
+            ge=0, le=HIGHEST_POWER, description="k, with ω in rad/s whatever the units; 2 for an unbalance m e, then `amplitude`"
+        ),
+    ] = 0
 
 
 class DashpotTable(Table):
@@ -154,12 +161,18 @@ class DashpotTable(Table):
 
 
 class BaseTable(Table):
-    """A base that moves with a given acceleration. Degrees of freedom, outputs and contacts to ground are relative to it."""
+    """A base that moves as given. Degrees of freedom, outputs and contacts to ground are relative to it."""
+
+    exactly_one: ClassVar[Groups] = (("acceleration", "velocity", "displacement"),)
 
     direction: Annotated[
         Place, Field(description='"x": every degree of freedom NODE.x moves with the base; or a table of coefficients')
     ]
-    acceleration: Annotated[Amplitude, ACCELERATION, Field(description="A for A cos ωt, or [re, im]; force levels multiply it")]
+    acceleration: Annotated[
+        Amplitude | None, ACCELERATION, Field(description="A for A cos ωt, or [re, im]; force levels multiply it")
+    ] = None
+    velocity: Annotated[Amplitude | None, VELOCITY, Field(description="or that of the velocity, at every frequency")] = None
+    displacement: Annotated[Amplitude | None, LENGTH, Field(description="or that of the displacement, at every frequency")] = None
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
 
 

@@ -52,12 +52,12 @@ class TimeModel:
     damping: Array
     weight: Array
 
-    def load(self, level: float) -> tuple[Array, Array]:
+    def load(self, omega: float, level: float) -> tuple[Array, Array]:
         """Modal loads, static (m,) and harmonic (m, 2H+1) in real storage, H the highest harmonic of the forces."""
         highest = max(harmonic for force in self.problem.forces for harmonic in force.amplitudes)
-        static = self.problem.load(highest, 0.0)
-        harmonic = self.problem.load(highest, level) - static
-        return self.shapes.T @ static[:, 0], np.ascontiguousarray(self.shapes.T @ harmonic)
+        harmonic = self.problem.load(highest, level, omega)
+        harmonic[:, 0] = 0.0
+        return self.shapes.T @ self.problem.static_load, np.ascontiguousarray(self.shapes.T @ harmonic)
 
     def step_matrices(self, coefficients: Coefficients, step: float) -> StepMatrices:
         """The matrices of a step of size h = `step`, s."""
