@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.sparse import linalg as sparse_linalg
+from structure.cantilever import PLACES, cantilever, cantilever_rig, cantilever_stress, resonant_stress, static_stress
 
 import stickslip as ss
 from stickslip.analyses.stress import whole_motion
@@ -10,11 +11,8 @@ from stickslip.dampers.flat_cylinder import FlatCylinder
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.rigs.platform_blade import PlatformBlade
 from stickslip.rigs.single_blade import pads, placed_dampers
-from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.solid import STEEL, box_mesh, solid
 from stickslip.structure.stress import stress_recovery, stress_rows, von_mises
-
-THICKNESS, LENGTH, DEPTH = 0.02, 0.2, 0.03
 
 
 def test_constant_strain_gives_its_stress_anywhere():
@@ -36,36 +34,23 @@ def test_constant_strain_gives_its_stress_anywhere():
         stress_rows(mesh, body, np.array([0.06, 0.01, 0.01]))
 
 
-@pytest.fixture(scope="module")
-def cantilever():
-    """A box clamped at y = 0, loaded across at its tip, reduced to the tip's motion."""
-    mesh = box_mesh(np.linspace(-0.5, 0.5, 3) * THICKNESS, np.linspace(0.0, LENGTH, 11), np.linspace(-0.5, 0.5, 3) * DEPTH)
-    body = solid(mesh).clamp(lambda points: points[:, 1] < 1e-9)
-    kept = body.named({"tip": (0.0, LENGTH, 0.0)}, "x")
-    return mesh, body, kept, craig_bampton(body.M, body.K, kept, 80)
-
-
-PLACES = {"middle": (0.5 * THICKNESS, 0.5 * LENGTH, 0.0), "third": (-0.5 * THICKNESS, 0.3 * LENGTH, 0.5 * DEPTH)}
-
-
-def test_bending_stress_of_a_cantilever(cantilever):
+def test_bending_stress_of_a_cantilever():
     """σ_yy = F (L − y) x/I of beam theory, away from clamp and load."""
-    mesh, body, _, reduction = cantilever
+    mesh, body, _, reduction = cantilever()
     recovery = stress_recovery(mesh, body, reduction, PLACES)
     load = np.zeros(reduction.structure.size)
     load[0] = 100.0
     found = recovery.rows @ np.linalg.solve(reduction.structure.K, load)
-    inertia = DEPTH * THICKNESS**3 / 12.0
-    for (x, y, _), sigma in zip(PLACES.values(), found, strict=True):
-        beam = -100.0 * (LENGTH - y) * x / inertia
+    for place, sigma in zip(PLACES.values(), found, strict=True):
+        beam = static_stress(100.0, place)
         assert sigma[1] == pytest.approx(beam, rel=0.02)
         assert np.abs(np.delete(sigma, 1)).max() < 0.05 * abs(beam)
         assert von_mises(sigma) == pytest.approx(abs(beam), rel=0.03)
 
 
-def test_recovered_stress_equals_that_of_the_unreduced_body(cantilever):
+def test_recovered_stress_equals_that_of_the_unreduced_body():
     """Static: exact. Vibrating between the first two bending modes, with eighty modes: to 1e-3 (fifteen: 5e-3)."""
-    mesh, body, kept, reduction = cantilever
+    mesh, body, kept, reduction = cantilever()
     recovery = stress_recovery(mesh, body, reduction, PLACES)
     structure = reduction.structure
     for omega, tolerance in ((0.0, 1e-9), (2.0 * np.pi * 1500.0, 1e-3)):
@@ -75,6 +60,30 @@ def test_recovered_stress_equals_that_of_the_unreduced_body(cantilever):
         motion = sparse_linalg.spsolve((body.K - omega**2 * body.M).tocsc(), full)
         expected = np.array([stress_rows(mesh, body, np.array(place)) @ motion for place in PLACES.values()])
         np.testing.assert_allclose(reduced, expected, atol=tolerance * np.abs(expected).max())
+
+
+def test_stress_along_a_curve_of_a_rubbing_cantilever():
+    """Far below resonance the vibrating and the mean stress are those of a beam under its tip forces, at resonance that of its
+    first bending mode, σ_yy = −E x w''(y); and each point is that of `stress`."""
+    rig, recovery = cantilever_rig(), cantilever_stress(PLACES)
+    resonance = float(rig.frequencies(stuck=False)[0])
+    response = ss.forced_response(rig, [10.0, resonance], force=50.0, harmonics=5)
+    data = response.with_stress(recovery).dataset
+    carried = response.dataset.contact_force.values[0, 0, 0, 0]
+    bending = data.sel(component="yy")
+    for k, place in enumerate(PLACES.values()):
+        tip = 50.0 - (carried[1, 0] + 1j * carried[1, 1])
+        assert float(bending.stress_amplitude[0, 0, k]) == pytest.approx(abs(static_stress(abs(tip), place)), rel=0.02)
+        assert float(bending.stress_mean[0, 0, k]) == pytest.approx(static_stress(100.0 - carried[0, 0], place), rel=0.02)
+        beam = abs(resonant_stress(float(data.amplitude[0, 1, 0]), place))
+        assert float(bending.stress_amplitude[0, 1, k]) == pytest.approx(beam, rel=0.02)
+        assert float(data.stress_von_mises[0, 1, k]) == pytest.approx(
+            beam + abs(float(bending.stress_mean[0, 1, k])), rel=0.04
+        ), "bending alone, at the worst instant"
+    one = response.stress(0, 1, recovery)
+    np.testing.assert_allclose(data.stress_von_mises[0, 1], one.von_mises, rtol=1e-12)
+    np.testing.assert_allclose(data.stress_amplitude[0, 1], one.amplitude, rtol=1e-12)
+    np.testing.assert_allclose(data.stress_mean[0, 1], one.stress[:, :, 0, 0], rtol=1e-12)
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Bounds and samples from study files by the command line: results, report, figures, faults."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from stickslip.analyses.bounds_dataset import attached, detached, has_bounds
@@ -36,6 +37,10 @@ def test_bounds_come_with_results_report_and_figures(tmp_path):
     assert '<section id="bounds"' in page
     assert 'href="#bounds"' in page
     assert (out / "figures" / "bounds.svg").exists()
+    assert run(["export", out, "--out", tmp_path / "t.csv"]) == 0
+    table = pd.read_csv(tmp_path / "t_bounds.csv")
+    np.testing.assert_allclose(table["frequency [Hz]"], [215.0, 218.5, 222.0])
+    np.testing.assert_allclose(table[["lower amplitude [m]", "upper amplitude [m]"]].values.T, [low, high], rtol=1e-12)
     assert run(["report", out]) == 0
 
 
@@ -55,6 +60,10 @@ def test_samples_come_as_cases_with_percentiles(tmp_path):
     assert '<section id="bounds"' not in page
     assert '<section id="percentiles"' in page
     assert (out / "figures" / "percentiles.svg").exists()
+    assert run(["export", out, "--out", tmp_path / "t.csv"]) == 0
+    table = pd.read_csv(tmp_path / "t_percentiles.csv")
+    np.testing.assert_allclose(table["50 % [m]"], percentiles(dataset).sel(percent=50.0).values[0], rtol=1e-12)
+    assert table["solved"].tolist() == [3, 3]
     assert (out / "figures" / "samples.svg").exists()
     amplitude = dataset.amplitude.values[:, :2, 0]
     np.testing.assert_allclose(percentiles(dataset).sel(percent=50.0).values[0], np.median(amplitude, axis=0))

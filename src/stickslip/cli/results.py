@@ -26,6 +26,7 @@ def report(
     from stickslip.results import open_results
 
     files = results_in(results)
+    say_several(files, results)
     folder = results if results.is_dir() else results.parent
     write_reports({name: open_results(file) for name, file in files.items()}, writable_folder(folder))
 
@@ -36,7 +37,9 @@ def export(
     results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
     out: Annotated[
         Path,
-        typer.Option(help="NAME.csv, a table of the curves (that of the peaks goes to NAME_peaks.csv); or NAME.mat for MATLAB."),
+        typer.Option(
+            help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for MATLAB."
+        ),
     ],
     quantity: Annotated[str, typer.Option(help="displacement, velocity or acceleration.")] = "displacement",
     per_force: Annotated[bool, typer.Option("--per-force", help="Receptance, mobility or inertance.")] = False,
@@ -44,29 +47,36 @@ def export(
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
     from stickslip.quantities import peak_table, quantity_table
     from stickslip.report.presentation import presentation_of
+    from stickslip.report.responses import further_tables
     from stickslip.results import open_results
 
     if out.suffix not in (".csv", ".mat"):
         raise fault("--out", "must end in .csv or .mat", str(out))
-    datasets = {name: open_results(file) for name, file in results_in(results).items()}
+    files = results_in(results)
+    say_several(files, results)
+    datasets = {name: open_results(file) for name, file in files.items()}
     if out.suffix == ".mat":
         from stickslip.results_matlab import save_all_mat
 
         say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
         return
     if not all(presentation_of(dataset).interactive for dataset in datasets.values()):
-        export_tables(datasets, out)
+        write_tables({name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}, out)
         return
     for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table)):
         write_table({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()}, path)
         say(f"Wrote {path}")
+    write_tables({name: further_tables(dataset) for name, dataset in datasets.items()}, out)
 
 
-def export_tables(datasets: Mapping[str, xr.Dataset], out: Path) -> None:
-    """The tables of an analysis other than a response, each to NAME_CAPTION.csv."""
-    from stickslip.report.presentation import presentation_of
+def say_several(files: Mapping[str, Path], folder: Path) -> None:
+    """That a folder without results of its own stands for those of the folders in it."""
+    if "" not in files:
+        say(f"{folder} holds no results.nc itself; together, those of its folders: {', '.join(files)}.")
 
-    tables = {name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}
+
+def write_tables(tables: Mapping[str, Mapping[str, pd.DataFrame]], out: Path) -> None:
+    """Tables by caption of each result, each caption to NAME_CAPTION.csv."""
     for caption in dict.fromkeys(caption for named in tables.values() for caption in named):
         path = out.with_name(f"{out.stem}_{caption.replace(' ', '_')}.csv")
         write_table({name: named[caption] for name, named in tables.items() if caption in named}, path)

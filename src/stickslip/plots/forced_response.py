@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from stickslip.analyses.bounds_dataset import detached, has_bounds
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.percentiles import has_percentiles
+from stickslip.analyses.stress import has_stress
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
@@ -21,6 +22,7 @@ from stickslip.plots.response_bounds import loss_factors, response_bounds
 from stickslip.plots.response_curves import peaks_over_force, response_curves
 from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.plots.response_samples import response_cloud
+from stickslip.plots.stress import stress_curves
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +75,7 @@ def figures_of(dataset: xr.Dataset) -> Figures:
     figures |= DISK_FIGURES if has_disk(dataset) else {}
     figures |= TUNED_DISK_FIGURES if "disk_frequency" in dataset.variables else {}
     figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
+    figures |= {"stress": stress_curves} if has_stress(dataset) else {}
     figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
     return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
 

@@ -15,6 +15,7 @@ from stickslip.report.pictures import picture
 from stickslip.units import um
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 NOTE = (
@@ -28,6 +29,21 @@ def bounds(datasets: Mapping[str, xr.Dataset]) -> str:
     """Figure and table of every result that has bounds."""
     found = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
     return section("bounds", "Bounds", NOTE, *(_part(k, *item, len(found) > 1) for k, item in enumerate(found.items())))
+
+
+def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
+    """Lower and upper bound of each force level and frequency; by peaks, each bound has a frequency of its own."""
+    import pandas as pd
+
+    levels, hertz_wanted = bounds["force_level"].values, bounds["frequency"].values
+    case, at = (index.ravel() for index in np.indices((levels.size, hertz_wanted.size)))
+    columns = {"force_level": levels[case]}
+    columns |= {"frequency [Hz]": hertz_wanted[at]} if np.all(np.isfinite(hertz_wanted)) else {}
+    for k, bound in enumerate(bounds["bound"].values):
+        columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
+        columns[f"{bound} amplitude [m]"] = bounds["amplitude"].values[case, k, at]
+        columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
+    return pd.DataFrame(columns)
 
 
 def _part(place: int, label: str, dataset: xr.Dataset, several: bool) -> str:

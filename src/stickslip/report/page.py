@@ -16,6 +16,7 @@ import xarray as xr
 from stickslip.analyses.bounds_dataset import has_bounds
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.percentiles import has_percentiles
+from stickslip.analyses.stress import has_stress
 from stickslip.checks import fault
 from stickslip.files import write_text
 from stickslip.report import plain, sections
@@ -25,6 +26,7 @@ from stickslip.report.disk import disk
 from stickslip.report.markup import script_data, select, text
 from stickslip.report.percentiles import percentiles
 from stickslip.report.presentation import presentation_of
+from stickslip.report.stress import stress
 
 Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset]], str]]
 
@@ -38,11 +40,17 @@ SECTIONS: tuple[Section, ...] = (
     ("bounds", "Bounds", bounds),
     ("percentiles", "Percentiles", percentiles),
     ("disk", "Disk", disk),
+    ("stress", "Stress", stress),
     ("failures", "Failures", sections.failures),
     ("study", "Study", sections.study),
     ("versions", "Versions", sections.versions),
 )
-NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {"bounds": has_bounds, "percentiles": has_percentiles, "disk": has_disk}
+NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
+    "bounds": has_bounds,
+    "percentiles": has_percentiles,
+    "disk": has_disk,
+    "stress": has_stress,
+}
 """Sections that only some results fill."""
 
 

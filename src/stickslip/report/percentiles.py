@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stickslip.analyses.percentiles import has_percentiles
 from stickslip.analyses.percentiles import percentiles as percentiles_of
 from stickslip.plots.response_percentiles import response_percentiles
@@ -14,6 +16,7 @@ from stickslip.report.pictures import picture
 from stickslip.units import um
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 PERCENT = (5.0, 50.0, 95.0)
@@ -27,6 +30,18 @@ def percentiles(datasets: Mapping[str, xr.Dataset]) -> str:
     """Figure and table of every result whose samples share their frequencies."""
     found = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
     return section("percentiles", "Percentiles", NOTE, *(_part(k, *item) for k, item in enumerate(found.items())))
+
+
+def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """The percentiles of `percentiles_of` at each force level and frequency, and how many start states they are of."""
+    import pandas as pd
+
+    found = percentiles_of(dataset)
+    levels, frequencies = found["force_level"].values, found["frequency"].values
+    case, at = (index.ravel() for index in np.indices((levels.size, frequencies.size)))
+    columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": found["solved"].values[case, at]}
+    columns |= {f"{p:g} % [m]": found.values[case, k, at] for k, p in enumerate(found["percent"].values)}
+    return pd.DataFrame(columns)
 
 
 def _part(place: int, label: str, dataset: xr.Dataset) -> str:

@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.bounds_dataset import detached, has_bounds
+from stickslip.analyses.percentiles import has_percentiles
+from stickslip.analyses.stress import has_stress
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
+from stickslip.report.bounds import bounds_table
+from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
+from stickslip.report.stress import stress_sentences, stress_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +32,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     starts = [f"start {int(start) + 1:<4d} " for start in first["start"].values] if "start" in first.coords else None
     for case, level in enumerate(first["force_level"].values):
         lines.append(f"  force {level:<8g} {starts[case] if starts else ''}{peak_words(first.isel(case=case))}")
-    return [*lines, *(bound_sentences(detached(dataset)) if has_bounds(dataset) else [])]
+    lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
+    return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
 
 
 def bound_sentences(bounds: xr.Dataset) -> list[str]:
@@ -64,8 +70,15 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Curves and peaks as displacements."""
-    return {"curves": quantity_table(dataset), "peaks": peak_table(dataset)}
+    """Curves and peaks as displacements, and those of bounds, percentiles and stress where there are any."""
+    return {"curves": quantity_table(dataset), "peaks": peak_table(dataset), **further_tables(dataset)}
+
+
+def further_tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """What only some results hold."""
+    found = {"bounds": bounds_table(detached(dataset))} if has_bounds(dataset) else {}
+    found |= {"percentiles": percentiles_table(dataset)} if has_percentiles(dataset) else {}
+    return found | ({"stress": stress_table(dataset)} if has_stress(dataset) else {})
 
 
 def figures(dataset: xr.Dataset) -> Figures:

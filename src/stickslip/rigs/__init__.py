@@ -1,4 +1,4 @@
-"""Ready problems. `RIGS` lists them by the name that a study file gives.
+"""Ready problems. `RIGS` lists them by the name that a study file gives, `STRESS` the stress recoveries of their elements.
 
 Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 """
@@ -13,6 +13,7 @@ from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.octopus_blisk import octopus_blisk
 from stickslip.rigs.single_blade import single_blade, single_blade_stress
 from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
+from stickslip.structure.stress import StressRecovery
 
 RIGS: dict[str, Callable[..., Problem]] = {
     rig.__name__: rig
@@ -30,8 +31,11 @@ RIGS: dict[str, Callable[..., Problem]] = {
     )
 }
 
+STRESS: dict[str, Callable[..., StressRecovery]] = {"single_blade": single_blade_stress}
+
 __all__ = [
     "RIGS",
+    "STRESS",
     "blade_and_wedge",
     "chain",
     "chain_of_three",

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from stickslip.analyses.cases import Arrays, Work
@@ -62,18 +63,21 @@ class Sweep:
 
     def forced_response(self) -> ForcedResponseWork:
         """Its forced response, which other analyses go by; "auto" has become a number there."""
-        settings = (self.frequencies, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance)
+        where = self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
+        settings = (where, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance)
         return ForcedResponseWork.of(self.problem, *settings)
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What a sound study file holds: its own tables by key, the sweep where the analysis has one, units, and its folder."""
+    """What a sound study file holds: its own tables by key, the sweep where the analysis has one, units, and its folder;
+    rig: the name of the ready problem, "" without one, and its parameters."""
 
     tables: Mapping[str, Table]
     sweep: Sweep | None
     units: Units
     folder: Path
+    rig: tuple[str, Mapping[str, Any]] = ("", MappingProxyType({}))
 
 
 @dataclass(frozen=True)

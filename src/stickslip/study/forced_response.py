@@ -1,4 +1,4 @@
-"""The forced response in a study: no tables of its own."""
+"""The forced response in a study, with the stress that a table [stress] asks for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 from stickslip.analyses.cases import Arrays
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.stress import StressTable, recovery_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,14 +19,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ForcedResponsePlan:
-    """Curves over the band for every force level."""
+    """Curves over the band for every force level, and the stress along them where a recovery is given."""
 
     sweep: Sweep
+    recovery: StressRecovery | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> ForcedResponsePlan:
         """The plan of a study."""
-        return cls(sweep_of(asked))
+        return cls(sweep_of(asked), recovery_of(asked))
 
     @property
     def summary(self) -> str:
@@ -35,7 +38,8 @@ class ForcedResponsePlan:
         return {"": self.sweep.forced_response()}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.works[""].gathered(results[""]).dataset
+        response = self.works[""].gathered(results[""])
+        return (response if self.recovery is None else response.with_stress(self.recovery)).dataset
 
 
 def sweep_of(asked: Asked) -> Sweep:
@@ -45,4 +49,4 @@ def sweep_of(asked: Asked) -> Sweep:
     return asked.sweep
 
 
-FORCED_RESPONSE = Kind(ForcedResponsePlan.of)
+FORCED_RESPONSE = Kind(ForcedResponsePlan.of, {"stress": StressTable})

@@ -92,7 +92,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     with threadpool_limits(1, user_api="blas"):
         sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
     found.stop()
-    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder))
+    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.structure)))
     found.stop()
     notes += sweep.problem.doubts if sweep else ()
     if tables.study is None or plan is None:
@@ -100,6 +100,11 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     title = tables.study.title or (sweep.problem.title if sweep else "") or name
     named = content(tables.structure, sweep) or getattr(plan, "content", "")
     return Job(title, tables.study.analysis, plan, text, named, sweep, tuple(notes))
+
+
+def rig_of(table: StructureTable | None) -> tuple[str, Mapping[str, Any]]:
+    """The name of the ready problem that a file asks for, and its parameters."""
+    return (table.rig or "", table.parameters) if table else ("", {})
 
 
 def sound(table: Table) -> None:

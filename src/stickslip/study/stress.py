@@ -1,0 +1,42 @@
+"""Stress in a study: the table [stress] of a forced response, and the recovery that it asks for."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Annotated
+
+from pydantic import Field
+
+from stickslip import rigs
+from stickslip.checks import InputError
+from stickslip.structure.stress import StressRecovery
+from stickslip.study.analysis import Asked
+from stickslip.study.fields import Number, Table, Words
+
+Point = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
+
+
+class StressTable(Table):
+    """Stress along the curves at places of a rig's finite elements."""
+
+    places: Annotated[
+        dict[str, Point],
+        Field(min_length=1, description="NAME = [x, y, z], in m and in the axes of the rig's body"),
+        Words("table of places"),
+    ]
+
+
+def recovery_of(asked: Asked) -> StressRecovery | None:
+    """The recovery at the places of [stress], from the very elements of the rig; None where no stress is asked for."""
+    table = asked.tables.get("stress")
+    if not isinstance(table, StressTable):
+        return None
+    rig, parameters = asked.rig
+    maker = rigs.STRESS.get(rig)
+    if maker is None:
+        known = " or ".join(rigs.STRESS)
+        raise InputError(
+            f"[stress] must go with a rig whose finite elements are known ({known}), but stands beside {rig or 'matrices'!r}."
+        )
+    shared = inspect.signature(maker).parameters
+    return maker(table.places, **{name: value for name, value in parameters.items() if name in shared})
