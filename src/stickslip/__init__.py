@@ -82,6 +82,9 @@ _HOME = {
     "performance_band": "stickslip.analyses.performance_band",
     "Design": "stickslip.analyses.design",
     "design_damper": "stickslip.analyses.design",
+    "Parameter": "stickslip.analyses.sensitivity",
+    "Sensitivity": "stickslip.analyses.sensitivity",
+    "sensitivity": "stickslip.analyses.sensitivity",
     "WhatMatters": "stickslip.analyses.what_matters",
     "what_matters": "stickslip.analyses.what_matters",
     "PeakPath": "stickslip.analyses.peak_path",
@@ -139,6 +142,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.response_bounds import ResponseBounds, response_bounds
     from stickslip.analyses.response_history import ResponseHistory, response_history
     from stickslip.analyses.response_samples import ResponseSamples, response_samples
+    from stickslip.analyses.sensitivity import Parameter, Sensitivity, sensitivity
     from stickslip.analyses.time_response import time_response
     from stickslip.analyses.what_matters import WhatMatters, what_matters
     from stickslip.checks import InputError
