@@ -60,7 +60,7 @@ def both(name: str) -> tuple[LinearPart, DirectPart]:
     return LinearPart(problem, H), DirectPart(problem, H)
 
 
-def close(found, expected) -> None:
+def assert_close(found, expected) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
 
 
@@ -77,7 +77,7 @@ def test_modal_sums_equal_direct_solutions(name):
     modal, direct = both(name)
     for omega in OMEGAS[name]:
         for found, expected in zip(*(motions(part, CASES[name], omega) for part in (modal, direct)), strict=True):
-            close(found, expected)
+            assert_close(found, expected)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -88,8 +88,8 @@ def test_receptance_and_its_transpose_equal_direct_solutions(name):
     some, columns = np.array([0, 2, rows - 1]), np.array([1, 3])
     weights = np.random.default_rng(5).standard_normal((rows, 2 * H + 1))
     for omega in OMEGAS[name]:
-        close(modal.receptance(omega, H, some, columns), direct.receptance(omega, H, some, columns))
-        close(modal.pulled(omega, weights, columns), direct.pulled(omega, weights, columns))
+        assert_close(modal.receptance(omega, H, some, columns), direct.receptance(omega, H, some, columns))
+        assert_close(modal.pulled(omega, weights, columns), direct.pulled(omega, weights, columns))
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -108,7 +108,7 @@ def test_motion_solves_the_equations_of_motion(name, which):
             np.testing.assert_allclose(dynamic @ q_h, right, atol=1e-9 * np.abs(pushed).max())
             seen = np.vstack([system.B, system.outputs]) @ q_h
             # Of harmonic 0 only the real part is kept.
-            close(complex_harmonics(w)[:, h], seen.real if h == 0 else seen)
+            assert_close(complex_harmonics(w)[:, h], seen.real if h == 0 else seen)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -158,8 +158,8 @@ def test_critical_damping_takes_the_triangular_form():
     rows = np.arange(problem.B.shape[0])
     for omega in (0.3, 1.0, 2.0):
         for found, expected in zip(motions(part, problem, omega), motions(direct, problem, omega), strict=True):
-            close(found, expected)
-        close(part.receptance(omega, H, rows, rows), direct.receptance(omega, H, rows, rows))
+            assert_close(found, expected)
+        assert_close(part.receptance(omega, H, rows, rows), direct.receptance(omega, H, rows, rows))
 
 
 @pytest.mark.parametrize("name", ["general", "overdamped", "some overdamped", "gyroscopic", "massless, general"])
@@ -172,7 +172,7 @@ def test_the_triangular_form_equals_direct_solutions_for_any_damping(name, monke
     assert blocks.any() or name == "overdamped"
     for omega in OMEGAS[name]:
         for found, expected in zip(*(motions(one, problem, omega) for one in (part, direct)), strict=True):
-            close(found, expected)
+            assert_close(found, expected)
 
 
 @pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-9, 1e-12, 0.0])

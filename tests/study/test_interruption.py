@@ -51,7 +51,7 @@ def reference(tmp_path_factory):
     return open_results(folder / "out" / "results.nc"), time.monotonic() - started
 
 
-def equal_bit_by_bit(a, b):
+def assert_equal_bit_by_bit(a, b):
     assert set(a.variables) == set(b.variables)
     for name in a.variables:
         assert a[name].dtype == b[name].dtype, name
@@ -88,43 +88,49 @@ def nothing_left_running(leader, within=10.0):
         time.sleep(0.05)
 
 
-def killed_and_resumed(folder, reference, moments, workers):
-    """Kill a run at a moment, resume it to its end, and compare; for each moment anew."""
-    whole, seconds = reference
-    for moment in moments:
-        shutil.rmtree(folder / "out", ignore_errors=True)
-        process = subprocess.Popen(
-            arguments(folder, "--workers", str(workers)),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        time.sleep(moment * seconds)
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
-        nothing_left_running(process.pid)
-        if (folder / "out" / "results.nc").exists():
-            equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
-        before = kept(folder)
-        resumed = subprocess.run(
-            arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True
-        )
-        assert resumed.returncode == 0, resumed.stderr
-        assert f"Going on from {len(before)} finished curves" in resumed.stdout or not before
-        equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
-        assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
+def killed(folder, seconds, workers):
+    """A run that is killed so many seconds after its start."""
+    shutil.rmtree(folder / "out", ignore_errors=True)
+    command = arguments(folder, "--workers", str(workers))
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    time.sleep(seconds)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    nothing_left_running(process.pid)
+
+
+def assert_resumes_to_the_same(folder, whole, workers):
+    """Whatever a killed run left, it is whole or resumed to the whole, and nothing else lies there afterwards."""
+    if (folder / "out" / "results.nc").exists():
+        assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
+    before = kept(folder)
+    resumed = subprocess.run(
+        arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True
+    )
+    assert resumed.returncode == 0, resumed.stderr
+    assert f"Going on from {len(before)} finished curves" in resumed.stdout or not before
+    assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
+    return len(before)
 
 
 @pytest.mark.parametrize(("moment", "workers"), [(0.45, 1), (0.55, 1), (0.6, 2)])
 def test_killed_three_times(folder, reference, moment, workers):
-    killed_and_resumed(folder, reference, [moment], workers)
+    whole, seconds = reference
+    killed(folder, moment * seconds, workers)
+    assert_resumes_to_the_same(folder, whole, workers)
 
 
 @pytest.mark.verify
 @pytest.mark.parametrize("workers", [1, 2])
 def test_killed_at_twenty_random_moments(folder, reference, workers):
-    moments = np.random.default_rng(10 + workers).uniform(0.2, 1.0, 20)
-    killed_and_resumed(folder, reference, moments.tolist(), workers)
+    """Before, among and after the curves; some of the moments find curves to go on from."""
+    whole, seconds = reference
+    found = []
+    for moment in np.random.default_rng(10 + workers).uniform(0.2, 1.0, 20):
+        killed(folder, moment * seconds, workers)
+        found.append(assert_resumes_to_the_same(folder, whole, workers))
+    assert len(set(found)) > 2, f"the moments meet different states of the run, but {found} curves were kept"
 
 
 def test_killed_again_and_again(folder, reference):
@@ -164,7 +170,7 @@ def test_a_full_disk(folder, reference, limit):
     before = kept(folder)
     again = subprocess.run(arguments(folder, "--resume", "--workers", "1"), capture_output=True, text=True, check=True)
     assert f"Going on from {len(before)} finished curves" in again.stdout or not before
-    equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
+    assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 
 def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(folder, reference):
@@ -197,7 +203,7 @@ def test_a_killed_worker_loses_nothing(folder, reference):
     assert workers
     os.kill(workers[0], signal.SIGKILL)
     assert process.wait() == 0
-    equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
+    assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 
 def test_a_changed_study_is_refused_or_computed_again(folder, reference):
