@@ -1,23 +1,29 @@
 """Trace seeded random problems across their bands and print the share that arrives, by class and cause; then the ill-posed ones.
 
-python -m robustness.run [CASES PER CLASS]
+python -m robustness.run [CASES PER CLASS]; a run of at least 250 writes docs/robustness.md.
 """
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import time
-from collections import Counter
+from datetime import UTC, datetime
+from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from robustness.ill_posed import ILL_POSED
+from robustness.page import ClassResult, page
 from robustness.problems import CLASSES, random_case
+from stickslip.files import write_text
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve.curve import Curve, solve_curve
 
 HARMONICS, SAMPLES = 5, 256
+ENOUGH = 250
+ROOT = Path(__file__).parents[1]
 
 
 def traced(kind: str, seed: int) -> Curve:
@@ -31,32 +37,43 @@ def traced(kind: str, seed: int) -> Curve:
 def main(count: int) -> None:
     """Run `count` cases of every class and print the table."""
     with threadpool_limits(1, user_api="blas"):
-        for kind in CLASSES:
-            causes: Counter[str] = Counter()
-            failed, started = [], time.process_time()
-            for seed in range(count):
-                curve = traced(kind, seed)
-                if curve.outcome != Outcome.CONVERGED:
-                    causes[curve.message] += 1
-                    failed.append(seed)
-            seconds = (time.process_time() - started) / count
-            print(f"{kind:15s} {count - len(failed):5d} of {count} traced, {seconds:.3f} CPU s each")
-            for cause, number in causes.most_common():
-                print(f"    {number:4d}  {cause}")
-            if failed:
-                print(f"          seeds {failed}")
-        tell_ill_posed()
+        results = [of_class(kind, count) for kind in CLASSES]
+        ill_posed = tell_ill_posed()
+    if count >= ENOUGH:
+        write_text(ROOT / "docs" / "robustness.md", page(results, ill_posed, when()))
 
 
-def tell_ill_posed() -> None:
-    """How many ill-posed problems are recognised as such, and what the others were taken for."""
+def of_class(kind: str, count: int) -> ClassResult:
+    """Trace the cases of a class and print what came of them."""
+    failed: dict[str, list[int]] = {}
+    started = time.process_time()
+    for seed in range(count):
+        curve = traced(kind, seed)
+        if curve.outcome != Outcome.CONVERGED:
+            failed.setdefault(curve.message, []).append(seed)
+    result = ClassResult(kind, count, (time.process_time() - started) / count, failed)
+    print(f"{kind:15s} {result.traced:5d} of {count} traced, {result.seconds:.3f} CPU s each", flush=True)
+    for cause in result.causes:
+        print(f"    {cause}")
+    return result
+
+
+def tell_ill_posed() -> str:
+    """Print how many ill-posed problems are recognised, and what the others were taken for; returns the count in words."""
     started = time.process_time()
     mistakes = {case.name: mistake for case in ILL_POSED if (mistake := case.mistaken_for())}
     seconds = (time.process_time() - started) / len(ILL_POSED)
-    recognised = len(ILL_POSED) - len(mistakes)
-    print(f"{'ill-posed':15s} {recognised:5d} of {len(ILL_POSED)} recognised, {seconds:.3f} CPU s each")
+    words = f"{len(ILL_POSED) - len(mistakes)} of {len(ILL_POSED)} recognised"
+    print(f"{'ill-posed':15s} {words}, {seconds:.3f} CPU s each")
     for name, mistake in mistakes.items():
         print(f"          {name}: {mistake}")
+    return words
+
+
+def when() -> str:
+    """Date and commit of the run."""
+    found = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
+    return f"Measured on {datetime.now(UTC):%Y-%m-%d} at commit `{found.stdout.strip() or 'unknown'}`, in one process"
 
 
 if __name__ == "__main__":

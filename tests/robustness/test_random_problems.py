@@ -9,6 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from robustness.ill_posed import ILL_POSED, IllPosed, respond
+from robustness.page import ClassResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.run import traced
 from stickslip.outcome import Outcome
@@ -44,3 +45,12 @@ def test_the_problems_are_what_they_are_called():
     assert {len(problem.contacts) for problem in cases} == {1, 2, 3, 4}
     laws = {type(contact.law).__name__ for problem in cases for contact in problem.contacts}
     assert laws == {"Macroslip", "MicroslipArray", "Gap"}
+
+
+def test_the_page_says_what_a_run_found():
+    failed = {"The curve turned back.": [3], "Too many points.": [5, 9]}
+    results = [ClassResult(kind, 20, 0.3, failed if kind == "lift-off" else {}) for kind in CLASSES]
+    text = page(results, "31 of 31 recognised", "Measured today")
+    assert "| lift-off | the same with preload 0 to 2, and gaps | 17 of 20 (85.0 %) | 0.30 s |" in text
+    assert text.index("2 of lift-off: Too many points. (numbers 5, 9)") < text.index("1 of lift-off: The curve turned back.")
+    assert "No problem failed." in page(results[:1], "", "")

@@ -1,0 +1,71 @@
+"""The page of the documentation on robustness, from what a run found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from string import Template
+
+TEXT = Template("""\
+# Robustness
+
+`make robustness` traces seeded random problems across their bands, 250 of each class, and meets ill-posed ones, which
+must be recognised as such. A problem has 1 to 6 degrees of freedom, 1 to 4 contacts with random directions, modal
+damping between 0.3 and 5 %, a band from below the first free to beyond the last stuck resonance, and a force level
+between 0.05 and 10; 5 harmonics, 256 samples. Traced means: from one end of the band to the other, whatever folds and
+kinks lie on the way, every point with its residual below the tolerance of Newton's method. This page is written by
+`make robustness`.
+
+| class | laws | traced | CPU time each |
+| --- | --- | --- | --- |
+$rows
+
+$when. The time of the first class holds that of compiling or loading the kernels.
+
+$failures
+
+The ill-posed problems are bodies held by nothing, or by a friction that a prescribed traction ratio or mean takes
+away; matrices that are no masses or stiffnesses; numbers that are none; loads, outputs, starts and laws that do not
+fit. Each must be refused with a sentence that names the fault, or end with the outcome "body held by nothing", and
+never be answered: $ill_posed.
+
+The problems stand in `robustness/problems.py` and `robustness/ill_posed.py`: number n of a class is the same on every
+machine, and a failure is printed with its number and its cause.
+""")
+LAWS = {
+    "constant load": "macroslip and microslip arrays of constant normal load",
+    "varying load": "macroslip, microslip arrays with gaps; preload 10 to 30",
+    "lift-off": "the same with preload 0 to 2, and gaps",
+    "start state": "those of all classes, sliders away from zero",
+}
+
+
+@dataclass
+class ClassResult:
+    """What came of one class: how many problems, CPU seconds each, and the numbers that failed by their cause."""
+
+    kind: str
+    count: int
+    seconds: float = 0.0
+    failed: Mapping[str, Sequence[int]] = field(default_factory=dict)
+
+    @property
+    def traced(self) -> int:
+        return self.count - sum(len(numbers) for numbers in self.failed.values())
+
+    @property
+    def causes(self) -> list[str]:
+        """Failures grouped by cause, the most frequent first."""
+        ordered = sorted(self.failed.items(), key=lambda item: -len(item[1]))
+        return [f"{len(numbers)} of {self.kind}: {cause} (numbers {', '.join(map(str, numbers))})" for cause, numbers in ordered]
+
+
+def page(results: Sequence[ClassResult], ill_posed: str, when: str) -> str:
+    """The whole page."""
+    rows = [
+        f"| {r.kind} | {LAWS[r.kind]} | {r.traced} of {r.count} ({100.0 * r.traced / r.count:.1f} %) | {r.seconds:.2f} s |"
+        for r in results
+    ]
+    causes = [f"* {cause}" for result in results for cause in result.causes]
+    failures = "\n".join(["Not traced, by cause:", "", *causes]) if causes else "No problem failed."
+    return TEXT.substitute(rows="\n".join(rows), when=when, failures=failures, ill_posed=ill_posed)
