@@ -8,11 +8,12 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Kind = TypeVar("Kind")
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -72,9 +73,12 @@ def not_negative(what: str, value: float) -> float:
 def numbers(what: str, value: ArrayLike) -> Array:
     """`value` as an array of floats; refused when it holds something else."""
     try:
-        return np.asarray(value, dtype=float)
+        array = np.asarray(value)
+        if not (np.iscomplexobj(array) and np.any(array.imag)):
+            return np.asarray(array.real, dtype=float)
     except (TypeError, ValueError):
         raise fault(what, "must hold numbers", value) from None
+    raise fault(what, "must be real", f"complex, as {complex(array.flat[np.argmax(array.imag != 0.0)])}")
 
 
 def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
@@ -120,6 +124,24 @@ def symmetric(what: str, value: ArrayLike, size: int | None = None, tolerance: f
             "Only one triangle stored? Fill the other; else check the export.",
         )
     return np.asarray(0.5 * (array + array.T))
+
+
+def whole(what: str, value: Any, remedy: str = "") -> int:
+    """`value` as an int; refused when it is no whole number."""
+    try:
+        number = int(value)
+    except (TypeError, ValueError, OverflowError):
+        raise fault(what, "must be a whole number", value, remedy) from None
+    if isinstance(value, bool | str) or number != value:
+        raise fault(what, "must be a whole number", value, remedy)
+    return number
+
+
+def of_kind(what: str, value: Any, kind: type[Kind]) -> Kind:
+    """`value`, refused unless it is of a class."""
+    if not isinstance(value, kind):
+        raise fault(what, f"must be a {kind.__name__}", value)
+    return value
 
 
 def unique(what: str, names: Sequence[Any]) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
-from stickslip.checks import fault, finite, nearest, positive, storable
+from stickslip.checks import fault, finite, nearest, positive, storable, whole
 
 Amplitudes = complex | Mapping[int, complex]
 HIGHEST_POWER = 4
@@ -35,6 +36,8 @@ class Force:
     def __post_init__(self) -> None:
         what = type(self).__name__
         finite(f"{what}.static", self.static)
+        if not isinstance(self.at, str | Mapping):
+            raise fault(f"{what}.at", 'must be "NODE.DIRECTION" or {"NODE.DIRECTION": coefficient}', self.at)
         if self.omega_power not in range(HIGHEST_POWER + 1):
             raise fault(f"{what}.omega_power", f"must be a whole number from 0 to {HIGHEST_POWER}", self.omega_power)
         for harmonic, amplitude in self.amplitudes.items():
@@ -51,9 +54,10 @@ class Force:
     @property
     def amplitudes(self) -> dict[int, complex]:
         """{harmonic: complex amplitude}, as given."""
+        what = f"{type(self).__name__}.amplitude"
         if isinstance(self.amplitude, Mapping):
-            return {int(h): complex(a) for h, a in self.amplitude.items()}
-        return {1: complex(self.amplitude)}
+            return {whole(f"Harmonic of {what}", h): _complex(what, a) for h, a in self.amplitude.items()}
+        return {1: _complex(what, self.amplitude)}
 
     @property
     def power(self) -> int:
@@ -64,6 +68,13 @@ class Force:
     def factors(self) -> dict[int, complex]:
         """{harmonic: what ω^power is multiplied by}: N (s/rad)^power of a force, m/s² (s/rad)^power of a base's acceleration."""
         return self.amplitudes
+
+
+def _complex(what: str, value: Any) -> complex:
+    """`value` as a complex number; a text is none."""
+    if isinstance(value, numbers.Complex):
+        return complex(value)
+    raise fault(what, "must be a number, or {harmonic: number}", value)
 
 
 @dataclass(frozen=True)
@@ -111,4 +122,6 @@ class Output:
     @classmethod
     def of(cls, at: str | Output) -> Output:
         """The output of one degree of freedom "NODE.DIRECTION"."""
+        if not isinstance(at, str | Output):
+            raise fault("An output", 'must be "NODE.DIRECTION" or an Output', at)
         return at if isinstance(at, Output) else cls(at, {at: 1.0})

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import SMALLEST, Array, InputError, fault, several, storable, unique
+from stickslip.checks import SMALLEST, Array, InputError, fault, of_kind, several, storable, unique
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
@@ -56,6 +56,10 @@ class Problem:
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
             object.__setattr__(self, key, several(key, getattr(self, key)))
+        of_kind("structure", self.structure, Structure)
+        for what, values, kind in (("A contact", self.contacts, Contact), ("A force", self.forces, Force)):
+            for value in values:
+                of_kind(what, value, kind)
         unique("Names of contacts", [contact.name for contact in self.contacts])
         unique("Names of outputs", self.output_names)
         storable("The title", self.title)

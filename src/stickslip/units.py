@@ -6,13 +6,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import fault, nearest, positive
+from stickslip.checks import InputError, fault, finite, nearest, positive, unique
 
 N_per_um = 1e6
 um = 1e-6
@@ -102,12 +104,26 @@ class Band:
 
 def hertz(start: float, stop: float) -> Band:
     """The band from `start` to `stop`, both in Hz."""
-    return Band(float(start), float(stop))
+    return Band(finite("start", start), finite("stop", stop))
 
 
 def radians_per_second(start: float, stop: float) -> Band:
     """The band from `start` to `stop`, both in rad/s."""
-    return Band(start / (2.0 * pi), stop / (2.0 * pi))
+    return Band(finite("start", start) / (2.0 * pi), finite("stop", stop) / (2.0 * pi))
+
+
+def listed(frequencies: Any) -> list[float]:
+    """Frequencies in Hz, checked one by one, in their order. A pair in round brackets is refused: it could mean a band."""
+    if isinstance(frequencies, str) or not isinstance(frequencies, Iterable):
+        raise fault("band", "must be a Band, as of ss.hertz(480, 600), or a list of frequencies in Hz", frequencies)
+    values = [positive("A frequency", frequency) for frequency in frequencies]
+    if not values:
+        raise InputError("The frequencies must hold at least one value, but are empty. Give a Band or a list in Hz.")
+    unique("The frequencies", values)
+    if isinstance(frequencies, tuple) and len(values) == 2:
+        remedy = "Write ss.hertz(start, stop) for a band, or a list for two points."
+        raise fault("band", "must not be a pair in round brackets, which could mean a band or two points", frequencies, remedy)
+    return values
 
 
 def logspace(start: float, stop: float, points: int = 50) -> NDArray[np.float64]:

@@ -5,12 +5,14 @@ Without viscous damping A = Fc²/(kd (Fc − πF/4)), optimum Fc/F = π/2 with A
 """
 
 from math import pi, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import stickslip as ss
 from stickslip.analyses.performance_curve import performance_curve
+from stickslip.analyses.performance_work import _told
 from stickslip.units import logspace
 
 KD = 0.5
@@ -84,3 +86,12 @@ def test_following_agrees_with_the_sweeps_that_check_it(damped):
     assert np.abs(gap[np.isfinite(gap)]).max() < 2e-6
     assert damped.events() == []
     assert float(dataset.energy_residual.max()) < 1e-8
+
+
+def test_events_are_told_in_the_order_of_the_ratio():
+    """A curve may be followed downwards, or in parts from the middle."""
+    events = [
+        SimpleNamespace(low=a, high=b, frequency=2.0, words=w) for a, b, w in ((9.0, 5.0, "c"), (1.0, 2.0, "a"), (3.0, 4.0, "b"))
+    ]
+    told = _told(SimpleNamespace(events=events, checks=[], solves=0, iterations=0))["event"]
+    assert [words[-1] for words in told] == ["a", "b", "c"]

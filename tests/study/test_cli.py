@@ -108,6 +108,7 @@ def test_several_results_share_a_report(one_mass, tmp_path):
         assert stickslip_command("run", one_mass, "--out", tmp_path / "both" / name).exit_code == 0
     result = stickslip_command("report", tmp_path / "both")
     assert result.exit_code == 0
+    assert "holds no results.nc itself; together, those of its folders: first, second." in result.output
     text = (tmp_path / "both" / "report.html").read_text()
     assert "first" in text
     assert "second" in text
@@ -120,11 +121,15 @@ def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
     assert stickslip_command("run", one_mass, "--out", out, "--workers", 1).exit_code == 0
     before = (out / "results.nc").read_bytes()
     again = stickslip_command("run", one_mass, "--out", out)
-    refused(again, "--out must name a folder without results", "results.nc is there", "--overwrite", "--resume")
+    assert_refused(
+        again, "--out must name a folder without results, but", "holds 'results.nc'. Name another", "--overwrite", "--resume"
+    )
     assert "Nothing is left to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
-    refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
+    assert_refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
     one_mass.write_text(quick.replace("[0.5]", "[0.6]"))
-    refused(stickslip_command("run", one_mass, "--out", out, "--resume"), "come from another study or version", "--overwrite")
+    assert_refused(
+        stickslip_command("run", one_mass, "--out", out, "--resume"), "come from another study or version", "--overwrite"
+    )
     assert (out / "results.nc").read_bytes() == before
     assert stickslip_command("run", one_mass, "--out", out, "--overwrite", "--workers", 1).exit_code == 0
     assert open_results(out / "results.nc")["force_level"].values == [0.6]
@@ -133,9 +138,9 @@ def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
 def test_the_demo_overwrites_only_when_asked(tmp_path):
     (tmp_path / "4.6kg").mkdir()
     (tmp_path / "4.6kg" / "results.nc").write_text("a result")
-    refused(stickslip_command("demo", "--fast", "--out", tmp_path), "must name a folder without results", "--overwrite")
+    assert_refused(stickslip_command("demo", "--fast", "--out", tmp_path), "must name a folder without results", "--overwrite")
     twice = ("--preload-mass", 2.6, "--preload-mass", 2.6)
-    refused(
+    assert_refused(
         stickslip_command("demo", "--out", tmp_path / "new", *twice),
         "--preload-mass must be unique, but '2.6kg' is given more than once",
     )
@@ -163,7 +168,7 @@ def test_help_names_debug():
     assert "--debug" in stickslip_command("--help").output
 
 
-def refused(result, *said, code=console.WRONG_INPUT):
+def assert_refused(result, *said, code=console.WRONG_INPUT):
     assert result.exit_code == code
     assert "Traceback" not in result.output
     for words in said:
@@ -173,7 +178,7 @@ def refused(result, *said, code=console.WRONG_INPUT):
 def test_check_names_all_faults(one_mass):
     text = ONE_MASS.replace("kt = 1.0", "kt = -1.0").replace('at = "1.x"', 'at = "2.x"').replace("harmonics", "harmonic")
     one_mass.write_text(text)
-    refused(
+    assert_refused(
         stickslip_command("check", one_mass),
         "3 faults",
         "[[contact]] 1: kt must be above 0, but is -1.0",
@@ -183,28 +188,34 @@ def test_check_names_all_faults(one_mass):
 
 
 def test_wrong_use_is_refused(one_mass, tmp_path):
-    refused(stickslip_command("check", tmp_path / "missing.toml"), "must exist", "missing.toml")
-    refused(stickslip_command("run", tmp_path / "missing.toml", "--out", tmp_path / "o"), "must exist")
-    refused(stickslip_command("run", one_mass), "--out")
-    refused(stickslip_command("checks", one_mass), "checks")
-    refused(stickslip_command("check", one_mass, "--fats"), "--fats")
-    refused(stickslip_command("new", "lumpd", tmp_path / "a.toml"), "'lumpd'. Did you mean 'lumped'?")
-    refused(stickslip_command("new", "lumped", one_mass), "must not exist yet")
-    refused(stickslip_command("new", "lumped", tmp_path / "a.txt"), "must end in .toml")
-    refused(stickslip_command("report", tmp_path), "RESULTS must be results.nc")
-    refused(stickslip_command("report", tmp_path / "no.nc"), "must exist")
-    refused(stickslip_command("report", one_mass), "must be NetCDF-4")
-    refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "much"), "--preload-mass")
-    refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "-1"), "preload_mass must be positive")
+    assert_refused(stickslip_command("check", tmp_path / "missing.toml"), "must exist", "missing.toml")
+    assert_refused(stickslip_command("run", tmp_path / "missing.toml", "--out", tmp_path / "o"), "must exist")
+    assert_refused(stickslip_command("run", one_mass), "--out")
+    assert_refused(stickslip_command("checks", one_mass), "checks")
+    assert_refused(stickslip_command("check", one_mass, "--fats"), "--fats")
+    assert_refused(stickslip_command("new", "lumpd", tmp_path / "a.toml"), "'lumpd'. Did you mean 'lumped'?")
+    assert_refused(stickslip_command("new", "lumped", one_mass), "must not exist yet")
+    assert_refused(stickslip_command("new", "lumped", tmp_path / "a.txt"), "must end in .toml")
+    assert_refused(stickslip_command("report", tmp_path), "RESULTS must be results.nc")
+    assert_refused(stickslip_command("report", tmp_path / "no.nc"), "must exist")
+    assert_refused(stickslip_command("report", one_mass), "must be NetCDF-4")
+    assert_refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "much"), "--preload-mass")
+    assert_refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "-1"), "--preload-mass must be positive")
+    assert_refused(stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "nan"), "--preload-mass must be finite")
+    assert_refused(
+        stickslip_command("demo", "--out", tmp_path / "o", "--preload-mass", "3"), "--preload-mass must be 2.6, 4.6 or 6.6"
+    )
 
 
 def test_a_folder_that_cannot_be_written(one_mass, tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "below"):
-        refused(stickslip_command("run", one_mass, "--out", place), "The output folder must be a folder that can be written")
+        assert_refused(
+            stickslip_command("run", one_mass, "--out", place), "The output folder must be a folder that can be written"
+        )
     if os.geteuid() != 0:
         (tmp_path / "locked").mkdir(mode=0o500)
-        refused(stickslip_command("run", one_mass, "--out", tmp_path / "locked"), "can be written")
+        assert_refused(stickslip_command("run", one_mass, "--out", tmp_path / "locked"), "can be written")
 
 
 def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypatch):
@@ -212,7 +223,7 @@ def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypa
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr("stickslip.study.read", broken)
-    refused(stickslip_command("check", one_mass), "Error inside stickslip (ZeroDivisionError: a bug)", code=console.FAILED)
+    assert_refused(stickslip_command("check", one_mass), "Error inside stickslip (ZeroDivisionError: a bug)", code=console.FAILED)
     with pytest.raises(ZeroDivisionError):
         CliRunner().invoke(app, ["--debug", "check", str(one_mass)], catch_exceptions=False)
 
@@ -223,7 +234,7 @@ def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
     broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
     monkeypatch.setattr("stickslip.report.responses.PRESENTATION", broken)
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
-    refused(result, "force 0.5: the curve stopped at 0.2 Hz.", code=console.INCOMPLETE)
+    assert_refused(result, "force 0.5: the curve stopped at 0.2 Hz.", code=console.INCOMPLETE)
     assert (tmp_path / "out" / "results.nc").is_file()
 
 
@@ -270,5 +281,5 @@ def test_contact_stiffness_is_printed_and_drawn(tmp_path):
 def test_two_runs_do_not_share_a_folder(one_mass, tmp_path):
     """The second one is refused while the first one runs, and neither loses anything."""
     with claimed(tmp_path):
-        refused(stickslip_command("run", one_mass, "--out", tmp_path), "--out must not be in use by another run")
+        assert_refused(stickslip_command("run", one_mass, "--out", tmp_path), "--out must not be in use by another run")
     assert not list(tmp_path.glob("results*"))

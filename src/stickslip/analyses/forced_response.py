@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -17,9 +17,9 @@ from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, 
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
-from stickslip.analyses.stress import stress
+from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
-from stickslip.checks import InputError, fault, positive, unique
+from stickslip.checks import InputError, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier, real_harmonics
@@ -31,7 +31,7 @@ from stickslip.solve.curve import solve_curve
 from stickslip.solve.densify import densified
 from stickslip.solve.peak import TOLERANCE
 from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.units import Band
+from stickslip.units import Band, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,6 +87,10 @@ class ForcedResponse:
     def stress(self, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:
         """Stress of one point at the places of a recovery (`stickslip.structure.stress`): harmonics and largest values, Pa."""
         return stress(self.dataset, self.problem, case, point, recovery)
+
+    def with_stress(self, recovery: StressRecovery) -> ForcedResponse:
+        """A copy whose dataset also holds the stress along its curves, for figures, report and tables."""
+        return replace(self, dataset=with_stress(self.dataset, self.problem, recovery))
 
     def absolute(self) -> xr.Dataset:
         """Response and amplitude with the motion of the base added (`BaseMotion`); those of `dataset` are relative to it."""
@@ -161,8 +165,9 @@ class ForcedResponseWork:
         peak_tolerance: float = TOLERANCE,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
+        of_kind("problem", problem, Problem)
         (frequencies, exactly), levels = _frequencies(band), force_levels(force)
-        Nt = _whole("samples", samples)
+        Nt = whole("samples", samples)
         Nt += -Nt % problem.sample_multiple
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
@@ -170,7 +175,7 @@ class ForcedResponseWork:
         if harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
             harmonics, Nt, sentence = choice.harmonics, choice.samples, choice.sentence
-        H = _whole("harmonics", harmonics)
+        H = whole("harmonics", harmonics, 'Or write "auto".')
         fourier(H, Nt)
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance)
 
@@ -225,26 +230,16 @@ def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     """Frequencies in Hz in the order of travel, and whether only these are wanted."""
     if isinstance(band, Band):
         return [band.start, band.stop], False
-    listed = [positive("A frequency", frequency) for frequency in band]
-    if not listed:
-        raise InputError("The frequencies must hold at least one value, but are empty. Give a Band or a list in Hz.")
-    unique("The frequencies", listed)
-    return sorted(listed), True
+    return sorted(listed(band)), True
 
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
     """Force levels, checked: positive and different."""
-    levels = tuple(positive("A force level", level) for level in np.atleast_1d(np.asarray(force, dtype=float)))
+    levels = tuple(positive("A force level", level) for level in np.atleast_1d(numbers("force", force)))
     if not levels:
         raise InputError("force must hold at least one level, but is empty.")
     unique("Force levels", levels)
     return levels
-
-
-def _whole(name: str, value: int) -> int:
-    if isinstance(value, bool) or int(value) != value:
-        raise fault(name, "must be a whole number", value)
-    return int(value)
 
 
 def _around(frequency: float) -> tuple[float, float]:

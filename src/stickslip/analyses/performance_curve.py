@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
 from stickslip.analyses.performance_work import PerformanceWork, Vary, stacked
-from stickslip.checks import fault, not_negative, positive
+from stickslip.checks import fault, not_negative, numbers, of_kind, positive
 from stickslip.harmonic.fourier import fourier
 from stickslip.problem import Problem
 from stickslip.units import Band
@@ -90,7 +90,8 @@ def performance_curve(
     without contacts. `region` indexes stick, microslip, slip, lift-off. Source: S. M. Cameron et al. (1990); the one-mass model
     is Griffin's (1980).
     """
-    ratios = tuple(sorted({positive("force_ratio", value) for value in np.atleast_1d(np.asarray(force_ratio, dtype=float))}))
+    of_kind("problem", problem, Problem)
+    ratios = tuple(sorted({positive("force_ratio", value) for value in np.atleast_1d(numbers("force_ratio", force_ratio))}))
     if vary not in ("force", "preload"):
         raise fault("vary", "must be force or preload", vary)
     if not 0 <= output < len(problem.outputs):

@@ -225,10 +225,9 @@ def _plateau(x: Array, y: Array, height: float, best: float) -> tuple[float, flo
 
 
 def _told(found: Following) -> dict[str, NDArray[Any]]:
-    """Events in words, checks by full sweeps, and what following cost."""
-    events = [
-        f"F_C/F_E {min(e.low, e.high):.4g} to {max(e.low, e.high):.4g}, {e.frequency:.5g} Hz: {e.words}" for e in found.events
-    ]
+    """Events in words, in the order of F_C/F_E, checks by full sweeps, and what following cost."""
+    placed = sorted((min(e.low, e.high), max(e.low, e.high), e.frequency, e.words) for e in found.events)
+    events = [f"F_C/F_E {low:.4g} to {high:.4g}, {frequency:.5g} Hz: {words}" for low, high, frequency, words in placed]
     checks = np.array([(c.value, c.swept, c.followed, c.points) for c in found.checks], dtype=float).reshape(-1, 4).T
     return {
         "event": np.array(events, dtype=np.str_),

@@ -15,10 +15,10 @@ import numpy as np
 
 from stickslip.analyses.bounds_work import BoundsWork, Target
 from stickslip.analyses.cases import Finished, Progress, Workers, all_cases
-from stickslip.checks import Array, fault, positive
+from stickslip.checks import Array, fault, numbers, of_kind, positive
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rule, Sharing
-from stickslip.units import Band
+from stickslip.units import Band, listed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +70,8 @@ def response_bounds(
     virgin state and the optima of neighbouring frequencies; leaps from what was found follow. Gradients are exact; extremes are
     multimodal, so a bound is the best found.
     """
-    levels = tuple(positive("force", level) for level in np.atleast_1d(np.asarray(force, dtype=float)))
+    of_kind("problem", problem, Problem)
+    levels = tuple(positive("force", level) for level in np.atleast_1d(numbers("force", force)))
     if points < 2:
         raise fault("points", "must be at least 2", points)
     frequencies = tuple(float(frequency) for frequency in _frequencies(band, points))
@@ -84,7 +85,4 @@ def response_bounds(
 def _frequencies(band: Band | Sequence[float], points: int) -> Array:
     if isinstance(band, Band):
         return np.linspace(band.low, band.high, points)
-    found = np.array(sorted({positive("A frequency", frequency) for frequency in band}))
-    if not found.size:
-        raise fault("band", "must hold at least one frequency", band)
-    return found
+    return np.array(sorted(listed(band)))

@@ -11,7 +11,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Progress
-from stickslip.checks import Array, InputError, fault, positive
+from stickslip.checks import Array, InputError, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.fourier import complex_harmonics
@@ -80,7 +80,8 @@ def response_history(
     band: a `Band`, in `points` equal steps from its start to its stop in every run; or frequencies in Hz in the order of the
     sweep. A point that does not converge is marked and leaves the sliders as they were.
     """
-    levels = [positive("force", level) for level in force]
+    of_kind("problem", problem, Problem)
+    levels = [positive("force", level) for level in np.atleast_1d(numbers("force", force))]
     frequencies = _steps(band, points)
     if not levels or not frequencies.size:
         raise InputError("A history must hold at least one force level and one frequency.")

@@ -16,7 +16,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.percentiles import PERCENT, percentiles
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.start_draws import Law, Method, draw
-from stickslip.checks import Array, fault, positive
+from stickslip.checks import Array, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
@@ -25,7 +25,7 @@ from stickslip.solve.curve import Curve, solve_curve
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
 from stickslip.solve.start_space import Rule, Sharing, StartSpace
 from stickslip.solve.start_states import explored_space
-from stickslip.units import Band
+from stickslip.units import Band, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -88,10 +88,11 @@ def response_samples(
     rule: what a variable sets (see `stickslip.contact.start`); an offset of ±1 is the largest that any solution allows.
     share: one variable per friction "element", per "direction", per "contact", or for "all".
     """
-    levels = tuple(positive("force", level) for level in np.atleast_1d(np.asarray(force, dtype=float)))
-    frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(sorted({positive("A frequency", f) for f in band}))
-    if not levels or not frequencies:
-        raise fault("force and band", "must hold at least one value each", (levels, frequencies))
+    of_kind("problem", problem, Problem)
+    levels = tuple(positive("force", level) for level in np.atleast_1d(numbers("force", force)))
+    frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(sorted(listed(band)))
+    if not levels:
+        raise fault("force", "must hold at least one level", force)
     settings = (levels, rule, share, harmonics, samples)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)))
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import Array, Index, fault, finite, positive
+from stickslip.checks import Array, Index, fault, finite, of_kind, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
@@ -63,6 +63,7 @@ def sensitivity(
     parameters: {name: Parameter(value, problem_of)}, where problem_of(value) is `problem`, say
     Parameter(0.5, lambda mu: rig(friction=mu)).
     """
+    of_kind("problem", problem, Problem)
     positive("frequency", frequency)
     finite("force", force)
     with threadpool_limits(1, user_api="blas"):

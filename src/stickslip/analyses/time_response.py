@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.checks import Array, fault, finite, of_kind, positive
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.problem import Problem
 from stickslip.solve.time_march import March, MarchOutcome, TimeCycle, march
@@ -61,6 +61,7 @@ def time_response(
     estimated relative distance from the periodic motion; periods: the limit, beyond which `periodic` is false and `sentence`
     says so. start: the state at t = 0, from rest with the sliders at their start rules unless given.
     """
+    of_kind("problem", problem, Problem)
     settings = March(steps_per_period, method, tolerance, periods)
     _check_harmonics(harmonics, settings.steps_per_period)
     omega = 2.0 * np.pi * positive("frequency", frequency)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from stickslip.checks import fault
+from stickslip.checks import InputError, fault
 
 
 def writable_folder(folder: Path) -> Path:
@@ -29,7 +29,8 @@ def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: boo
     found = [file for file in written if file.exists()]
     if found and not (resume or overwrite):
         remedy = "Name another folder, or add --overwrite to replace them, or --resume to finish an interrupted run."
-        raise fault("--out", "must name a folder without results", f"{found[0]} is there", remedy)
+        held = found[0].relative_to(folder)
+        raise InputError(f"--out must name a folder without results, but {str(folder)!r} holds {str(held)!r}. {remedy}")
     return writable_folder(folder)
 
 

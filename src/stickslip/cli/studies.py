@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import counted, fault, unique
+from stickslip.checks import counted, fault, positive, unique
 from stickslip.cli.app import guarded
 from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
@@ -53,7 +53,7 @@ def demo(
     from stickslip.study.templates import FORCE_LEVELS, single_blade_study
 
     masses = preload_mass or (FAST_MASSES if fast else DEMO_MASSES)
-    names = [f"{mass:g}kg" for mass in masses]
+    names = [f"{published(mass):g}kg" for mass in masses]
     unique("--preload-mass", names)
     folder = free_folder(out, names, resume, overwrite)
     levels, harmonics = (FAST_LEVELS, FAST_HARMONICS) if fast else (FORCE_LEVELS, 5)
@@ -61,6 +61,14 @@ def demo(
     texts = [single_blade_study(mass, levels, harmonics) for mass in masses]
     jobs = {name: study.job(text, Path(), "demo") for name, text in zip(names, texts, strict=True)}
     carry_out(Run(jobs, folder, resume, workers or cores()))
+
+
+def published(mass: float) -> float:
+    """A preload mass of the demo, which has contact parameters."""
+    if positive("--preload-mass", mass) not in DEMO_MASSES:
+        remedy = "`stickslip new forced_response` writes a study for contact parameters of your own."
+        raise fault("--preload-mass", "must be 2.6, 4.6 or 6.6, the masses with published contact parameters", mass, remedy)
+    return mass
 
 
 @guarded

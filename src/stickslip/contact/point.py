@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import fault, finite, square, storable
+from stickslip.checks import fault, finite, several, square, storable
 from stickslip.contact.law import Elements, Law
-from stickslip.contact.start import SliderOffset, Start
+from stickslip.contact.start import MeanTraction, SliderOffset, Start, TractionRatio
 
 Direction = Mapping[str, float]
 """A displacement as coefficients of degrees of freedom, {"NODE.DIRECTION": coefficient}."""
@@ -77,11 +77,19 @@ class Contact:
 
     def __post_init__(self) -> None:
         storable("The name of a contact", self.name)
+        if not isinstance(self.law, Law):
+            raise fault(f"Contact {self.name!r}, law", "must be a Law", self.law)
+        for start in self.start if isinstance(self.start, tuple) else (self.start,):
+            if not isinstance(start, SliderOffset | TractionRatio | MeanTraction):
+                raise fault(f"Contact {self.name!r}, start", "must be a SliderOffset, TractionRatio or MeanTraction", start)
+        several(f"Contact {self.name!r}, tangential", self.tangential)
         if len(self.tangential) > 2:
             raise fault(f"Contact {self.name!r}", "must have at most two tangential directions", len(self.tangential))
         if not self.tangential and self.normal is None:
             raise fault(f"Contact {self.name!r}", "must have a direction", "none")
         for direction in self.directions:
+            if not isinstance(direction, Mapping):
+                raise fault(f"Contact {self.name!r}, a direction", "must be coefficients, as `between` gives them", direction)
             for dof, coefficient in direction.items():
                 finite(f"Contact {self.name!r}, coefficient of {dof}", coefficient)
             if not any(direction.values()):

@@ -111,7 +111,7 @@ def cyclic_craig_bampton(sector: Sector, kept: Mapping[str, int], modes: int, se
     missing = [name for name, row in kept.items() if row in on_faces]
     if missing:
         raise fault("Kept degrees of freedom", "must not lie on the cyclic faces", missing)
-    held = [(f"left/{i}", int(row)) for i, row in enumerate(left)] + [(f"right/{i}", int(row)) for i, row in enumerate(right)]
+    held = [(f"{side}/{i}.q", int(row)) for side, rows in (("left", left), ("right", right)) for i, row in enumerate(rows)]
     first = craig_bampton(sector.solid.M, sector.solid.K, dict(held) | dict(kept), sector_modes)
     if not 1 <= modes <= left.size + sector_modes:
         raise fault("modes", f"must lie between 1 and {left.size + sector_modes}", modes)

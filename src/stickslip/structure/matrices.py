@@ -75,9 +75,11 @@ class Structure:
 
 
 def check_names(dofs: Sequence[str]) -> None:
-    """Names of degrees of freedom are different and can be written."""
+    """Names of degrees of freedom are different, can be written, and say node and direction."""
     for dof in dofs:
         storable("A name in dofs", dof)
+        if not all(dof.rpartition(".")[::2]):
+            raise fault("A name in dofs", "must be NODE.DIRECTION", dof, f"Write {dof.strip('.') or '1'!s}.x, say.")
     unique("dofs", dofs)
 
 
