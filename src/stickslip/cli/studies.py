@@ -78,9 +78,9 @@ def new(
         str,
         typer.Argument(
             help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
-            "disk), bounds or samples (start states), damper-cycle, steady-cycles and damper-evolution (a damper alone), "
-            "performance (damper performance curves), design (of a damper), identification (of contact parameters), mistuning "
-            "(of bladed disks)."
+            "disk), mistuning (many of them), bounds or samples (start states), performance, band or what-matters (damper "
+            "performance curves, their spread and its causes), design (of a damper), damper-cycle, steady-cycles or "
+            "damper-evolution (a damper alone), identification (of contact parameters)."
         ),
     ],
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
