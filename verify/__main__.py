@@ -87,8 +87,9 @@ def finished(topic: dict[str, Any] | None) -> bool:
     return topic is not None and topic["commit"] == commit() and not topic["commit"].endswith(("+", "unknown"))
 
 
-def keep(topics: dict[str, dict[str, Any]]) -> None:
-    """Write the topics, and the page once there are all."""
+def keep(name: str, topic: dict[str, Any]) -> None:
+    """Write a topic beside those that are kept by now, and the page once there are all."""
+    topics = {**kept(), name: topic}
     write_text(KEPT, json.dumps(topics, indent=1) + "\n")
     if all(name in topics for name in TOPICS):
         write_text(PAGE, page([topics[name] for name in TOPICS]))
@@ -100,11 +101,12 @@ def main(wanted: list[str]) -> int:
     if unknown:
         print(f"Unknown topic {', '.join(unknown)}. Topics: {', '.join(TOPICS)}.")
         return 2
-    topics = kept()
-    for name in wanted or [name for name in TOPICS if not finished(topics.get(name))]:
+    before = kept()
+    for name in wanted or [name for name in TOPICS if not finished(before.get(name))]:
         print(name, flush=True)
-        keep(topics := {**topics, name: computed(name)})
-    rows = [row for name in wanted or TOPICS for row in topics[name]["rows"]]
+        keep(name, computed(name))
+    after = kept()
+    rows = [row for name in wanted or TOPICS for row in after[name]["rows"]]
     failed = [row["name"] for row in rows if not row["passed"]]
     print(f"{len(rows)} numbers, {len(failed)} failed" + "".join(f"\n  {name}" for name in failed))
     return 1 if failed else 0
