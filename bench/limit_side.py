@@ -9,7 +9,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from cases import BY_NAME, HARMONICS, SAMPLES
 from channel import Answer
+from problems import problem_of
 from scipy.linalg import lapack
 
 from stickslip import rigs
@@ -21,9 +23,6 @@ from stickslip.solve.newton import correct
 
 def parts(request: dict) -> Answer:
     """CPU seconds of one Newton iteration and of its irreducible parts, at the point with the most unknowns of a sweep."""
-    from cases import BY_NAME, HARMONICS, SAMPLES
-    from stickslip_side import problem_of
-
     if request["case"] == "blade":
         problem, harmonics, level = rigs.single_blade(preload_mass=4.6), request["harmonics"], request["force"]
         low, high = (2.0 * np.pi * frequency for frequency in request["band"])

@@ -12,9 +12,10 @@ from importlib import metadata
 import numpy as np
 from cases import BY_NAME, HARMONICS, SAMPLES, Case
 from channel import Answer, serve
+from problems import problem_of
 
 import stickslip
-from stickslip import Problem, rigs
+from stickslip import rigs
 from stickslip.analyses.forced_response import forced_response
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.solve.continuation import CurvePoint, StepControl, first_point, trace
@@ -22,13 +23,6 @@ from stickslip.solve.curve import solve_curve
 from stickslip.units import Band
 
 IMPORT_SECONDS = time.process_time()
-
-RIGS = {"B1": rigs.single_mass, "B2a": rigs.chain, "B2b": rigs.chain_varying_load, "blade": rigs.single_blade}
-
-
-def problem_of(case: Case) -> Problem:
-    """The rig of a case."""
-    return RIGS[case.problem]()
 
 
 def sweep(request: dict) -> Answer:
