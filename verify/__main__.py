@@ -88,11 +88,11 @@ def finished(topic: dict[str, Any] | None) -> bool:
 
 
 def keep(name: str, topic: dict[str, Any]) -> None:
-    """Write a topic beside those that are kept by now, and the page once there are all."""
+    """Write a topic beside those that are kept by now, and the page of them all."""
     topics = {**kept(), name: topic}
     write_text(KEPT, json.dumps(topics, indent=1) + "\n")
-    if all(name in topics for name in TOPICS):
-        write_text(PAGE, page([topics[name] for name in TOPICS]))
+    missing = [name for name in TOPICS if name not in topics]
+    write_text(PAGE, page([topics[name] for name in TOPICS if name in topics], missing))
 
 
 def main(wanted: list[str]) -> int:

@@ -9,7 +9,7 @@ INTRODUCTION = """\
 # Verification
 
 Numbers that this package promises, computed by `make verify` and written to `results/verify.json`; this page is generated from
-that file. {passed} of {total} numbers are within their tolerance.
+that file. {passed} of {total} numbers are within their tolerance.{missing}
 
 Errors are relative to the reference unless marked abs; rows without a reference are bounds on the value itself.
 """
@@ -37,8 +37,9 @@ def section(topic: dict[str, Any]) -> str:
     return f"\n## {topic['title']}\n\n{topic['about']} {computed}\n\n{head}\n{lines}\n"
 
 
-def page(topics: Sequence[dict[str, Any]]) -> str:
-    """The whole page."""
+def page(topics: Sequence[dict[str, Any]], missing: Sequence[str]) -> str:
+    """The whole page: the topics that are there, and the names of those that are not."""
     rows = [row for topic in topics for row in topic["rows"]]
     passed = sum(bool(row["passed"]) for row in rows)
-    return INTRODUCTION.format(passed=passed, total=len(rows)) + "".join(map(section, topics))
+    said = f" Not yet computed for this page: {', '.join(missing)}." if missing else ""
+    return INTRODUCTION.format(passed=passed, total=len(rows), missing=said) + "".join(map(section, topics))
