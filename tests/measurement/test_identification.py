@@ -66,6 +66,20 @@ def test_loops_with_the_errors_of_a_rig(truths):
 
 
 @pytest.mark.parametrize(
+    ("factors", "said"),
+    [({}, set()), ({"platform_x": 1.3, "platform_y": 1.3}, {"rotation", "damper_y"}), ({"force_x": 1.12}, {"force_x"})],
+)
+def test_a_wrong_scale_is_said(truths, factors, said):
+    """The fit then takes a gain error that the stated errors hardly allow."""
+    scaled = [
+        Record(record.time, {name: factors.get(name, 1.0) * signal for name, signal in record.signals.items()}, record.name)
+        for record in records(truths, RigErrors(), 3)
+    ]
+    found = identify(scaled, UNKNOWN_RIG, resamples=8, population=5, generations=15)
+    assert {warning.split()[0] for warning in found.warnings if "gain error" in warning} == said
+
+
+@pytest.mark.parametrize(
     ("change", "words"),
     [
         (lambda s: s | {"force_y": -s["force_y"]}, "must press the right platform"),

@@ -24,6 +24,9 @@ REFUSED, POOR = 0.25, 0.06
 STILL = 1e-6
 """Friction work of a line, relative to the largest, below which it counts as never sliding."""
 
+STRAINED = 3.0
+"""Gain error found, in standard deviations stated for it, from which a scale or the geometry is doubted."""
+
 WIDE = 0.3
 """Standard deviation of a logarithm from which a parameter counts as unknown still."""
 
@@ -111,11 +114,22 @@ def misfits(fit: DamperFit, computed: Array) -> Array:
     return np.asarray(np.sqrt(np.sum(left[..., 1:] ** 2, axis=2) / np.sum(fit.data[..., 1:] ** 2, axis=2)))
 
 
+def strained_gains(fit: DamperFit, computed: Array) -> tuple[str, ...]:
+    """Which channels fit only with a gain error that the stated errors hardly allow: parameters are then wrong all the same."""
+    stated = {name: fit.errors.gain(name) for name in fit.channels}
+    return tuple(
+        f"{name} fits only with a gain error of {gain:+.0%}, against {stated[name]:.0%} stated. The parameters are wrong if a "
+        "scale of the record, a dimension or an angle of the damper, or its pull is: check them."
+        for name, gain in zip(fit.channels, fit.gains(computed), strict=True)
+        if stated[name] > 0.0 and abs(gain) > STRAINED * stated[name]
+    )
+
+
 def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     """What must be known of the result; a fit that explains the loops badly is refused."""
     computed = fit.predicted(theta)
     assert computed is not None
-    found, said = misfits(fit, computed), []
+    found, said = misfits(fit, computed), list(strained_gains(fit, computed))
     table = synthesis(200, (fit.data.shape[2] - 1) // 2)
     for k, case in enumerate(fit.cases):
         for c, channel in enumerate(fit.channels):
