@@ -33,6 +33,9 @@ class Faults(InputError):
         self.faults = tuple(faults)
         super().__init__("\n".join(self.faults))
 
+    def __reduce__(self) -> tuple[type[Faults], tuple[tuple[str, ...]], dict[str, Any]]:
+        return Faults, (self.faults,), self.__dict__
+
 
 def fault(what: str, rule: str, value: Any, remedy: str = "") -> InputError:
     """The error for `what`, which `rule` ("must be positive") but is `value`."""

@@ -1,11 +1,15 @@
 """Work whose cases write down who began and ended them, for tests of executors. Workers import it too."""
 
 import os
+import signal
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Timer
 
 import numpy as np
+
+from stickslip.checks import Faults
 
 
 @dataclass(frozen=True)
@@ -51,4 +55,26 @@ class Deadly(LoggedCases):
     def solve(self, case, tell):
         if case == 1:
             os._exit(1)
+        return super().solve(case, tell)
+
+
+@dataclass(frozen=True)
+class KilledWhileItAnswers(LoggedCases):
+    """The first process that computes case 0 is killed so many seconds after it began to send its result of 16 MB."""
+
+    def solve(self, case, tell):
+        first = not any(pair[0] == 0 for pair in self.lines("began"))
+        self._write("began", case)
+        if case == 0 and first:
+            Timer(self.seconds, os.kill, (os.getpid(), signal.SIGKILL)).start()
+        return {"large": np.full(2_000_000, float(case))}
+
+
+@dataclass(frozen=True)
+class Broken(LoggedCases):
+    """Case 1 is refused."""
+
+    def solve(self, case, tell):
+        if case == 1:
+            raise Faults(["a", "b"])
         return super().solve(case, tell)

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from results.logged_cases import Broken, KilledWhileItAnswers
 
 import stickslip as ss
+from stickslip.analyses.cases import all_cases
+from stickslip.checks import Faults
 from stickslip.finished import ABOUT, FinishedFolder
 
 LEVELS = [0.5, 1.0, 2.0]
@@ -27,6 +30,23 @@ def test_workers_change_nothing(whole):
     assert bits(side_by_side) == bits(whole)
     assert told == sorted(told)
     assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.005, 0.01, 0.015, 0.02, 0.03])
+def test_a_process_killed_in_the_middle_of_its_answer_costs_that_case_only(delay, tmp_path):
+    """Half a result never stops the others (it does in a pool whose processes share a pipe)."""
+    work = KilledWhileItAnswers(str(tmp_path / "log"), 6, delay)
+    results = all_cases(work, workers=2)
+    assert [arrays["large"][0] for arrays in results] == list(range(6))
+    cases = [case for case, _ in work.lines("began")]
+    assert {case for case in cases if cases.count(case) > 1} <= {0}
+
+
+def test_an_error_in_a_process_comes_here_and_says_where(tmp_path):
+    with pytest.raises(Faults) as caught:
+        all_cases(Broken(str(tmp_path / "log"), 4, 0.0), workers=2)
+    assert caught.value.faults == ("a", "b")
+    assert "logged_cases.py" in caught.value.__notes__[0]
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True])

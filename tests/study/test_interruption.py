@@ -197,12 +197,12 @@ def test_a_killed_worker_loses_nothing(folder, reference):
         time.sleep(0.01)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     if not children.exists():
-        process.wait()
+        process.wait(timeout=120)
         pytest.skip("the system does not list children")
     workers = [int(pid) for pid in children.read_text().split() if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
     assert workers
     os.kill(workers[0], signal.SIGKILL)
-    assert process.wait() == 0
+    assert process.wait(timeout=120) == 0
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 

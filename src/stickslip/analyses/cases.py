@@ -1,27 +1,18 @@
 """Many independent cases, each kept as it finishes: the one loop of the analyses.
 
 An analysis states its work as data (`Work`); what a case gives are plain arrays, which travel between machines and to disk. An
-`Executor` computes them: this process, several of this machine, or a cluster (`dask_cluster.py`).
+`Executor` computes them: this process or several of this machine (`processes.py`), or a cluster (`dask_cluster.py`).
 """
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
-from os import _exit
 from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
-from stickslip.checks import fault
+from stickslip.analyses.processes import Processes
 
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
@@ -29,9 +20,6 @@ Tell = Callable[[float], None]
 """Called with the fraction of a case that is done."""
 Keep = Callable[[int, Arrays], None]
 """Called with a case and its result as soon as it is solved."""
-
-POLL = 0.1
-"""Seconds between two looks at the progress of the processes."""
 
 
 class Work(Protocol):
@@ -97,132 +85,6 @@ def all_cases(
 def _kept(work: Work, finished: Finished) -> dict[int, Arrays]:
     found = {case: finished.load(name) for case, name in enumerate(work.names)}
     return {case: arrays for case, arrays in found.items() if arrays is not None}
-
-
-@dataclass(frozen=True)
-class Processes:
-    """Cases side by side in processes of this machine; one alone is this process."""
-
-    workers: int = 1
-
-    def __post_init__(self) -> None:
-        if type(self.workers) is bool or not hasattr(self.workers, "__index__") or self.workers < 1:
-            raise fault("workers", "must be a whole number from 1 on", self.workers, "A cluster is a `DaskCluster`.")
-
-    def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
-        workers = min(self.workers, len(cases))
-        if workers > 1:
-            _by_processes(work, cases, workers, keep, progress)
-        else:
-            _here(work, cases, keep, progress)
-
-
-def _here(work: Work, missing: Sequence[int], keep: Keep, progress: Progress) -> None:
-    """One case after the other in this process."""
-    for number, case in enumerate(missing):
-
-        def tell(fraction: float, number: int = number, words: str = work.words[case]) -> None:
-            progress((number + min(max(fraction, 0.0), 1.0)) / len(missing), words)
-
-        tell(0.0)
-        with threadpool_limits(1, user_api="blas"):
-            arrays = work.solve(case, tell)
-        keep(case, arrays)
-
-
-def _by_processes(work: Work, missing: Sequence[int], workers: int, keep: Keep, progress: Progress) -> None:
-    """Cases side by side. When a process is killed, its case and those not begun are computed by fewer, at last by this one."""
-    work.prepare()
-    left = list(missing)
-
-    def keep_and_strike(case: int, arrays: Arrays) -> None:
-        keep(case, arrays)
-        left.remove(case)
-
-    while workers > 1 and left:
-        done = len(missing) - len(left)
-        try:
-            _pool(work, left.copy(), workers, keep_and_strike, _share_of(progress, done, len(missing)))
-        except BrokenProcessPool:
-            workers //= 2
-    _here(work, left.copy(), keep_and_strike, _share_of(progress, len(missing) - len(left), len(missing)))
-
-
-def _share_of(progress: Progress, done: int, total: int) -> Progress:
-    return lambda fraction, text: progress((done + (total - done) * fraction) / total, text)
-
-
-def _pool(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress) -> None:
-    """One pool of fresh processes; they end when this process does, whatever ends it, since each holds the end of a pipe."""
-    context = get_context("spawn")
-    fractions = context.RawArray("d", len(work.names))
-    lifeline, held = context.Pipe(duplex=False)
-    with _interrupts_for_this_process_only():
-        executor = ProcessPoolExecutor(workers, context, _begin, (work, fractions, lifeline))
-        futures: dict[Future[Arrays], int] = {executor.submit(_solve, case): case for case in cases}
-    try:
-        pending = set(futures)
-        while pending:
-            done, pending = wait(pending, POLL, FIRST_COMPLETED)
-            for future in done:
-                keep(futures[future], future.result())
-            finished = len(cases) - len(pending)
-            total = sum(fractions[case] for case in cases) / len(cases)
-            progress(max(total, finished / len(cases)), f"{finished} of {len(cases)} done, {workers} at once")
-    finally:
-        held.close()
-        executor.shutdown(wait=True, cancel_futures=True)
-
-
-@contextmanager
-def _interrupts_for_this_process_only() -> Iterator[None]:
-    """Ctrl-C reaches every process of a terminal; those started in this block leave it to this one, which waits until they are.
-
-    The mask alone would not do: a signal that another thread receives is handled in the main one all the same.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    here = threading.current_thread() is threading.main_thread()
-    met = threading.Event()
-    handler = signal.signal(signal.SIGINT, lambda number, frame: met.set()) if here else None
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        if here:
-            signal.signal(signal.SIGINT, handler)
-        if met.is_set():
-            signal.raise_signal(signal.SIGINT)
-
-
-_process: dict[str, Any] = {}
-"""In a worker process: its work, and where it writes its progress."""
-
-
-def _begin(work: Work, fractions: Any, lifeline: Connection) -> None:
-    """Start of a worker process."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, args=(lifeline,), daemon=True).start()
-    threadpool_limits(1, user_api="blas")
-    _process.update(work=work, fractions=fractions)
-
-
-def _end_with_parent(lifeline: Connection) -> None:
-    """Wait until the other end of the pipe closes, which it does at the latest with the process that holds it."""
-    with suppress(EOFError, OSError):
-        lifeline.recv_bytes()
-    _exit(1)
-
-
-def _solve(case: int) -> Arrays:
-    def tell(fraction: float) -> None:
-        _process["fractions"][case] = min(max(fraction, 0.0), 1.0)
-
-    arrays: Arrays = _process["work"].solve(case, tell)
-    tell(1.0)
-    return arrays
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import re
 from asyncio import CancelledError
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module, util
+from time import sleep
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -23,9 +24,9 @@ from stickslip.checks import InputError, fault
 PACKAGE = "distributed"
 ADDRESS = re.compile(r"(\w+://)?\S+:\d+")
 PATIENCE = 5.0
-"""Seconds in which a scheduler must answer."""
-POLL = 1.0
-"""Seconds between two looks for workers while there are none."""
+"""Seconds in which a scheduler must answer, and at first a result must come."""
+POLL = 0.1
+"""Seconds between two looks for workers and results while there are none."""
 
 
 def installed() -> bool:
@@ -62,14 +63,43 @@ class DaskCluster:
         with self._client() as client:
             _wait_for_workers(client, self.address, progress)
             made = client.submit(_as_it_is, work, pure=False)
-            progress(0.0, "preparing (the first run on a machine compiles the kernels)")
-            self._result(client.submit(_prepare, made, stickslip.__version__, pure=False), "the preparation")
+            prepared = client.submit(_prepare, made, stickslip.__version__, pure=False)
+            preparing = "preparing (the first run on a machine compiles the kernels)"
+            for _ in self._as_they_come(client, {prepared: "the preparation"}, lambda: progress(0.0, preparing)):
+                pass
             futures = {client.submit(_solve, made, case, stickslip.__version__, pure=False): case for case in cases}
-            order = import_module(PACKAGE).as_completed(list(futures), loop=client.loop)
-            for done, future in enumerate(order, start=1):
-                keep(futures[future], self._result(future, work.words[futures[future]]))
-                future.release()
+            done = 0
+
+            def tell() -> None:
                 progress(done / len(cases), f"{done} of {len(cases)} done, {_count(client)} workers of {self.address}")
+
+            for future, arrays in self._as_they_come(client, {future: work.words[futures[future]] for future in futures}, tell):
+                keep(futures[future], arrays)
+                done += 1
+                tell()
+
+    def _as_they_come(self, client: Any, words: Mapping[Any, str], tell: Callable[[], None]) -> Iterator[tuple[Any, Arrays]]:
+        """Futures with their results, as they are done. With no worker left, waits for one.
+
+        A result whose worker has gone with it is computed again; nothing else waits for that.
+        """
+        order, patience = import_module(PACKAGE).as_completed(list(words), loop=client.loop), PATIENCE
+        while not order.is_empty():
+            ready = order.next_batch(block=False)
+            if not ready:
+                tell()
+                sleep(POLL)
+            for future in ready:
+                try:
+                    arrays = self._result(future, words[future], patience)
+                except TimeoutError:
+                    if future.status == "error":
+                        raise
+                    order.add(future)
+                    patience *= 2.0
+                    continue
+                yield future, arrays
+                future.release()
 
     @contextmanager
     def _client(self) -> Iterator[Any]:
@@ -85,10 +115,10 @@ class DaskCluster:
         with client:
             yield client
 
-    def _result(self, future: Any, words: str) -> Arrays:
+    def _result(self, future: Any, words: str, patience: float) -> Arrays:
         """What a worker found; ways of failing that only a cluster has are said in words."""
         try:
-            return future.result()  # type: ignore[no-any-return]
+            return future.result(timeout=patience)  # type: ignore[no-any-return]
         except import_module(PACKAGE).KilledWorker:
             raise InputError(
                 f"Workers must survive a case, but {words} ended every one that tried it. Give each more memory."
