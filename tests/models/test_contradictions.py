@@ -10,7 +10,7 @@ from stickslip.checks import InputError
 from stickslip.study import job
 
 
-def refused(path, said, **arguments):
+def assert_refused(path, said, **arguments):
     with pytest.raises(InputError, match=said):
         ss.read_structure(path, **arguments)
 
@@ -33,20 +33,20 @@ def test_repeated_entries_of_matrix_market_add_up_and_are_said(chain, tmp_path):
 def test_repeated_entries_of_other_formats_are_refused(chain, tmp_path):
     path = chain.save(tmp_path, "abaqus")
     path.write_text(path.read_text() + "2,1, 1,1, 5.0\n")
-    refused(path, "job_STIF1.mtx must hold each entry once, but is 'row 2, column 1 more than once'")
+    assert_refused(path, "job_STIF1.mtx must hold each entry once, but is 'row 2, column 1 more than once'")
     (tmp_path / "a.pch").write_text(
         nastran_files.dmig(chain._named, "large") + "DMIG    KAA     1       1               1       1       2.0\n"
     )
-    refused(tmp_path / "a.pch", "DMIG KAA must hold each entry once, but is '1.x, 1.x more than once'")
+    assert_refused(tmp_path / "a.pch", "DMIG KAA must hold each entry once, but is '1.x, 1.x more than once'")
     (tmp_path / "a.pch").write_text(
         nastran_files.dmig(chain._named, "large") + "DMIG    KAA     2       1               1       1       2.0\n"
     )
-    refused(tmp_path / "a.pch", "must hold each entry once, but is 'row 2, column 1 and its mirror image'")
+    assert_refused(tmp_path / "a.pch", "must hold each entry once, but is 'row 2, column 1 and its mirror image'")
 
 
 def test_two_headers_of_a_dmig(chain, tmp_path):
     (tmp_path / "a.pch").write_text(2 * nastran_files.dmig(chain._named, "large"))
-    refused(tmp_path / "a.pch", "DMIG KAA must have one header")
+    assert_refused(tmp_path / "a.pch", "DMIG KAA must have one header")
 
 
 def test_rectangular_dmig_is_left_out(chain, tmp_path):
@@ -64,34 +64,34 @@ def test_rectangular_dmig_is_left_out(chain, tmp_path):
 @pytest.mark.parametrize("rows", [[[1, 0, 0, 0], [1, 0, 0, 1]], [[1, 0, 0, 0], [1, 0, 0, 0], [1, 1, 0, 0]]])
 def test_a_node_in_two_places(chain, tmp_path, rows):
     np.savez(tmp_path / "a.npz", M=chain.M, K=chain.K, dofs=chain.dofs, nodes=rows)
-    refused(tmp_path / "a.npz", "The coordinates of node 1 must be given once")
+    assert_refused(tmp_path / "a.npz", "The coordinates of node 1 must be given once")
 
 
 def test_a_node_in_two_places_of_other_files(chain, tmp_path):
     path = chain.save(tmp_path, "abaqus")
     (tmp_path / "job.inp").write_text("*NODE\n1, 0.0, 0.0, 0.0\n*NODE\n1, 0.0, 2.0, 0.0\n")
-    refused(path, "The coordinates of node 1 must be given once")
+    assert_refused(path, "The coordinates of node 1 must be given once")
     (tmp_path / "a.pch").write_text(nastran_files.dmig(chain._named, "free") + "GRID,1,,0.,0.,0.\nGRID,1,,0.,0.,1.\n")
-    refused(tmp_path / "a.pch", "The coordinates of node 1 must be given once")
+    assert_refused(tmp_path / "a.pch", "The coordinates of node 1 must be given once")
     lines = ["node,direction,x", *(f"{node},{axis},{node + (axis == 'y')}" for node in (1, 2, 3) for axis in "xy")]
     (tmp_path / "names.csv").write_text("\n".join(lines))
-    refused(chain.save(tmp_path, "matrix_market"), "The coordinates of node 1", names=tmp_path / "names.csv")
+    assert_refused(chain.save(tmp_path, "matrix_market"), "The coordinates of node 1", names=tmp_path / "names.csv")
 
 
 @pytest.mark.parametrize("node", [1.5, -1.0, 3e9])
 def test_ids_of_nodes_that_are_none(chain, tmp_path, node):
     np.savez(tmp_path / "a.npz", M=chain.M, K=chain.K, dofs=chain.dofs, nodes=[[node, 0, 0, 0]])
-    refused(tmp_path / "a.npz", "Ids of nodes must be whole numbers from 0")
+    assert_refused(tmp_path / "a.npz", "Ids of nodes must be whole numbers from 0")
 
 
 def test_a_damping_rule_beside_the_c_of_the_file(chain, tmp_path):
     path, rule = chain.save(tmp_path, "npz"), ss.ModalDamping(0.01)
-    refused(path, r"chain.npz has a matrix C beside the damping rule\. .* write own_damping = false", damping=rule)
+    assert_refused(path, r"chain.npz has a matrix C beside the damping rule\. .* write own_damping = false", damping=rule)
     structure = ss.read_structure(path, damping=rule, own_damping=False)
     assert (structure.C, structure.damping) == (None, rule)
     chain.C[0, 0] = np.nan  # what counts for nothing need not be sound
     chain.save(tmp_path, "npz")
-    refused(path, r"C\[0, 0\] must be finite")
+    assert_refused(path, r"C\[0, 0\] must be finite")
     assert ss.read_structure(path, keep=["2"], modes=2, own_damping=False).C is None
 
 
@@ -124,7 +124,7 @@ def test_more_modes_than_rows(chain, tmp_path):
     path = chain.save(tmp_path, "npz")
     assert ss.read_structure(path, keep=["2"]).size == 6  # 30 unless given, of a small model all
     for modes in (6, 10**12, -1, 1.5):
-        refused(
+        assert_refused(
             path, f"modes must be a whole number from 0 to 5, the rows that are not kept, but is {modes}", keep=["2"], modes=modes
         )
 
@@ -136,12 +136,12 @@ def test_numbers_beyond_all_sizes(chain, tmp_path, size):
         sound = {letter: getattr(chain, letter) for letter in "MKC"}
         sound[name] = sound[name] * size
         np.savez(tmp_path / "a.npz", **sound)
-        refused(tmp_path / "a.npz", f"{name} must not be larger than 1e\\+40 in size")
+        assert_refused(tmp_path / "a.npz", f"{name} must not be larger than 1e\\+40 in size")
     np.savez(tmp_path / "a.npz", M=chain.M, K=chain.K, dofs=chain.dofs, nodes=[[1, 0, 0, size]])
-    refused(tmp_path / "a.npz", r"The coordinates of node 1 must not be larger than 1e\+40")
+    assert_refused(tmp_path / "a.npz", r"The coordinates of node 1 must not be larger than 1e\+40")
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-310])
 def test_no_mass(chain, tmp_path, share):
     np.savez(tmp_path / "a.npz", M=share * chain.M, K=chain.K)
-    refused(tmp_path / "a.npz", "a.npz: M must have mass")
+    assert_refused(tmp_path / "a.npz", "a.npz: M must have mass")

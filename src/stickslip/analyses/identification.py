@@ -278,7 +278,10 @@ def _polished(fit: DamperFit, start: Array, evaluations: int = 30, exactly: floa
         ftol=1e-7,
     )
     if np.max(np.abs(result.fun)) >= 1e3:
-        raise InputError("No steady cycle was found for any contact parameters. Check the geometry and the pull of the damper.")
+        raise InputError(
+            "No steady cycle was found for any contact parameters. Check columns, units and timing of the records, and the "
+            "geometry and the pull of the damper."
+        )
     return np.asarray(result.x)
 
 
