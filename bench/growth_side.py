@@ -16,7 +16,8 @@ from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, between
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Force
-from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, first_point, trace
+from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
 

@@ -17,7 +17,8 @@ from scipy.linalg import lapack
 from stickslip import rigs
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.contact_forces import contact_forces
-from stickslip.solve.continuation import CurvePoint, StepControl, first_point, trace
+from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.newton import correct
 
 

@@ -18,8 +18,9 @@ import stickslip
 from stickslip import rigs
 from stickslip.analyses.forced_response import forced_response
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.continuation import CurvePoint, StepControl, first_point, trace
+from stickslip.solve.continuation import StepControl, first_point, trace
 from stickslip.solve.curve import solve_curve
+from stickslip.solve.curve_points import CurvePoint
 from stickslip.units import Band
 
 IMPORT_SECONDS = time.process_time()

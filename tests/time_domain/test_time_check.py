@@ -60,8 +60,18 @@ def test_a_motion_that_is_not_yet_periodic_is_named_and_verifies_nothing():
 def test_a_point_that_did_not_converge_cannot_be_verified(response):
     dataset = response.dataset.copy(deep=True)
     dataset.outcome[0, 1] = 2
-    with pytest.raises(InputError, match="A point to verify must have converged"):
+    with pytest.raises(InputError, match="Point 1 of case 0 must have converged"):
         type(response)(dataset, response.problem).verify_in_time(0, 1)
+
+
+@pytest.mark.parametrize(
+    ("case", "point", "said"),
+    [(9, 0, "case must be a whole number from 0 to"), (0, -1, "point must be .* from 0 to"), ("a", 0, "case"), (0, 1.5, "point")],
+)
+def test_a_point_that_is_not_there_cannot_be_verified(response, case, point, said):
+    for asked in (response.verify_in_time, response.cycle):
+        with pytest.raises(InputError, match=said):
+            asked(case, point)
 
 
 @pytest.mark.parametrize("options", [{"steps_per_period": 2}, {"periods": 1}, {"tolerance": 0.0}, {"harmonics": 500}])

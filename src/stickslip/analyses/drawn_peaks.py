@@ -15,7 +15,7 @@ from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.solve.continuation import LostCurveError
+from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_sweep import swept_summits
 from stickslip.solve.sensitivity import parameter_slopes, respond, solved_factors
 from stickslip.solve.summit import Ascent, NoSummitError, Summit

@@ -17,12 +17,13 @@ from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, 
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.checks import InputError, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
-from stickslip.harmonic.fourier import fourier, real_harmonics
+from stickslip.harmonic.fourier import fourier
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.results import save
@@ -57,15 +58,8 @@ class ForcedResponse:
 
     def cycle(self, case: int, point: int) -> ContactCycle:
         """Motion, force and state of every contact row over the period of one point."""
-        parts = self.dataset["contact_motion"].isel(case=case, point=point).to_numpy()
-        present = [
-            (c, ("t1", "t2", "n").index(name))
-            for c, contact in enumerate(self.problem.contacts)
-            for name in contact.direction_names
-        ]
-        w = np.array([real_harmonics(parts[c, d, :, 0] + 1j * parts[c, d, :, 1]) for c, d in present])
-        balance = HarmonicBalance(self.problem, int(self.dataset.attrs["harmonics"]), int(self.dataset.attrs["samples"]))
-        return contact_cycle(balance.table, balance.tables, w)
+        points = SolvedPoints(self.dataset, self.problem)
+        return contact_cycle(points.balance.table, points.balance.tables, points.contact_motion(case, point))
 
     def verify_in_time(
         self,

@@ -19,8 +19,8 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import cycle_work
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.solve.continuation import CurvePoint, LostCurveError
 from stickslip.solve.curve import solve_curve
+from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.peak import PeakSearch
 from stickslip.solve.peak_sweep import swept_curve
 

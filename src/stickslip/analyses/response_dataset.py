@@ -23,8 +23,8 @@ from stickslip.loads import BaseMotion
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results_schema import SCHEMA, Variable, labelled
-from stickslip.solve.continuation import CurvePoint
 from stickslip.solve.curve import Curve
+from stickslip.solve.curve_points import CurvePoint
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array, fault
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import fault
+from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.structure.stress import COMPONENTS, StressRecovery, von_mises
@@ -22,12 +22,9 @@ def stress(dataset: xr.Dataset, problem: Problem, case: int, point: int, recover
     component) in size over the period, and `von_mises` (place), its largest over the period; all with the mean, Pa."""
     import xarray as xr
 
-    here = degrees_of_freedom(problem, recovery)
-    if int(dataset["outcome"].values[case, point]) != Outcome.CONVERGED:
-        raise fault("The point", "must have converged", (case, point))
-    balance = balance_of(dataset, problem)
-    harmonics = recovery.rows @ whole_motion(dataset, balance, case, point)[here]
-    over_time = np.einsum("pch,nh->pnc", harmonics, balance.tables.E)
+    here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
+    harmonics = recovery.rows @ points.whole_motion(case, point)[here]
+    over_time = np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)
     complex_stress = complex_harmonics(harmonics)
     pascals = {"units": "Pa"}
     sizes = ("place", "component")
@@ -57,13 +54,13 @@ def with_stress(dataset: xr.Dataset, problem: Problem, recovery: StressRecovery)
     `stress_von_mises` (case, point, place), its largest over the period, with the mean; `stress_amplitude` and `stress_mean`
     (case, point, place, component), first harmonic and mean of each component.
     """
-    here, balance = degrees_of_freedom(problem, recovery), balance_of(dataset, problem)
+    here, points = degrees_of_freedom(problem, recovery), SolvedPoints(dataset, problem)
     sizes = (*dataset["outcome"].shape, len(recovery.places))
     largest = np.full(sizes, np.nan)
     amplitude, mean = np.full((2, *sizes, len(COMPONENTS)), np.nan)
     for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED):
-        harmonics = recovery.rows @ whole_motion(dataset, balance, case, point)[here]
-        largest[case, point] = von_mises(np.einsum("pch,nh->pnc", harmonics, balance.tables.E)).max(axis=1)
+        harmonics = recovery.rows @ points.whole_motion(case, point)[here]
+        largest[case, point] = von_mises(np.einsum("pch,nh->pnc", harmonics, points.balance.tables.E)).max(axis=1)
         amplitude[case, point], mean[case, point] = np.hypot(harmonics[..., 1], harmonics[..., 2]), harmonics[..., 0]
     dims = ("case", "point", "place")
     return dataset.assign(
@@ -87,26 +84,3 @@ def degrees_of_freedom(problem: Problem, recovery: StressRecovery) -> list[int]:
     if missing:
         raise fault("The stress recovery", "must be of a body of this problem", missing[:3], "Give it the body's prefix.")
     return [problem.structure.index(dof) for dof in recovery.dofs]
-
-
-def balance_of(dataset: xr.Dataset, problem: Problem) -> HarmonicBalance:
-    """The balance that a result was computed with."""
-    return HarmonicBalance(problem, int(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
-
-
-def whole_motion(dataset: xr.Dataset, balance: HarmonicBalance, case: int, point: int) -> Array:
-    """q of every degree of freedom (n, 2H+1) from the contact forces and motions that a result keeps, m."""
-    rows = [
-        (c, ("t1", "t2", "n").index(name))
-        for c, contact in enumerate(balance.problem.contacts)
-        for name in contact.direction_names
-    ]
-    motion, carried = (
-        np.array([real_harmonics(parts[c, d, :, 0] + 1j * parts[c, d, :, 1]) for c, d in rows]).reshape(
-            len(rows), balance.columns
-        )
-        for parts in (dataset[name].values[case, point] for name in ("contact_motion", "contact_force"))
-    )
-    beyond_springs = carried - balance.stiffness[:, None] * motion
-    omega = 2.0 * np.pi * float(dataset["frequency"].values[case, point])
-    return balance.linear.whole_motion(beyond_springs, omega, float(dataset["force_level"].values[case]))

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.time_response import TimeResponse, time_response
-from stickslip.checks import Array, fault
-from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.fourier import real_harmonics
-from stickslip.outcome import Outcome
+from stickslip.checks import Array
 from stickslip.problem import Problem
-from stickslip.solve.time_start import TimeStart, from_harmonics
+from stickslip.solve.time_start import from_harmonics
 from stickslip.time.methods import DEFAULT_METHOD, Method
 
 if TYPE_CHECKING:
@@ -85,9 +82,8 @@ def verify_in_time(
     periods: int = 1000,
 ) -> TimeCheck:
     """Integrate a point of a forced response in time, from its own motion, velocity and sliders, and compare."""
-    place = dataset.isel(case=case, point=point)
-    if int(place["outcome"]) != Outcome.CONVERGED:
-        raise fault("A point to verify", "must have converged", Outcome(int(place["outcome"])).sentence)
+    points = SolvedPoints(dataset, problem)
+    solved, place = points.point(case, point), dataset.isel(case=case, point=point)
     harmonics = int(dataset.attrs["harmonics"])
     time = time_response(
         problem,
@@ -97,7 +93,7 @@ def verify_in_time(
         method=method,
         tolerance=tolerance,
         periods=periods,
-        start=start_of(dataset, problem, case, point),
+        start=from_harmonics(points.balance, solved.forces, solved.omega, solved.level),
     )
     response = place["response"].to_numpy()
     harmonic = response[..., 0] + 1j * response[..., 1]
@@ -112,22 +108,6 @@ def verify_in_time(
         period_difference=_relative(_rms(balanced - marched), _rms(vibration)),
         time=time,
     )
-
-
-def start_of(dataset: xr.Dataset, problem: Problem, case: int, point: int) -> TimeStart:
-    """The state at t = 0 of a converged point: motion, velocity, and the sliders of all friction elements."""
-    place = dataset.isel(case=case, point=point)
-    balance = HarmonicBalance(problem, int(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
-    w, carried = (_rows(problem, place[name].to_numpy()) for name in ("contact_motion", "contact_force"))
-    forces = carried - balance.stiffness[:, None] * w
-    return from_harmonics(balance, forces, 2.0 * np.pi * float(place["frequency"]), float(place["force_level"]))
-
-
-def _rows(problem: Problem, parts: Array) -> Array:
-    """Real storage (rows, 2H+1) from (contact, direction, harmonic, part)."""
-    present = [(c, DIRECTION_NAMES.index(name)) for c, contact in enumerate(problem.contacts) for name in contact.direction_names]
-    values = np.array([parts[c, d, :, 0] + 1j * parts[c, d, :, 1] for c, d in present])
-    return real_harmonics(values.reshape(len(present), parts.shape[2]))
 
 
 def _rms(signals: Array) -> Array:

@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
+from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition
 from stickslip.harmonic.iteration import Direction
 from stickslip.kernels import njit
+from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, solve_at
 from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
 
@@ -28,7 +29,7 @@ class StepControl:
     patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
     iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
     accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
-    point; points: the most of them.
+    point, where the cosine is below `reversed`; points: the most of them.
     """
 
     first: float = 0.1
@@ -42,52 +43,8 @@ class StepControl:
     error: float = 0.03
     cosine: float = 0.1
     straight: float = 0.05
+    reversed: float = -0.95
     points: int = 4000
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Metric:
-    """Squared scales of arc length: weight (motion rows, 2H+1) = 1/σ², parameter = 1/σ_p²."""
-
-    weight: Array
-    parameter: float
-
-    def length(self, dw: Array, dp: float) -> float:
-        """Length of a change of motion and parameter."""
-        return float(np.sqrt(np.vdot(self.weight * dw, dw) + self.parameter * dp * dp))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Tangent:
-    """Unit direction along the curve: dλ/ds, dw/ds, dp/ds."""
-
-    forces: Array
-    motion: Array
-    parameter: float
-
-    def turned(self) -> Tangent:
-        """The opposite direction."""
-        return Tangent(-self.forces, -self.motion, -self.parameter)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CurvePoint:
-    """A solved point with its tangent and metric; `length`: arc length stepped from the point before."""
-
-    evaluation: Evaluation
-    tangent: Tangent
-    metric: Metric
-    iterations: int
-    active: int
-    length: float
-
-    @property
-    def point(self) -> Point:
-        return self.evaluation.point
-
-
-class LostCurveError(Exception):
-    """The curve could not be continued; the argument says where."""
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
@@ -249,12 +206,13 @@ class _Tracer:
             following.evaluation.w - correction.start_motion,
             following.point.value(self.parameter) - start.value(self.parameter),
         )
-        close = error < 8.0 * self.control.error
-        crossed = error < self.control.straight * distance and self._turn(current, following) < -0.95
+        turn = current.turn(following)
+        crossed = turn < self.control.reversed and error < self.control.straight * distance
         if crossed:
             # Another branch crosses: the determinant has changed its sign, not the curve its direction.
-            following = replace(following, tangent=following.tangent.turned())
-        if not (distance < 1e-3 or (close and self._aligned(current, following, distance))):
+            following, turn = replace(following, tangent=following.tangent.turned()), -turn
+        close = error < 8.0 * self.control.error and turn > self.control.cosine
+        if distance >= 1e-3 and not (close and current.chord(following, self.parameter) <= 1.5 * distance):
             return 0.5
         if crossed:
             self.orientation = -self.orientation
@@ -267,20 +225,6 @@ class _Tracer:
         effort = 1.0 if iterations <= 5 else 0.6
         most = self.control.recovery if distance < self.control.short else self.control.growth
         return min(distance * min(max(growth * effort, 0.3), most), self.control.largest)
-
-    def _aligned(self, current: CurvePoint, following: CurvePoint, distance: float) -> bool:
-        """Neither a jump to another place (chord much longer than the step) nor a sharp turn."""
-        chord = current.metric.length(
-            following.evaluation.w - current.evaluation.w,
-            following.point.value(self.parameter) - current.point.value(self.parameter),
-        )
-        return chord <= 1.5 * distance and self._turn(current, following) > self.control.cosine
-
-    def _turn(self, current: CurvePoint, following: CurvePoint) -> float:
-        """Cosine of the angle between the tangents of two points, in the metric of the first."""
-        a, b, metric = current.tangent, following.tangent, current.metric
-        dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
-        return dot / metric.length(b.motion, b.parameter)
 
     def _solved(self, correction: Correction, distance: float) -> CurvePoint:
         evaluation, factors, direction = correction.evaluation, correction.factors, correction.direction
@@ -326,32 +270,3 @@ class _Tracer:
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
         """The point at the end of the band, exactly, between the last two."""
         return solve_at(self.balance, current, following, self.parameter, self.end)
-
-
-def hermite(a: Array, da: Array, b: Array, db: Array, f: float) -> Array:
-    """The cubic through a and b with slopes da and db over the whole interval, at fraction f."""
-    return np.asarray((1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db)
-
-
-def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Array:
-    """λ on the cubic Hermite curve through two points and their tangents."""
-    step = following.length
-    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
-    da, db = step * current.tangent.forces, step * scale * following.tangent.forces
-    return hermite(current.point.forces, da, following.point.forces, db, fraction)
-
-
-def solve_at(
-    balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, parameter: Parameter, value: float
-) -> CurvePoint:
-    """The solved point at an exact parameter value between two points of a curve; raises `LostCurveError`."""
-    low, high = current.point.value(parameter), following.point.value(parameter)
-    fraction = (value - low) / (high - low)
-    for place in (fraction, 0.0, 1.0, 0.5 * fraction, 0.5 * (1.0 + fraction)):
-        point = replace(current.point, forces=between(current, following, place))
-        point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
-        correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
-        if correction.converged:
-            size = 0 if correction.factors is None else correction.factors.size
-            return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)
-    raise LostCurveError(f"Newton's method failed at {parameter} = {value:g}.")

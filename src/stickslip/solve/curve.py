@@ -10,7 +10,8 @@ import numpy as np
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, first_point, solve_at, solve_cold, trace
+from stickslip.solve.continuation import StepControl, first_point, solve_cold, trace
+from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.peak import TOLERANCE, PeakSearch
 

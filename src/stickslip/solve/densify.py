@@ -12,8 +12,8 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
-from stickslip.solve.continuation import CurvePoint, between, hermite
 from stickslip.solve.curve import Curve
+from stickslip.solve.curve_points import CurvePoint, between, hermite
 from stickslip.solve.newton import correct
 
 MOST = 18

@@ -10,7 +10,8 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.continuation import CurvePoint, LostCurveError, StepControl, trace
+from stickslip.solve.continuation import StepControl, trace
+from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.extremes import Extreme, amplitude, start_gradient
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PeakSearch

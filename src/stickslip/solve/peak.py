@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
-from stickslip.solve.continuation import CurvePoint, Tangent, hermite
+from stickslip.solve.curve_points import CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
 
 TOLERANCE = 1e-8

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.solve.continuation import LostCurveError
+from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_sweep import swept_summits
 from stickslip.solve.summit import SAME, Ascent, NoSummitError, Summit, same
 

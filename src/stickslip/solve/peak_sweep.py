@@ -8,8 +8,9 @@ from contextlib import suppress
 import numpy as np
 
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.continuation import CurvePoint, LostCurveError, first_point, trace
+from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve import RUN_UPS
+from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.peak import PROMINENCE
 from stickslip.solve.summit import Ascent, NoSummitError, Summit, same
 

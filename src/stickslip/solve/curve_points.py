@@ -1,0 +1,96 @@
+"""Points of a curve with their tangents, and what lies between two of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, Point
+from stickslip.solve.newton import correct, fixed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Metric:
+    """Squared scales of arc length: weight (motion rows, 2H+1) = 1/σ², parameter = 1/σ_p²."""
+
+    weight: Array
+    parameter: float
+
+    def length(self, dw: Array, dp: float) -> float:
+        """Length of a change of motion and parameter."""
+        return float(np.sqrt(np.vdot(self.weight * dw, dw) + self.parameter * dp * dp))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tangent:
+    """Unit direction along the curve: dλ/ds, dw/ds, dp/ds."""
+
+    forces: Array
+    motion: Array
+    parameter: float
+
+    def turned(self) -> Tangent:
+        """The opposite direction."""
+        return Tangent(-self.forces, -self.motion, -self.parameter)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurvePoint:
+    """A solved point with its tangent and metric; `length`: arc length stepped from the point before."""
+
+    evaluation: Evaluation
+    tangent: Tangent
+    metric: Metric
+    iterations: int
+    active: int
+    length: float
+
+    @property
+    def point(self) -> Point:
+        return self.evaluation.point
+
+    def chord(self, following: CurvePoint, parameter: Parameter) -> float:
+        """Length of the straight way to another point, in the metric of this one; much more than the step after a jump."""
+        change = following.point.value(parameter) - self.point.value(parameter)
+        return self.metric.length(following.evaluation.w - self.evaluation.w, change)
+
+    def turn(self, following: CurvePoint) -> float:
+        """Cosine of the angle between the tangents here and at another point, in the metric of this one."""
+        a, b, metric = self.tangent, following.tangent, self.metric
+        dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
+        return dot / metric.length(b.motion, b.parameter)
+
+
+class LostCurveError(Exception):
+    """The curve could not be continued; the argument says where."""
+
+
+def hermite(a: Array, da: Array, b: Array, db: Array, f: float) -> Array:
+    """The cubic through a and b with slopes da and db over the whole interval, at fraction f."""
+    return np.asarray((1 + 2 * f) * (1 - f) ** 2 * a + f * (1 - f) ** 2 * da + f * f * (3 - 2 * f) * b + f * f * (f - 1) * db)
+
+
+def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Array:
+    """λ on the cubic Hermite curve through two points and their tangents."""
+    step = following.length
+    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
+    da, db = step * current.tangent.forces, step * scale * following.tangent.forces
+    return hermite(current.point.forces, da, following.point.forces, db, fraction)
+
+
+def solve_at(
+    balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, parameter: Parameter, value: float
+) -> CurvePoint:
+    """The solved point at an exact parameter value between two points of a curve; raises `LostCurveError`."""
+    low, high = current.point.value(parameter), following.point.value(parameter)
+    fraction = (value - low) / (high - low)
+    for place in (fraction, 0.0, 1.0, 0.5 * fraction, 0.5 * (1.0 + fraction)):
+        point = replace(current.point, forces=between(current, following, place))
+        point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
+        correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
+        if correction.converged:
+            size = 0 if correction.factors is None else correction.factors.size
+            return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)
+    raise LostCurveError(f"Newton's method failed at {parameter} = {value:g}.")
