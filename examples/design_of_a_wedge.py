@@ -1,7 +1,7 @@
 """A damper designed: mass and platform angle that make the worst resonance least, whatever friction wears to."""
 
 import stickslip as ss
-from stickslip.analyses.design_constraints import NoJamming, NoLiftOff
+from stickslip.analyses.performance.design_constraints import NoJamming, NoLiftOff
 
 
 def blade_and_damper(*, friction: float, mass: float, angle: float) -> ss.Problem:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from dampers.test_damper_cycle import random_case
 
-from stickslip.analyses.damper_cycle import damper_cycle
+from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.contact.iwan import Iwan
 from stickslip.dampers import in_phase, out_of_phase
 from stickslip.rigs.laboratory_damper import FRICTION_ROWS, laboratory_damper

@@ -8,7 +8,7 @@ from math import pi, sqrt
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance_curve import performance_curve
+from stickslip.analyses.performance.curve import performance_curve
 from stickslip.rigs import single_blade, single_mass
 from stickslip.units import hertz, logspace, radians_per_second
 from verify.counting import counted

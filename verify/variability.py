@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.response_bounds import response_bounds
-from stickslip.analyses.response_history import response_history
-from stickslip.analyses.start_draws import search_cloud
+from stickslip.analyses.variability.bounds import response_bounds
+from stickslip.analyses.variability.history import response_history
+from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge

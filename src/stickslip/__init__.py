@@ -47,13 +47,13 @@ _HOME = {
     "nodal_diameters": "stickslip.analyses.nodal_diameters",
     "TunedDisk": "stickslip.disk",
     "FullDisk": "stickslip.disk",
-    "Mistuning": "stickslip.analyses.mistuned_disk",
-    "Scatter": "stickslip.analyses.mistuned_disk",
+    "Mistuning": "stickslip.analyses.mistuning.disk",
+    "Scatter": "stickslip.analyses.mistuning.disk",
     "DaskCluster": "stickslip.analyses.dask_cluster",
-    "mistuned_disk": "stickslip.analyses.mistuned_disk",
-    "MistunedDisks": "stickslip.analyses.mistuning",
-    "mistuned_response": "stickslip.analyses.mistuning",
-    "mistuned_population": "stickslip.analyses.mistuning",
+    "mistuned_disk": "stickslip.analyses.mistuning.disk",
+    "MistunedDisks": "stickslip.analyses.mistuning.population",
+    "mistuned_response": "stickslip.analyses.mistuning.population",
+    "mistuned_population": "stickslip.analyses.mistuning.population",
     "CyclicStructure": "stickslip.structure.cyclic",
     "cyclic": "stickslip.structure.cyclic",
     "sector_chain": "stickslip.structure.cyclic",
@@ -68,34 +68,34 @@ _HOME = {
     "read_model": "stickslip.models.read",
     "ForcedResponse": "stickslip.analyses.forced_response",
     "forced_response": "stickslip.analyses.forced_response",
-    "ResponseSamples": "stickslip.analyses.response_samples",
-    "response_samples": "stickslip.analyses.response_samples",
-    "ResponseBounds": "stickslip.analyses.response_bounds",
-    "response_bounds": "stickslip.analyses.response_bounds",
-    "ResponseHistory": "stickslip.analyses.response_history",
-    "response_history": "stickslip.analyses.response_history",
-    "FrictionFreedom": "stickslip.analyses.friction_freedom",
-    "friction_freedom": "stickslip.analyses.friction_freedom",
-    "PerformanceCurve": "stickslip.analyses.performance_curve",
-    "performance_curve": "stickslip.analyses.performance_curve",
-    "PerformanceBand": "stickslip.analyses.performance_band",
-    "performance_band": "stickslip.analyses.performance_band",
-    "Design": "stickslip.analyses.design",
-    "design_damper": "stickslip.analyses.design",
+    "ResponseSamples": "stickslip.analyses.variability.samples",
+    "response_samples": "stickslip.analyses.variability.samples",
+    "ResponseBounds": "stickslip.analyses.variability.bounds",
+    "response_bounds": "stickslip.analyses.variability.bounds",
+    "ResponseHistory": "stickslip.analyses.variability.history",
+    "response_history": "stickslip.analyses.variability.history",
+    "FrictionFreedom": "stickslip.analyses.variability.freedom",
+    "friction_freedom": "stickslip.analyses.variability.freedom",
+    "PerformanceCurve": "stickslip.analyses.performance.curve",
+    "performance_curve": "stickslip.analyses.performance.curve",
+    "PerformanceBand": "stickslip.analyses.performance.band",
+    "performance_band": "stickslip.analyses.performance.band",
+    "Design": "stickslip.analyses.performance.design",
+    "design_damper": "stickslip.analyses.performance.design",
     "Parameter": "stickslip.analyses.sensitivity",
     "Sensitivity": "stickslip.analyses.sensitivity",
     "sensitivity": "stickslip.analyses.sensitivity",
-    "WhatMatters": "stickslip.analyses.what_matters",
-    "what_matters": "stickslip.analyses.what_matters",
-    "PeakPath": "stickslip.analyses.peak_path",
-    "follow_peaks": "stickslip.analyses.peak_path",
-    "force_plane": "stickslip.analyses.force_plane",
-    "DamperCycle": "stickslip.analyses.damper_cycle",
-    "damper_cycle": "stickslip.analyses.damper_cycle",
-    "steady_cycles": "stickslip.analyses.damper_cycles",
-    "damper_evolution": "stickslip.analyses.damper_cycles",
-    "harmonic_cycle": "stickslip.analyses.harmonic_cycle",
-    "blade_with_routine": "stickslip.analyses.damper_routine",
+    "WhatMatters": "stickslip.analyses.performance.what_matters",
+    "what_matters": "stickslip.analyses.performance.what_matters",
+    "PeakPath": "stickslip.analyses.performance.peak_path",
+    "follow_peaks": "stickslip.analyses.performance.peak_path",
+    "force_plane": "stickslip.analyses.damper_alone.force_plane",
+    "DamperCycle": "stickslip.analyses.damper_alone.cycle",
+    "damper_cycle": "stickslip.analyses.damper_alone.cycle",
+    "steady_cycles": "stickslip.analyses.damper_alone.cycles",
+    "damper_evolution": "stickslip.analyses.damper_alone.cycles",
+    "harmonic_cycle": "stickslip.analyses.damper_alone.harmonic_cycle",
+    "blade_with_routine": "stickslip.analyses.damper_alone.routine",
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
@@ -110,10 +110,10 @@ _HOME = {
     "whole_cycles": "stickslip.measurement.cycles",
     "reconstruct": "stickslip.measurement.reconstruction",
     "RigErrors": "stickslip.measurement.rig_errors",
-    "ContactLoop": "stickslip.analyses.loop_law",
-    "identify_law": "stickslip.analyses.loop_law",
-    "Identification": "stickslip.analyses.identification",
-    "identify": "stickslip.analyses.identification",
+    "ContactLoop": "stickslip.analyses.identification.loop_law",
+    "identify_law": "stickslip.analyses.identification.loop_law",
+    "Identification": "stickslip.analyses.identification.identify",
+    "identify": "stickslip.analyses.identification.identify",
 }
 _MODULES = ("dampers", "rigs", "units")
 
@@ -122,29 +122,29 @@ __all__ = ["__version__", *_HOME, *_MODULES]
 if TYPE_CHECKING:
     from stickslip import dampers, rigs, units
     from stickslip.analyses.contact_stiffness import ContactStiffness, contact_stiffness
-    from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle
-    from stickslip.analyses.damper_cycles import damper_evolution, steady_cycles
-    from stickslip.analyses.damper_routine import blade_with_routine
+    from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle
+    from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
+    from stickslip.analyses.damper_alone.force_plane import force_plane
+    from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
+    from stickslip.analyses.damper_alone.routine import blade_with_routine
     from stickslip.analyses.dask_cluster import DaskCluster
-    from stickslip.analyses.design import Design, design_damper
-    from stickslip.analyses.force_plane import force_plane
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
-    from stickslip.analyses.friction_freedom import FrictionFreedom, friction_freedom
-    from stickslip.analyses.harmonic_cycle import harmonic_cycle
-    from stickslip.analyses.identification import Identification, identify
-    from stickslip.analyses.loop_law import ContactLoop, identify_law
-    from stickslip.analyses.mistuned_disk import Mistuning, Scatter, mistuned_disk
-    from stickslip.analyses.mistuning import MistunedDisks, mistuned_population, mistuned_response
+    from stickslip.analyses.identification.identify import Identification, identify
+    from stickslip.analyses.identification.loop_law import ContactLoop, identify_law
+    from stickslip.analyses.mistuning.disk import Mistuning, Scatter, mistuned_disk
+    from stickslip.analyses.mistuning.population import MistunedDisks, mistuned_population, mistuned_response
     from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters
-    from stickslip.analyses.peak_path import PeakPath, follow_peaks
-    from stickslip.analyses.performance_band import PerformanceBand, performance_band
-    from stickslip.analyses.performance_curve import PerformanceCurve, performance_curve
-    from stickslip.analyses.response_bounds import ResponseBounds, response_bounds
-    from stickslip.analyses.response_history import ResponseHistory, response_history
-    from stickslip.analyses.response_samples import ResponseSamples, response_samples
+    from stickslip.analyses.performance.band import PerformanceBand, performance_band
+    from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
+    from stickslip.analyses.performance.design import Design, design_damper
+    from stickslip.analyses.performance.peak_path import PeakPath, follow_peaks
+    from stickslip.analyses.performance.what_matters import WhatMatters, what_matters
     from stickslip.analyses.sensitivity import Parameter, Sensitivity, sensitivity
     from stickslip.analyses.time_response import time_response
-    from stickslip.analyses.what_matters import WhatMatters, what_matters
+    from stickslip.analyses.variability.bounds import ResponseBounds, response_bounds
+    from stickslip.analyses.variability.freedom import FrictionFreedom, friction_freedom
+    from stickslip.analyses.variability.history import ResponseHistory, response_history
+    from stickslip.analyses.variability.samples import ResponseSamples, response_samples
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.friction_disc import FrictionDisc

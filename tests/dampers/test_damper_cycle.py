@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_cycle import cycle_forces, damper_cycle
-from stickslip.analyses.damper_cycles import damper_evolution, steady_cycles
-from stickslip.analyses.harmonic_cycle import harmonic_cycle
+from stickslip.analyses.damper_alone.cycle import cycle_forces, damper_cycle
+from stickslip.analyses.damper_alone.cycles import damper_evolution, steady_cycles
+from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
 from stickslip.checks import InputError
 from stickslip.contact.iwan import Iwan
 from stickslip.contact.macroslip import Macroslip

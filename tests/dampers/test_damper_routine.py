@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stickslip.analyses.damper_routine import blade_with_routine
+from stickslip.analyses.damper_alone.routine import blade_with_routine
 from stickslip.analyses.forced_response import forced_response
 from stickslip.contact.point import Contact
 from stickslip.loads import Force

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import norm
 
 import stickslip as ss
-from stickslip.analyses.mistuned_disk import blade_dofs
-from stickslip.analyses.mistuning import planned_population
+from stickslip.analyses.mistuning.disk import blade_dofs
+from stickslip.analyses.mistuning.population import planned_population
 from stickslip.checks import InputError
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.report.presentation import presentation_of

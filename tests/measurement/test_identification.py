@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.identification import IdentificationWork, identify
-from stickslip.analyses.identification_checks import never_sliding
+from stickslip.analyses.identification.identify import IdentificationWork, identify
+from stickslip.analyses.identification.result_checks import never_sliding
 from stickslip.checks import InputError
 from stickslip.cli import main
 from stickslip.dampers import Cylinder, Wedge

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.loop_law import ContactLoop, array_weights, identify_law
+from stickslip.analyses.identification.loop_law import ContactLoop, array_weights, identify_law
 from stickslip.checks import InputError
 from stickslip.measurement.synthetic import loop_of
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_cycle import damper_cycle
+from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.checks import InputError
 from stickslip.dampers.platform_motion import out_of_phase
 from stickslip.measurement.blade_cells import blade_damper_forces, blade_rig_forces

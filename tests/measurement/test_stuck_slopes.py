@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_cycle import CycleModel
+from stickslip.analyses.damper_alone.cycle import CycleModel
 from stickslip.checks import InputError
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.laboratory import ThreePoint

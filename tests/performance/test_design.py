@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
+from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
 
 KD = 0.5
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.peak_path import follow_peaks
-from stickslip.analyses.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
+from stickslip.analyses.performance.peak_path import follow_peaks
+from stickslip.analyses.performance.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.solve.newton import correct
 from stickslip.solve.peak_sweep import swept_summits

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.performance_curve import performance_curve
-from stickslip.analyses.performance_work import _told
+from stickslip.analyses.performance.curve import performance_curve
+from stickslip.analyses.performance.work import _told
 from stickslip.units import logspace
 
 KD = 0.5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.performance_band import performance_band
+from stickslip.analyses.performance.band import performance_band
 from stickslip.rigs.two_semi_cylinders import DRY, OILED
 
 RATIOS = (1.0, 2.0, 4.0, 8.0, 15.0, 170.0)

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.analyses.damper_cycle import damper_cycle
-from stickslip.analyses.damper_cycles import steady_cycles
+from stickslip.analyses.damper_alone.cycle import damper_cycle
+from stickslip.analyses.damper_alone.cycles import steady_cycles
 from stickslip.checks import InputError
 from stickslip.cli import main
 from stickslip.dampers import in_phase, out_of_phase

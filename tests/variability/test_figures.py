@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.analyses.force_plane import force_plane
-from stickslip.analyses.friction_freedom import friction_freedom
-from stickslip.analyses.response_bounds import response_bounds
-from stickslip.analyses.response_history import response_history
-from stickslip.analyses.response_samples import response_samples
+from stickslip.analyses.damper_alone.force_plane import force_plane
+from stickslip.analyses.variability.bounds import response_bounds
+from stickslip.analyses.variability.freedom import friction_freedom
+from stickslip.analyses.variability.history import response_history
+from stickslip.analyses.variability.samples import response_samples
 from stickslip.checks import InputError
 from stickslip.plots import MORE
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.friction_freedom import friction_freedom
+from stickslip.analyses.variability.freedom import friction_freedom
 from stickslip.contact.start import SliderOffset
 from stickslip.rigs import single_mass, three_mass_wedge
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.response_history import response_history
+from stickslip.analyses.variability.history import response_history
 from stickslip.checks import InputError
 from stickslip.contact.start import SliderOffset
 from stickslip.rigs import single_blade, single_mass, three_mass_wedge

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.response_bounds import response_bounds
-from stickslip.analyses.response_samples import response_samples
+from stickslip.analyses.variability.bounds import response_bounds
+from stickslip.analyses.variability.samples import response_samples
 from stickslip.checks import InputError
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.point import Contact

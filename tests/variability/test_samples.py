@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip.analyses.response_samples import response_samples
-from stickslip.analyses.start_draws import draw, named_law
+from stickslip.analyses.variability.samples import response_samples
+from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.checks import InputError
 from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.rigs import three_mass_wedge

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from stickslip.analyses.bounds_dataset import attached, detached, has_bounds
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.percentiles import percentiles
-from stickslip.analyses.response_bounds import response_bounds
+from stickslip.analyses.variability.bounds import response_bounds
+from stickslip.analyses.variability.bounds_dataset import attached, detached, has_bounds
+from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.checks import Faults
 from stickslip.cli import main
 from stickslip.results import open_results, save

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.response_bounds import response_bounds
-from stickslip.analyses.response_samples import response_samples
+from stickslip.analyses.variability.bounds import response_bounds
+from stickslip.analyses.variability.samples import response_samples
 from stickslip.contact.macroslip import Macroslip
 from stickslip.rigs import three_mass_wedge
 

@@ -6,7 +6,7 @@ Values at m = −1, 0, 1 and 222 Hz: independent script of this project.
 import numpy as np
 import pytest
 
-from stickslip.analyses.response_bounds import response_bounds
+from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.rigs import three_mass_wedge
 from stickslip.solve.extreme_peak import AtPeak

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip.analyses.force_plane import ForcePlane
+from stickslip.analyses.damper_alone.force_plane import ForcePlane
 from stickslip.checks import Array
 from stickslip.plots.bound_cycles import BOUNDS
 from stickslip.plots.cycles import Cycles, bound_cycles

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from stickslip.analyses.bounds_dataset import detached, has_bounds
 from stickslip.analyses.nodal_diameters import has_disk
-from stickslip.analyses.percentiles import has_percentiles
 from stickslip.analyses.stress import has_stress
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
+from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip.analyses.percentiles import percentiles
+from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.plots.look import CONTACTS, GREY, house_style, plain
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.bounds_dataset import detached, has_bounds
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.plots.response_bounds import response_bounds
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number

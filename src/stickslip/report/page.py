@@ -13,10 +13,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from stickslip.analyses.bounds_dataset import has_bounds
 from stickslip.analyses.nodal_diameters import has_disk
-from stickslip.analyses.percentiles import has_percentiles
 from stickslip.analyses.stress import has_stress
+from stickslip.analyses.variability.bounds_dataset import has_bounds
+from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import fault
 from stickslip.files import write_text
 from stickslip.report import plain, sections

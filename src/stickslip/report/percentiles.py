@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.percentiles import has_percentiles
-from stickslip.analyses.percentiles import percentiles as percentiles_of
+from stickslip.analyses.variability.percentiles import has_percentiles
+from stickslip.analyses.variability.percentiles import percentiles as percentiles_of
 from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.bounds_dataset import detached, has_bounds
-from stickslip.analyses.percentiles import has_percentiles
 from stickslip.analyses.stress import has_stress
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
+from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table

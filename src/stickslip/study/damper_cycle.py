@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from stickslip.analyses.cases import Arrays
-from stickslip.analyses.damper_cycle import CycleWork
+from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.checks import InputError, counted, fault
 from stickslip.dampers import (
     BetweenPlatforms,

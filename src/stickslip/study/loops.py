@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from stickslip.analyses.line_laws import LINE_LAWS
+from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.checks import fault, nearest
 from stickslip.study.identification import IdentificationPlan
 from stickslip.study.read import Job

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import sobol_indices
 
 from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
-from stickslip.analyses.drawn_peaks import DrawsWork, ProblemOf
+from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.checks import Array, fault, finite, positive
 from stickslip.units import Band
 

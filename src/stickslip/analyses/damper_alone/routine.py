@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize
 
-from stickslip.analyses.damper_cycle_dataset import forces_on_platforms
+from stickslip.analyses.damper_alone.cycle_dataset import forces_on_platforms
 from stickslip.analyses.time_response import harmonics_of
 from stickslip.checks import Array, InputError, positive
 from stickslip.dampers.between_platforms import BetweenPlatforms

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import Arrays, Progress, Tell, all_cases
-from stickslip.analyses.damper_cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
+from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
 from stickslip.checks import Array, InputError, fault, positive, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion

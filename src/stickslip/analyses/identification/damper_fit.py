@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.line_laws import LINE_LAWS, microslip
+from stickslip.analyses.identification.line_laws import LINE_LAWS, microslip
 from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, analysis, synthesis

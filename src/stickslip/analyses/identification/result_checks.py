@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stickslip.analyses.damper_cycle_dataset import slip_work
-from stickslip.analyses.damper_fit import DamperFit
+from stickslip.analyses.damper_alone.cycle_dataset import slip_work
+from stickslip.analyses.identification.damper_fit import DamperFit
 from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, synthesis, whole_cycles

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.damper_fit import DamperFit
-from stickslip.analyses.identification_checks import misfits
+from stickslip.analyses.identification.damper_fit import DamperFit
+from stickslip.analyses.identification.result_checks import misfits
 from stickslip.checks import Array
 from stickslip.measurement.cycles import synthesis
 

@@ -13,9 +13,9 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.percentiles import PERCENT, percentiles
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
-from stickslip.analyses.start_draws import Law, Method, draw
+from stickslip.analyses.variability.percentiles import PERCENT, percentiles
+from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.checks import Array, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
@@ -42,7 +42,7 @@ class ResponseSamples:
     problem: Problem
 
     def percentiles(self, percent: Sequence[float] = PERCENT, output: int = 0) -> xr.DataArray:
-        """Percentiles of the amplitude, see `stickslip.analyses.percentiles`."""
+        """Percentiles of the amplitude, see `stickslip.analyses.variability.percentiles`."""
         return percentiles(self.dataset, percent, output)
 
     def peaks(self, output: int = 0) -> pd.DataFrame:

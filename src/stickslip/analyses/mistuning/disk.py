@@ -12,7 +12,7 @@ from scipy import linalg
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from stickslip.analyses.scaled_problem import PRELOADS, with_factors
+from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
 from stickslip.checks import Array, InputError, fault, nearest, vector
 from stickslip.contact.point import Contact
 from stickslip.disk import FullDisk, TunedDisk

@@ -14,9 +14,9 @@ from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import Arrays, Tell
-from stickslip.analyses.contact_regions import contact_regions, whole_region
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
+from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
+from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from stickslip.analyses.loop_law import half_ellipse
+from stickslip.analyses.identification.loop_law import half_ellipse
 from stickslip.checks import Array
 from stickslip.solve.platform_relaxation import Elements
 

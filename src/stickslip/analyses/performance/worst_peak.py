@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.bounds_work import BoundsWork
-from stickslip.analyses.design_constraints import Constraint, Trial
-from stickslip.analyses.performance_band import resonance_band
+from stickslip.analyses.performance.band import resonance_band
+from stickslip.analyses.performance.design_constraints import Constraint, Trial
+from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.problem import Problem

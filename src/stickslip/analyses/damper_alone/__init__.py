@@ -1,0 +1,1 @@
+"""A damper alone between two platforms that move as prescribed."""

@@ -1,0 +1,1 @@
+"""Contact parameters and laws from measured loops."""

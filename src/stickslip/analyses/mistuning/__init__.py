@@ -1,0 +1,1 @@
+"""Mistuned disks and populations of them."""

@@ -1,0 +1,1 @@
+"""Responses that are not unique: samples, histories, bounds and freedom of the start states."""
