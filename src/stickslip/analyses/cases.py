@@ -1,65 +1,15 @@
 """Many independent cases, each kept as it finishes: the one loop of the analyses.
 
-An analysis states its work as data (`Work`); what a case gives are plain arrays, which travel between machines and to disk. An
-`Executor` computes them: this process or several of this machine (`processes.py`), or a cluster (`dask_cluster.py`).
+An `Executor` computes them: this process or several of this machine (`processes.py`), or a cluster (`dask_cluster.py`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
-
-from numpy.typing import NDArray
 
 from stickslip.analyses.processes import Processes
-
-Arrays = Mapping[str, NDArray[Any]]
-Progress = Callable[[float, str], None]
-Tell = Callable[[float], None]
-"""Called with the fraction of a case that is done."""
-Keep = Callable[[int, Arrays], None]
-"""Called with a case and its result as soon as it is solved."""
-
-
-class Work(Protocol):
-    """Work in independent cases. It travels to processes, so it holds data and rebuilds there what it needs."""
-
-    @property
-    def names(self) -> Sequence[str]:
-        """One name per case, unique and complete: equal names mean equal results."""
-
-    @property
-    def words(self) -> Sequence[str]:
-        """What each case is, for people."""
-
-    def prepare(self) -> None:
-        """Compile what the processes then load, once."""
-
-    def solve(self, case: int, tell: Tell) -> Arrays:
-        """The result of a case."""
-
-
-class Finished(Protocol):
-    """Keeps results of finished cases, so that an interrupted analysis goes on where it stopped."""
-
-    def load(self, name: str) -> Arrays | None:
-        """The kept result, or None."""
-
-    def save(self, name: str, arrays: Arrays) -> None:
-        """Keep a result; when this returns, it is safe."""
-
-
-@runtime_checkable
-class Executor(Protocol):
-    """Computes independent cases somewhere. Each is solved alone with one BLAS thread: the results do not depend on where."""
-
-    def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
-        """Solve the cases in any order; each is handed to `keep`, in this process, as soon as it is solved."""
-
-
-Workers = int | Executor
-"""Where cases are computed: by as many processes of this machine, or by an executor."""
+from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Tell, Work, Workers
 
 
 def all_cases(

@@ -18,7 +18,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 import stickslip
-from stickslip.analyses.cases import Arrays, Keep, Progress, Work
+from stickslip.analyses.work import Arrays, Keep, Progress, Work
 from stickslip.checks import InputError, fault
 
 PACKAGE = "distributed"

@@ -13,13 +13,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
-from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
+from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import InputError, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle

@@ -20,12 +20,11 @@ from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.work import Arrays, Keep, Progress, Work
 from stickslip.checks import fault
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess
-
-    from stickslip.analyses.cases import Arrays, Keep, Progress, Work
 
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""

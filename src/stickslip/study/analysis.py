@@ -11,8 +11,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.forced_response import ForcedResponseWork
+from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import counted
 from stickslip.problem import Problem
 from stickslip.study.fields import Table

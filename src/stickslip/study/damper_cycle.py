@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays
 from stickslip.analyses.damper_alone.cycle import CycleWork
+from stickslip.analyses.work import Arrays
 from stickslip.checks import InputError, counted, fault
 from stickslip.dampers import (
     BetweenPlatforms,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays
 from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWork
+from stickslip.analyses.work import Arrays
 from stickslip.checks import counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.study.analysis import Asked, Kind

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.performance.design import DesignWork, conditions_of, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
+from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import fault, nearest
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS

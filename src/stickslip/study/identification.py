@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays
 from stickslip.analyses.identification.damper_fit import parameters
 from stickslip.analyses.identification.identify import IdentificationWork, usual_unknowns
+from stickslip.analyses.work import Arrays
 from stickslip.checks import InputError, counted, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, whole_cycles

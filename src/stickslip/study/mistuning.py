@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.population import PEAK_TOLERANCE, planned_population
 from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, counted
 from stickslip.disk import TunedDisk
 from stickslip.study.analysis import Asked, Kind, Sweep

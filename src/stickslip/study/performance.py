@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.performance.band import band_dataset, force_levels
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
+from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
 from stickslip.study.analysis import Asked, Kind, Sweep
 from stickslip.study.fields import NotNegative, Positive, Table

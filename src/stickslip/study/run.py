@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import stickslip
-from stickslip.analyses.cases import Progress, Together, Workers, all_cases
+from stickslip.analyses.cases import Together, all_cases
+from stickslip.analyses.work import Progress, Workers
 from stickslip.checks import InputError
 from stickslip.files import sweep
 from stickslip.finished import FinishedFolder

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.variability.bounds_dataset import attached
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, draw, named_law
+from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
 from stickslip.study.analysis import Asked, Kind, Sweep
 from stickslip.study.fields import Number, Table

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from stickslip.analyses.cases import Arrays, Work
 from stickslip.analyses.performance.drawn_peaks import DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.what_matters import gathered, planned_draws
+from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
+from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, fault, positive, vector
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms

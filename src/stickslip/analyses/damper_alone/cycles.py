@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Arrays, Progress, Tell, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
+from stickslip.analyses.work import Arrays, Progress, Tell
 from stickslip.checks import Array, InputError, fault, positive, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
-from stickslip.analyses.cases import Arrays
 from stickslip.analyses.identification.damper_fit import DamperFit, parameters
 from stickslip.analyses.identification.dataset import identification_dataset, with_laws
 from stickslip.analyses.identification.first_guess import Clues, clues
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.result_checks import checked_cases, never_sliding, remarks
+from stickslip.analyses.work import Arrays
 from stickslip.checks import Array, InputError, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, analysis, synthesis

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analyses.cases import Arrays
 from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.work import Arrays
 from stickslip.checks import Array
 from stickslip.outcome import Outcome
 

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analyses.cases import Finished, Progress, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.work import Finished, Progress, Workers
 from stickslip.checks import InputError, fault
 from stickslip.disk import TunedDisk
 from stickslip.units import Band

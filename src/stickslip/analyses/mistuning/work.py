@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.linalg import LinAlgError
 
-from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, mistuned_disk
+from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, InputError
 from stickslip.disk import FullDisk, TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.performance.work import OUTSIDE
 from stickslip.analyses.variability.bounds_work import BoundsWork
+from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.work import PerformanceWork, Vary, stacked
+from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import fault, not_negative, numbers, of_kind, positive
 from stickslip.harmonic.fourier import fourier
 from stickslip.problem import Problem

@@ -13,10 +13,11 @@ from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.worst_peak import Conditions, Worst, searched_peak, worst_peak
+from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, InputError, fault, finite, not_negative, positive
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from scipy.stats import qmc
 
-from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem

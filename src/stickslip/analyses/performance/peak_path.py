@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Progress
+from stickslip.analyses.work import Progress
 from stickslip.checks import fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem

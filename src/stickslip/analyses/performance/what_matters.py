@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import sobol_indices
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
+from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import Array, fault, finite, positive
 from stickslip.units import Band
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
+from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analyses.cases import Finished, Progress, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.variability.bounds_work import BoundsWork, Target
+from stickslip.analyses.work import Finished, Progress, Workers
 from stickslip.checks import Array, fault, numbers, of_kind, positive
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rule, Sharing

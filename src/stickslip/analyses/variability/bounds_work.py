@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Arrays, Tell
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.start_draws import search_cloud
+from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, InputError, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Progress
+from stickslip.analyses.work import Progress
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Progress
+from stickslip.analyses.work import Progress
 from stickslip.checks import Array, InputError, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle

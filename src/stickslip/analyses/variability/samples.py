@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import Arrays, Finished, Progress, Tell, Workers, all_cases
+from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
+from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
