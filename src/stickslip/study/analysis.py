@@ -37,6 +37,11 @@ class Plan(Protocol):
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         """The labelled results of all works."""
 
+    @property
+    def content(self) -> str:
+        """Tells apart what the files that its tables name hold; "" where they name none."""
+        return ""
+
 
 @dataclass(frozen=True, eq=False)
 class Sweep:

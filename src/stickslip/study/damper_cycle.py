@@ -28,7 +28,7 @@ from stickslip.dampers import (
     elliptic,
 )
 from stickslip.measurement.platform import read_motion
-from stickslip.study.analysis import Asked, Kind
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
 from stickslip.time.methods import GeneralisedAlpha, Method, Newmark
@@ -128,7 +128,7 @@ class CycleTable(Table):
 
 
 @dataclass(frozen=True, eq=False)
-class CyclePlan:
+class CyclePlan(Plan):
     """One steady cycle."""
 
     rig: BetweenPlatforms

@@ -12,7 +12,7 @@ from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWo
 from stickslip.analyses.work import Arrays
 from stickslip.checks import counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
-from stickslip.study.analysis import Asked, Kind
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable, MotionTable
 from stickslip.study.fields import NotNegatives, Positive, Table
 from stickslip.study.units import LENGTH, in_si
@@ -47,7 +47,7 @@ class EvolutionTable(Table):
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyCyclesPlan:
+class SteadyCyclesPlan(Plan):
     """Every steady cycle that the initial states lead to."""
 
     work: SteadyCyclesWork
@@ -78,7 +78,7 @@ class SteadyCyclesPlan:
 
 
 @dataclass(frozen=True, eq=False)
-class EvolutionPlan:
+class EvolutionPlan(Plan):
     """A sequence of cycles while friction changes."""
 
     work: EvolutionWork

@@ -17,7 +17,7 @@ from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import fault, nearest
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
-from stickslip.study.analysis import Asked, Kind
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Positive, Table, Words
 from stickslip.study.tables import Ends
 
@@ -104,7 +104,7 @@ def known(table: DesignTable) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class DesignPlan:
+class DesignPlan(Plan):
     """The design space, then the search from its best designs."""
 
     table: DesignTable

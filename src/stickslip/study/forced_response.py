@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.work import Arrays
 from stickslip.structure.stress import StressRecovery
-from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.stress import StressTable, recovery_of
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponsePlan:
+class ForcedResponsePlan(Plan):
     """Curves over the band for every force level, and the stress along them where a recovery is given."""
 
     sweep: Sweep

@@ -20,7 +20,7 @@ from stickslip.measurement.cycles import CycleSet, whole_cycles
 from stickslip.measurement.reconstruction import damper_motion
 from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
-from stickslip.study.analysis import Asked, Kind
+from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable
 from stickslip.study.fields import Number, Positive, Table
 
@@ -77,7 +77,7 @@ class IdentificationTable(Table):
 
 
 @dataclass(frozen=True, eq=False)
-class IdentificationPlan:
+class IdentificationPlan(Plan):
     """Loops and damper, read."""
 
     rig: BetweenPlatforms

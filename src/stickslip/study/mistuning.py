@@ -16,7 +16,7 @@ from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, counted
 from stickslip.disk import TunedDisk
-from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Numbers, Positive, Table
 from stickslip.study.forced_response import sweep_of
 from stickslip.units import Band
@@ -66,7 +66,7 @@ class MistuningTable(Table):
 
 
 @dataclass(frozen=True, eq=False)
-class MistuningPlan:
+class MistuningPlan(Plan):
     """One mistuned disk, or a population."""
 
     sweep: Sweep

@@ -16,7 +16,7 @@ from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
-from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import NotNegative, Positive, Table
 from stickslip.study.forced_response import sweep_of
 from stickslip.study.tables import Ends
@@ -61,7 +61,7 @@ def ordered(table: PerformanceTable | BandTable) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class PerformancePlan:
+class PerformancePlan(Plan):
     """A performance curve for each friction coefficient."""
 
     sweep: Sweep
@@ -95,7 +95,7 @@ class PerformancePlan:
 
 
 @dataclass(frozen=True, eq=False)
-class BandPlan:
+class BandPlan(Plan):
     """The band of a performance curve over the start states."""
 
     sweep: Sweep

@@ -17,7 +17,7 @@ from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, draw, named_law
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
-from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Table
 from stickslip.study.forced_response import sweep_of
 
@@ -92,7 +92,7 @@ def bounds_work(base: ForcedResponseWork, table: BoundsTable) -> BoundsWork:
 
 
 @dataclass(frozen=True, eq=False)
-class BoundsPlan:
+class BoundsPlan(Plan):
     """The forced response and its bounds."""
 
     sweep: Sweep
@@ -126,7 +126,7 @@ class BoundsPlan:
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesPlan:
+class SamplesPlan(Plan):
     """Curves from drawn start states."""
 
     sweep: Sweep

@@ -17,7 +17,7 @@ from stickslip.checks import InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.problem import Problem
-from stickslip.study.analysis import Asked, Kind, Sweep
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Table
 from stickslip.study.performance import sweep_over_a_band
 from stickslip.study.tables import Ends, Two
@@ -74,7 +74,7 @@ def ranges(table: UncertainTable) -> dict[str, list[float]]:
 
 
 @dataclass(frozen=True, eq=False)
-class MattersPlan:
+class MattersPlan(Plan):
     """Peaks at drawn values, and the indices that follow."""
 
     sweep: Sweep
