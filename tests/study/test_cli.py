@@ -243,6 +243,13 @@ def test_the_version_and_no_command():
     assert "Commands" in stickslip_command().output
 
 
+@pytest.mark.parametrize("command", ["demo", "run", "identify"])
+def test_whatever_computes_long_can_go_on(command):
+    shown = stickslip_command(command, "--help").output
+    assert "--resume" in shown
+    assert "--overwrite" in shown
+
+
 def test_interrupted_from_the_keyboard(one_mass, tmp_path):
     """Ctrl-C while it computes: a sentence, exit code 130, no half-written file."""
     one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", str(np.linspace(0.5, 2.0, 400).tolist())))

@@ -130,6 +130,7 @@ def identify(
         list[str] | None,
         typer.Option(help="macroslip, iwan or microslip, instead of the study's; several times: loops held out choose."),
     ] = None,
+    resume: Resume = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
@@ -137,9 +138,9 @@ def identify(
     from stickslip.study.run import Run
 
     job = with_loops(read_job(damper), loops, law or ())
-    folder = free_folder(out, [""], False, overwrite)
+    folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, folder, False, 1))
+    carry_out(Run({"": job}, folder, resume, 1))
 
 
 def cluster(address: str, workers: int | None) -> DaskCluster:
