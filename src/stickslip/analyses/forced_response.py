@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.cases import all_cases
+from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
@@ -56,6 +58,20 @@ class ForcedResponse:
         table = table.rename(columns={name: name.removeprefix("peak_") for name in names})
         columns = ["force_level", "output", "peak", *(name.removeprefix("peak_") for name in names)]
         return table[columns].sort_values(["force_level", "output", "peak"], ignore_index=True)
+
+    def at(self, frequencies: ArrayLike, tolerance: float = 1e-3) -> xr.Dataset:
+        """The curves at given frequencies in Hz, without solving at each: on a grid to compare codes by, or along a run-up.
+
+        Contact forces λ(ω) are cubics through solved points and their tangents. Each value is checked by the residual at its
+        frequency: Newton's step to the curve, twice, is its estimated `error`, relative to the amplitudes of the outputs, all
+        harmonics counted. Where it exceeds `tolerance`, and at every fold, the balance is solved.
+
+        Returns a dataset with axes (case, branch, frequency, ...): response, amplitude, rms, max_abs, contact_motion,
+        contact_force, residual, error, solved (1 or 0) and outcome. branch: the times that a curve passes a frequency, in the
+        order of travel; more than one where it overhangs (`.max("branch")` is the largest), outcome 0 where it passes no more.
+        A response at listed frequencies has no points between them to show folds: give a band.
+        """
+        return response_at(self.dataset, self.problem, frequencies, tolerance)
 
     def cycle(self, case: int, point: int) -> ContactCycle:
         """Motion, force and state of every contact row over the period of one point."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import Array
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
@@ -107,7 +108,7 @@ class _CurveTable:
     def __init__(self, balance: HarmonicBalance, curve: Curve) -> None:
         self.balance, self.curve = balance, curve
         self.energy = EnergyBalance(balance)
-        self.contact_of_row, self.direction_of_row = _places(balance)
+        self.rows = ContactRows(balance.problem)
         sizes = {
             "point": len(curve.points) + (curve.lost_at is not None),
             "output": balance.problem.output_rows.shape[0],
@@ -159,21 +160,12 @@ class _CurveTable:
         arrays["loss_factor"][place] = energy.loss_factor
         arrays["energy_residual"][place] = energy.energy_residual
         arrays["slip_work_error"][place] = energy.slip_work_error
-        rows = self.balance.rows
-        self._fill_response(place, evaluation.w[rows:])
-        self._by_row("contact_motion", place, _parts(evaluation.w[:rows]))
-        self._by_row("contact_force", place, _parts(self.balance.carried_forces(evaluation)))
+        for name, values in point_values(self.balance, self.rows, evaluation).items():
+            arrays[name][place] = values
         for name, share in zip(("share_stick", "share_slip", "share_open"), cycle.shares(), strict=True):
-            self._by_row(name, place, share)
-        dissipated = np.bincount(self.contact_of_row, energy.dissipated, minlength=len(self.balance.problem.contacts))
+            arrays[name][place] = self.rows.spread(share)
+        dissipated = np.bincount(self.rows.contact, energy.dissipated, minlength=self.rows.contacts)
         arrays["dissipated"][place] = dissipated
-
-    def _fill_response(self, place: int, motion: Array) -> None:
-        arrays = self.arrays
-        arrays["response"][place] = _parts(motion)
-        arrays["amplitude"][place] = np.hypot(motion[:, 1], motion[:, 2])
-        arrays["rms"][place] = np.sqrt(motion[:, 0] ** 2 + 0.5 * np.sum(motion[:, 1:] ** 2, axis=1))
-        arrays["max_abs"][place] = [largest_absolute(row)[0] for row in motion]
 
     def _fill_peak(self, place: tuple[int, int], point: CurvePoint) -> None:
         arrays, output = self.arrays, place[1]
@@ -186,8 +178,8 @@ class _CurveTable:
     def _fill_loops(self, point: CurvePoint) -> None:
         cycle = self._cycle(point.evaluation)
         self.arrays["loop_frequency"] = np.array(point.point.omega / (2.0 * np.pi))
-        self._by_row("loop_motion", (), cycle.displacement)
-        self._by_row("loop_force", (), cycle.force)
+        self.arrays["loop_motion"] = self.rows.spread(cycle.displacement)
+        self.arrays["loop_force"] = self.rows.spread(cycle.force)
 
     def _cycle(self, evaluation: Evaluation) -> ContactCycle:
         return contact_cycle(evaluation.table, self.balance.tables, evaluation.w)
@@ -195,17 +187,18 @@ class _CurveTable:
     def _amplitude(self, point: CurvePoint, output: int) -> float:
         return float(np.hypot(*point.evaluation.w[self.balance.rows + output, 1:3]))
 
-    def _by_row(self, name: str, place: int | tuple[()], values: Array) -> None:
-        """Values (rows, ...) into (contact, direction, ...)."""
-        self.arrays[name][place][self.contact_of_row, self.direction_of_row] = values
 
-
-def _places(balance: HarmonicBalance) -> tuple[np.ndarray, np.ndarray]:
-    """Contact and direction (0, 1, 2 for t1, t2, n) of each row."""
-    contacts = balance.problem.contacts
-    pairs = [(c, DIRECTION_NAMES.index(name)) for c, contact in enumerate(contacts) for name in contact.direction_names]
-    table = np.array(pairs, dtype=int).reshape(len(pairs), 2)
-    return table[:, 0], table[:, 1]
+def point_values(balance: HarmonicBalance, rows: ContactRows, evaluation: Evaluation) -> dict[str, Array]:
+    """The variables of the schema that say how outputs and contacts move at a point, without the axes `case` and `point`."""
+    motion, outputs = evaluation.w[: balance.rows], evaluation.w[balance.rows :]
+    return {
+        "response": _parts(outputs),
+        "amplitude": np.hypot(outputs[:, 1], outputs[:, 2]),
+        "rms": np.sqrt(outputs[:, 0] ** 2 + 0.5 * np.sum(outputs[:, 1:] ** 2, axis=1)),
+        "max_abs": np.array([largest_absolute(row)[0] for row in outputs]),
+        "contact_motion": rows.spread(_parts(motion)),
+        "contact_force": rows.spread(_parts(balance.carried_forces(evaluation))),
+    }
 
 
 def _parts(motion: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import Array, fault, finite, of_kind, positive
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.problem import Problem
@@ -86,10 +87,10 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
 
     outputs = cycle.outputs
     samples = outputs.shape[1]
-    motion, force = _by_contact(problem, cycle.contact_motion), _by_contact(problem, cycle.contact_force)
+    motion, force = ContactRows(problem).spread(cycle.contact_motion), ContactRows(problem).spread(cycle.contact_force)
     place = ("contact", "direction")
     first = np.abs(harmonics_of(outputs, 1)[:, 1])
-    work = _by_contact(problem, cycle.friction_work[:, None])[..., 0]
+    work = ContactRows(problem).spread(cycle.friction_work[:, None])[..., 0]
     variables: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
         "time": (("sample",), 2.0 * np.pi / cycle.omega * np.arange(samples) / samples, "s", "time since a zero of the phase"),
         "displacement": (("output", "sample"), outputs, "m", "outputs over the last period"),
@@ -129,15 +130,6 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
             "message": cycle.sentence,
         },
     )
-
-
-def _by_contact(problem: Problem, values: Array) -> Array:
-    """Rows (rows, ...) as (contact, direction, ...), NaN where a contact lacks a direction."""
-    found = np.full((len(problem.contacts), len(DIRECTION_NAMES), *values.shape[1:]), np.nan)
-    names = [(c, name) for c, contact in enumerate(problem.contacts) for name in contact.direction_names]
-    for row, (c, name) in zip(values, names, strict=True):
-        found[c, DIRECTION_NAMES.index(name)] = row
-    return found
 
 
 def _parts(signals: Array, harmonics: int) -> Array:

@@ -17,8 +17,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition
 from stickslip.harmonic.iteration import Direction
-from stickslip.kernels import njit
-from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, solve_at
+from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric, solve_at
 from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
 
@@ -84,16 +83,6 @@ def trace(
     return _Tracer(balance, parameter, first, end, control or StepControl()).points(first)
 
 
-@njit(cache=True)
-def _moving_sizes(w: Array, rows: int) -> tuple[float, float]:
-    """Root sums of squares of the motion of contacts and of outputs, without their means."""
-    squares = [0.0, 0.0]
-    for r in range(w.shape[0]):
-        for i in range(1, w.shape[1]):
-            squares[0 if r < rows else 1] += w[r, i] ** 2
-    return np.sqrt(squares[0]), np.sqrt(squares[1])
-
-
 class _Tracer:
     """State of one continuation: what changes along the curve, kept in one place."""
 
@@ -133,14 +122,10 @@ class _Tracer:
 
     def metric(self, evaluation: Evaluation) -> Metric:
         """Scales of the motion at a point: its own size, but no less than 2 % of the largest so far."""
-        rows = self.balance.rows
-        weight = np.zeros_like(evaluation.w)
-        for i, size in enumerate(_moving_sizes(evaluation.w, rows)):
-            self.largest[i] = max(self.largest[i], size)
-            scale = max(size, 0.02 * self.largest[i])
-            if scale > 0.0:
-                weight[slice(0, rows) if i == 0 else slice(rows, None)] = 1.0 / scale**2
-        return Metric(weight, 1.0 / self.scale**2)
+        sizes = moving_sizes(evaluation.w, self.balance.rows)
+        self.largest = [max(pair) for pair in zip(self.largest, sizes, strict=True)]
+        scales = [max(size, 0.02 * largest) for size, largest in zip(sizes, self.largest, strict=True)]
+        return relative_metric(evaluation.w, self.balance.rows, scales, self.scale)
 
     def _starting_point(self, first: Correction) -> CurvePoint:
         evaluation = first.evaluation

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, Point
+from stickslip.kernels import njit
 from stickslip.solve.newton import correct, fixed
 
 
@@ -21,6 +23,25 @@ class Metric:
     def length(self, dw: Array, dp: float) -> float:
         """Length of a change of motion and parameter."""
         return float(np.sqrt(np.vdot(self.weight * dw, dw) + self.parameter * dp * dp))
+
+
+@njit(cache=True)
+def moving_sizes(w: Array, rows: int) -> tuple[float, float]:
+    """Root sums of squares of the motion of contacts and of outputs, without their means."""
+    squares = [0.0, 0.0]
+    for r in range(w.shape[0]):
+        for i in range(1, w.shape[1]):
+            squares[0 if r < rows else 1] += w[r, i] ** 2
+    return np.sqrt(squares[0]), np.sqrt(squares[1])
+
+
+def relative_metric(w: Array, rows: int, scales: Sequence[float], parameter_scale: float) -> Metric:
+    """Motion w of contacts and of outputs relative to the two scales, which do not count where they are zero."""
+    weight = np.zeros_like(w)
+    for where, scale in zip((slice(0, rows), slice(rows, None)), scales, strict=True):
+        if scale > 0.0:
+            weight[where] = 1.0 / scale**2
+    return Metric(weight, 1.0 / parameter_scale**2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

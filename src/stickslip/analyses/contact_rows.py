@@ -1,0 +1,31 @@
+"""Where the rows of a problem's contacts stand in labelled arrays: by contact and by direction t1, t2, n."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.contact.point import DIRECTION_NAMES
+from stickslip.problem import Problem
+
+
+class ContactRows:
+    """contact, direction (rows,): the places of each row."""
+
+    def __init__(self, problem: Problem) -> None:
+        contacts = enumerate(problem.contacts)
+        pairs = [(c, DIRECTION_NAMES.index(name)) for c, contact in contacts for name in contact.direction_names]
+        self.contact, self.direction = np.array(pairs, dtype=int).reshape(len(pairs), 2).T
+        self.contacts = len(problem.contacts)
+
+    def spread(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values (rows, ...) as (contact, direction, ...), NaN where a contact has no such direction."""
+        found = np.full((self.contacts, len(DIRECTION_NAMES), *values.shape[1:]), np.nan)
+        found[self.contact, self.direction] = values
+        return found
+
+    def collected(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values (contact, direction, ...) as (rows, ...)."""
+        return np.asarray(values[self.contact, self.direction])

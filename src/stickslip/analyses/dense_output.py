@@ -1,0 +1,111 @@
+"""A forced response at frequencies of the user's choice: between its solved points interpolated and checked, or solved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.response_dataset import point_values
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import Array, InputError, fault, numbers, positive
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.results_schema import COORDINATES, SCHEMA, stamped
+from stickslip.solve.interpolation import SAME, Interpolation, Value
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KEPT = ("outcome", "residual", "response", "amplitude", "rms", "max_abs", "contact_motion", "contact_force")
+"""The variables of the schema that are given at each frequency."""
+
+OWN = {
+    "solved": "1 where the balance was solved at this frequency, 0 where forces are interpolated",
+    "error": "estimated error of the outputs relative to their amplitudes; 0 where solved",
+}
+
+
+def response_at(dataset: xr.Dataset, problem: Problem, frequencies: Any, tolerance: float) -> xr.Dataset:
+    """What `ForcedResponse.at` says."""
+    wanted = _within_the_curves(dataset, frequencies)
+    if not positive("tolerance", tolerance) < 0.1:
+        raise fault("tolerance", "must lie between 0 and 0.1", tolerance)
+    points = SolvedPoints(dataset, problem)
+    with threadpool_limits(1, user_api="blas"):
+        curves = [_curve_values(points, case, wanted, tolerance) for case in range(dataset.sizes["case"])]
+    return _dataset(dataset, points, wanted, curves, tolerance)
+
+
+def _within_the_curves(dataset: xr.Dataset, frequencies: Any) -> Array:
+    """Frequencies in Hz, checked; those that a curve has by rounding are its own."""
+    wanted = np.array([positive("A frequency", value) for value in np.atleast_1d(numbers("frequencies", frequencies))])
+    if not wanted.size:
+        raise InputError("frequencies must hold at least one value, but is empty.")
+    known = dataset["frequency"].values
+    low, high = np.nanmin(known), np.nanmax(known)
+    for value in wanted.tolist():
+        if not low * (1.0 - SAME) <= value <= high * (1.0 + SAME):
+            raise fault("A frequency", f"must lie on the curves, from {low:g} to {high:g} Hz", value, "Solve a wider band.")
+    return wanted
+
+
+def _curve_values(points: SolvedPoints, case: int, wanted: Array, tolerance: float) -> list[list[Value]]:
+    """The values of one curve at each frequency."""
+    solved = points.converged(case)
+    if not solved:
+        return [[] for _ in wanted]
+    return Interpolation(points.balance, solved, tolerance).values(2.0 * np.pi * wanted)
+
+
+def _dataset(
+    dataset: xr.Dataset, points: SolvedPoints, wanted: Array, curves: Sequence[list[list[Value]]], tolerance: float
+) -> xr.Dataset:
+    import xarray as xr
+
+    branches = max((len(values) for curve in curves for values in curve), default=0)
+    shape = (len(curves), max(branches, 1), len(wanted))
+    found = _empty(dataset, shape)
+    for case, i in product(range(len(curves)), range(len(wanted))):
+        if not curves[case][i]:
+            ended = Outcome(int(dataset["case_outcome"][case]))
+            found["outcome"][case, 0, i] = Outcome.EMPTY if ended == Outcome.CONVERGED else ended
+        for branch, value in enumerate(curves[case][i]):
+            _fill(found, (case, branch, i), points, value)
+    variables = {v.name: (_dims(v.dims), found[v.name], dataset[v.name].attrs) for v in SCHEMA if v.name in found}
+    variables |= {
+        name: (_dims(("case", "point")), found[name], {"units": "1", "long_name": words}) for name, words in OWN.items()
+    }
+    coords: dict[str, Any] = {v.name: dataset[v.name] for v in COORDINATES}
+    coords["frequency"] = ("frequency", wanted, dataset["frequency"].attrs)
+    attrs = {name: dataset.attrs[name] for name in ("title", "study", "harmonics", "samples")}
+    return stamped(xr.Dataset(variables, coords, attrs | {"tolerance": tolerance}), "response_at")
+
+
+def _dims(dims: Sequence[str]) -> tuple[str, ...]:
+    """Those of a point's variable, with the times a curve passes a frequency in place of points."""
+    return ("case", "branch", "frequency", *dims[2:])
+
+
+def _empty(dataset: xr.Dataset, shape: tuple[int, int, int]) -> dict[str, NDArray[Any]]:
+    found: dict[str, NDArray[Any]] = {name: np.full((*shape, *dataset[name].shape[2:]), np.nan) for name in KEPT}
+    return found | {
+        "outcome": np.zeros(shape, dtype=np.int8),
+        "solved": np.zeros(shape, dtype=np.int8),
+        "error": np.full(shape, np.nan),
+    }
+
+
+def _fill(found: dict[str, NDArray[Any]], place: tuple[int, int, int], points: SolvedPoints, value: Value) -> None:
+    found["solved"][place] = value.solved
+    if value.evaluation is None:
+        found["outcome"][place] = Outcome.NOT_CONVERGED
+        return
+    found["outcome"][place] = Outcome.CONVERGED
+    found["residual"][place], found["error"][place] = value.evaluation.error, value.error
+    for name, values in point_values(points.balance, points.rows, value.evaluation).items():
+        found[name][place] = values
