@@ -2,6 +2,10 @@
 
 numba's cache of a kernel does not notice when a kernel that it calls, in another file, has changed. The cache folder therefore
 carries a digest of all kernel sources: a change anywhere compiles anew, and an old result is never used with new code.
+
+A Ctrl-C that comes while a kernel runs is handled at the next Python code. With numba's own code that is where it makes the
+result: it unpickles the class of each array and calls that of each named tuple, does not look whether these fail, and the process
+ends with a segmentation fault. Here results are made without running Python code; the Ctrl-C then meets the caller.
 """
 
 from __future__ import annotations
@@ -12,9 +16,11 @@ import shutil
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numba
-from numba import njit
+from numba import njit, types
+from numba.core import boxing, pythonapi
 
 __all__ = ["njit"]
 
@@ -26,8 +32,8 @@ UNUSED_SECONDS = 3 * 86400.0
 
 
 def _digest() -> str:
-    """Digest of the sources of all kernels: every file with a compiled function."""
-    digest = hashlib.sha256()
+    """Digest of the sources of all kernels: every file with a compiled function, and this one."""
+    digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted(path for folder in _FOLDERS for path in (_PACKAGE / folder).glob("*.py")):
         source = path.read_bytes()
         if b"@njit" in source:
@@ -55,3 +61,33 @@ def _cache_folder() -> Path:
 
 if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
+
+
+def _constant(each: Any, context: Any) -> Any:
+    """A reference to an object that the compiled code keeps."""
+    found = context.env_manager.read_const(context.env_manager.add_const(each))
+    context.pyapi.incref(found)
+    return found
+
+
+def _array(kind: Any, value: Any, context: Any) -> Any:
+    """Code that turns a native array into a Python object: numba's, with a constant for what it would unpickle."""
+    api = context.pyapi
+    api.serialize_object, api.unserialize = (lambda each: each), (lambda each: _constant(each, context))
+    try:
+        return boxing.box_array(kind, value, context)
+    finally:
+        del api.serialize_object, api.unserialize
+
+
+def _named_tuple(kind: Any, value: Any, context: Any) -> Any:
+    """Code that turns a native named tuple into a Python object, by `tuple.__new__(class, items)`."""
+    api = context.pyapi
+    parts = _constant(tuple.__new__, context), _constant(kind.instance_class, context), boxing.box_tuple(kind, value, context)
+    made = api.call_function_objargs(parts[0], parts[1:])
+    for each in parts:
+        api.decref(each)
+    return made
+
+
+pythonapi._boxers.functions |= {types.Array: _array, types.NamedTuple: _named_tuple, types.NamedUniTuple: _named_tuple}

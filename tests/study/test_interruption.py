@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from stickslip.results import open_results
 
 resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
 
+needs_proc = pytest.mark.skipif(sys.platform != "linux", reason="lists processes as Linux does")
 LEVELS = [round(level, 3) for level in np.geomspace(0.3, 2.0, 8).tolist()]
 STUDY = f"""
 [study]
@@ -76,6 +78,19 @@ def alive_in_session(leader):
             continue
         if int(session) == leader and state not in "ZX":
             found.append(stat.parent.name)
+    return found
+
+
+def workers_of(process):
+    """Processes that compute for another one."""
+    children = Path(f"/proc/{process}/task/{process}/children")
+    if not children.exists():
+        return []
+    found = []
+    for child in children.read_text().split():
+        with suppress(OSError):
+            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                found.append(int(child))
     return found
 
 
@@ -189,17 +204,52 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(folder, reference)
     assert len(kept(folder)) >= 3
 
 
+IN_PYTHON = """
+import os, signal, threading
+import stickslip as ss
+signal.signal(signal.SIGINT, signal.default_int_handler)
+for seconds in [0.0] + [0.02 + 0.0137 * k for k in range(12)]:
+    if seconds:
+        threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+    try:
+        while True:
+            ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 1.0, harmonics=5)
+            if not seconds:
+                break
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+def test_ctrl_c_while_compiled_code_runs_is_an_exception_in_python():
+    """Not the end of the process: results of kernels are made without running Python code, which would raise half-way."""
+    process = subprocess.run([sys.executable, "-c", IN_PYTHON], capture_output=True, text=True, check=False, timeout=300)
+    assert process.returncode == 0, process.stderr
+    assert process.stdout == "interrupted\n" * 12
+
+
+@needs_proc
+@pytest.mark.parametrize("seconds", [0.0, 0.1, 0.3, 0.6, 1.0])
+def test_ctrl_c_while_processes_start_says_so_and_no_more(folder, reference, seconds):
+    process = subprocess.Popen(arguments(folder, "--workers", "2"), stderr=subprocess.PIPE, text=True, start_new_session=True)
+    ends = time.monotonic() + 60.0
+    while not workers_of(process.pid) and process.poll() is None and time.monotonic() < ends:
+        time.sleep(0.005)
+    time.sleep(seconds)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert "Traceback" not in errors
+    nothing_left_running(process.pid)
+
+
+@needs_proc
 def test_a_killed_worker_loses_nothing(folder, reference):
     """Its curve is computed by the others."""
     process = subprocess.Popen(arguments(folder, "--workers", "2"), stdout=subprocess.DEVNULL, start_new_session=True)
     ends = time.monotonic() + 60.0
     while not kept(folder) and time.monotonic() < ends:
         time.sleep(0.01)
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    if not children.exists():
-        process.wait(timeout=120)
-        pytest.skip("the system does not list children")
-    workers = [int(pid) for pid in children.read_text().split() if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    workers = workers_of(process.pid)
     assert workers
     os.kill(workers[0], signal.SIGKILL)
     assert process.wait(timeout=120) == 0

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import connection, get_context
+from multiprocessing import connection, get_context, resource_tracker
 from os import _exit
 from typing import TYPE_CHECKING, Any
 
@@ -136,6 +136,7 @@ def _interrupts_for_this_process_only() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    resource_tracker.ensure_running()  # it lets the signal through again when it starts
     here = threading.current_thread() is threading.main_thread()
     met = threading.Event()
     handler = signal.signal(signal.SIGINT, lambda number, frame: met.set()) if here else None
