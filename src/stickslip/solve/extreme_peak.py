@@ -72,6 +72,17 @@ class AtPeak:
             raise UnsolvedError
         return self._at(balance, variables, evaluation)
 
+    def sample(self, variables: Array) -> Extreme:
+        """What a start state gives on its whole curve."""
+        return self.traced(variables)[0]
+
+    def confirmed(self, found: Extreme) -> Extreme:
+        """The highest peak of the whole curve, where that is solved: the one that was followed may not be it."""
+        try:
+            return self.sample(found.variables)
+        except UnsolvedError:
+            return found
+
     def traced(self, variables: Array) -> tuple[Extreme, Array]:
         """The same by tracing the whole curve; raises `UnsolvedError`."""
         self.traces += 1

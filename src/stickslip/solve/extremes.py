@@ -115,6 +115,12 @@ class AtFrequency:
         balance, evaluation = self.solutions.solve(variables)
         return Extreme(variables.copy(), self.objective(balance, evaluation)[0], balance, evaluation)
 
+    sample = point
+
+    def confirmed(self, found: Extreme) -> Extreme:
+        """A solution here stands for itself."""
+        return found
+
     def value(self, variables: Array) -> tuple[Extreme, Array]:
         """What a start state gives, and the gradient."""
         balance, evaluation = self.solutions.solve(variables)

@@ -68,8 +68,8 @@ def response_bounds(
     objective: "amplitude" |X_1| of the output; "loss_factor", least for the upper and largest for the lower bound (S4);
     "peak" |X_1| at the resonance.
     cloud: start states sampled at every frequency, half of them corners; the `starts` best begin a search each, besides the
-    virgin state and the optima of neighbouring frequencies; leaps from what was found follow. Gradients are exact; extremes are
-    multimodal, so a bound is the best found.
+    virgin state and the optima of neighbouring frequencies, or force levels for the peak; leaps from what was found follow.
+    Gradients are exact; extremes are multimodal, so a bound is the best found.
     """
     of_kind("problem", problem, Problem)
     levels = tuple(positive("force", level) for level in np.atleast_1d(numbers("force", force)))

@@ -1,0 +1,157 @@
+"""The search for the lowest and the highest response at neighbouring places: frequencies, or peaks at several force levels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.analyses.work import Tell
+from stickslip.checks import Array
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.cycle import contact_cycle
+from stickslip.harmonic.energy import EnergyBalance
+from stickslip.outcome import Outcome
+from stickslip.solve.extremes import Effort, Extreme, Place, extreme, leapt
+from stickslip.solve.start_solutions import UnsolvedError
+
+BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
+
+NEIGHBOUR_GAIN = 1e-5
+"""A neighbour's optimum begins another search where it is better by this share."""
+
+
+class Searched(Place, Protocol):
+    """A place where start states are sampled too."""
+
+    @property
+    def solves(self) -> int:
+        """Solutions computed so far."""
+
+    def sample(self, variables: Array) -> Extreme:
+        """What a start state gives, whatever is known of others; raises `UnsolvedError`."""
+
+    def confirmed(self, found: Extreme) -> Extreme:
+        """What the start state of a search's result gives by itself."""
+
+
+class BoundsSearch:
+    """The search at neighbouring places, which hand their optima on to each other.
+
+    cloud (starts, variables): start states sampled at every place; the `starts` best of them and the virgin one begin a search
+    each. falling: the upper bound of the response is where the objective is least, as the loss factor is.
+    """
+
+    def __init__(
+        self, places: Sequence[Searched], cloud: Array, starts: int, effort: Effort | None, seed: int, falling: bool = False
+    ) -> None:
+        self.places, self.cloud, self.starts, self.effort, self.falling = places, cloud, starts, effort, falling
+        self.rng = np.random.default_rng(seed)
+        self.why_not = Outcome.NOT_CONVERGED
+        self.samples: list[list[Extreme | None]] = []
+        self.best: list[list[Extreme | None]] = [[None] * len(places) for _ in BOUNDS]
+
+    def run(self, tell: Tell) -> None:
+        """There, with the optimum of one place handed on to the next, and back, where a neighbour's is better."""
+        for k, place in enumerate(self.places):
+            self.samples.append([])
+            for j, variables in enumerate(self.cloud):
+                tell((k + 0.4 * j / len(self.cloud)) / len(self.places))
+                self.samples[k].append(self._sample(place, variables))
+            for bound in range(len(BOUNDS)):
+                tell((k + 0.4 + 0.3 * bound) / len(self.places))
+                self.best[bound][k] = self._first(k, bound)
+        for k in range(len(self.places) - 2, -1, -1):
+            for bound in range(len(BOUNDS)):
+                self.best[bound][k] = self._mended(k, bound)
+
+    def _toward(self, bound: int) -> float:
+        """The direction of the objective that a bound asks for."""
+        return -SIGNS[bound] if self.falling else SIGNS[bound]
+
+    def _first(self, k: int, bound: int) -> Extreme | None:
+        """The best of what the searches find from the optimum of the place before, the virgin state and the best of the cloud."""
+        before, toward = self.best[bound][k - 1] if k else None, self._toward(bound)
+        ranked = sorted((one for one in self.samples[k][1:] if one is not None), key=lambda one: -toward * one.value)
+        begins = [] if before is None else [before.variables]
+        found = self._found(k, toward, [*begins, self.cloud[0], *(one.variables for one in ranked[: self.starts])])
+        return _best(toward, found, *self.samples[k])
+
+    def _mended(self, k: int, bound: int) -> Extreme | None:
+        """The better one of the optimum and what the search finds from the next place's start state, where that looks better."""
+        own, after, toward = self.best[bound][k], self.best[bound][k + 1], self._toward(bound)
+        trial = None if after is None else self._sample(self.places[k], after.variables)
+        if trial is None or (own is not None and toward * (trial.value - own.value) < NEIGHBOUR_GAIN * abs(own.value)):
+            return own
+        return _best(toward, own, trial, self._found(k, toward, [trial.variables]))
+
+    def _found(self, k: int, toward: float, begins: Sequence[Array]) -> Extreme | None:
+        """What the search finds from several start states."""
+        place = self.places[k]
+        try:
+            found = extreme(place, toward, begins, self.effort)
+        except UnsolvedError:
+            return None
+        return place.confirmed(leapt(place, toward, found, self.rng, self.effort))
+
+    def _sample(self, place: Searched, variables: Array) -> Extreme | None:
+        try:
+            return place.sample(variables)
+        except UnsolvedError as reason:
+            self.why_not = reason.outcome
+            return None
+
+
+def _best(toward: float, *found: Extreme | None) -> Extreme | None:
+    return max((one for one in found if one is not None), key=lambda one: toward * one.value, default=None)
+
+
+_B = ("bound", "frequency")
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "amplitude": (_B, "m", "amplitude of the first harmonic"),
+    "loss_factor": (_B, "1", "loss factor"),
+    "resonance": (_B, "Hz", "frequency of the solution"),
+    "outcome": (_B, "1", "what came of the search"),
+    "start_variable": ((*_B, "variable"), "1", "start variable in [-1, 1]"),
+    "start_value": ((*_B, "element"), "SI", "start value of each friction element"),
+    "contact_motion": ((*_B, "row", "sample"), "m", "relative displacement of the contact over the period"),
+    "contact_force": ((*_B, "row", "sample"), "N", "contact force over the period"),
+    "sampled_amplitude": (("start", "frequency"), "m", "amplitude of sampled start states"),
+    "sampled_loss_factor": (("start", "frequency"), "1", "loss factor of sampled start states"),
+    "solves": (("frequency",), "1", "solutions computed"),
+    "unsolved": (("frequency",), "1", "sampled start states without a solution"),
+}
+"""What is found: dimensions, unit and meaning. The places of a search stand along frequency."""
+
+
+def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int) -> dict[str, NDArray[Any]]:
+    """What a search found, for an output."""
+    space, count = search.places[0].space, len(search.places)
+    sizes = {"bound": len(BOUNDS), "frequency": count, "variable": space.size, "element": space.group.size}
+    sizes |= {"row": balance.rows, "sample": balance.tables.E.shape[0], "start": len(search.cloud)}
+    arrays = {name: np.full([sizes[d] for d in dims], np.nan) for name, (dims, _, _) in VARIABLES.items()}
+    arrays["outcome"] = np.full((len(BOUNDS), count), Outcome.CONVERGED, dtype=np.int8)
+    arrays["solves"] = np.array([place.solves for place in search.places])
+    energy, row = EnergyBalance(balance), balance.rows + output
+    for at in np.ndindex(len(BOUNDS), count):
+        found = search.best[at[0]][at[1]]
+        if found is None:
+            arrays["outcome"][at] = search.why_not
+            continue
+        evaluation, values = found.evaluation, search.places[at[1]].space.values(found.variables)
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        arrays["amplitude"][at] = np.hypot(*evaluation.w[row, 1:3])
+        arrays["loss_factor"][at] = energy.at(evaluation, cycle).loss_factor
+        arrays["resonance"][at] = evaluation.point.omega / (2.0 * np.pi)
+        arrays["start_variable"][at], arrays["start_value"][at] = found.variables, values
+        arrays["contact_motion"][at], arrays["contact_force"][at] = cycle.displacement, cycle.force
+    for k, samples in enumerate(search.samples):
+        arrays["unsolved"][k] = sum(sample is None for sample in samples)
+        for start, sample in enumerate(samples):
+            if sample is not None:
+                cycle = contact_cycle(sample.evaluation.table, balance.tables, sample.evaluation.w)
+                arrays["sampled_amplitude"][start, k] = np.hypot(*sample.evaluation.w[row, 1:3])
+                arrays["sampled_loss_factor"][start, k] = energy.at(sample.evaluation, cycle).loss_factor
+    return arrays
