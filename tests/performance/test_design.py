@@ -100,3 +100,46 @@ def test_the_stuck_blade_and_wedge_has_its_closed_form_frequency():
     stiffness = kt * kn / (2.0 * (kt * np.sin(alpha) ** 2 + kn * np.cos(alpha) ** 2))
     found = ss.rigs.blade_and_wedge(damper_mass=1e-7).frequencies(stuck=True)[0]
     assert found == pytest.approx(sqrt((2e6 + stiffness) / 0.5) / (2.0 * pi), rel=1e-6)
+
+
+def test_a_design_that_jams_is_refused_before_it_is_computed():
+    """At 60 degrees 1 − μ tan α is negative with μ = 0.6 and 1.2 alike: no problem is made beyond the check of the middle."""
+    made = []
+
+    def wedge(*, friction: float, angle: float) -> ss.Problem:
+        made.append(angle)
+        return ss.rigs.blade_and_wedge(platform_angle=angle, mu=friction)
+
+    limits = {"no jamming": NoJamming("angle"), "no lift-off": NoLiftOff()}
+    effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "samples": 64}
+    with pytest.raises(ss.InputError, match="none does; the nearest breaks no jamming"):
+        ss.design_damper(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
+    assert len(made) == 1
+
+
+def test_designs_without_a_peak_in_some_condition_are_named_and_come_last(monkeypatch):
+    """Start states from which no peak is solved are failures of the design, by force level, friction and start."""
+    from stickslip.analyses.performance import worst_peak
+    from stickslip.report.design import failures, sentences, tables
+
+    def fails_with_much_friction(search, mu, level, start, *rest):
+        if search.variables["load"] > 3.0:
+            search.failed.append((level, mu, start))
+
+    monkeypatch.setattr(worst_peak._Search, "_from_start", fails_with_much_friction)
+    found = small(friction_factor=1.0, designs=4, refinements=0, starts=1).dataset
+    loads = found.value.values[:, 0]
+    assert np.array_equal(found.failed.values > 0, loads > 3.0)
+    assert found.optimum.values[0] < 3.0
+    failed = found.isel(design=int(np.argmax(loads)))
+    assert (failed.failed_force.values[0], failed.failed_friction.values[0], failed.failed_start.values[0]) == (1.0, 0.4, 1.0)
+    assert any(
+        f"load = {loads.max():.4g}: no peak solved at force level 1 with friction 0.4" in words for words in failures(found)
+    )
+    assert "only where a peak was solved" in sentences(found)[-1]
+    assert set(tables(found)["designs"]["constraints"]) == {"met", "met where a peak was solved"}
+
+
+def test_no_design_is_computed_twice():
+    value = small(friction_factor=1.0).dataset.value.values[:, 0]
+    assert np.unique(value).size == value.size

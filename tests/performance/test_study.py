@@ -71,6 +71,24 @@ def test_plan_of_what_matters(tmp_path):
         ("performance", "[3.0, 100.0]", "[100.0, 3.0]", "low below high"),
         ("performance", "frequency = [280.0, 390.0]", "at = [300.0]", "must have a band"),
         ("performance", 'vary = "force"', 'vary = "mass"', "vary"),
+        (
+            "performance",
+            "friction = [0.2, 0.4]",
+            "friction = [0.2, 0.2]",
+            "friction must be unique, but 0.2 is given more than once",
+        ),
+        ("performance", "friction = [0.2, 0.4]", "friction = [0.0]", "friction"),
+        (
+            "performance",
+            "harmonics = 5",
+            "force_levels = [1, 2]",
+            "force_levels must be left out, since force_ratio says the forces",
+        ),
+        ("band", "harmonics = 3", "force_levels = [2]", "force_levels must be left out"),
+        ("design", "kt = 8e5", "damper_mass = 0.1", "must not be among the parameters, which stay, but is 0.1"),
+        ("design", "platform_angle = [15.0, 60.0]", "platform_angle = [15.0, 120.0]", "between 0 and 90 degrees, but is 120"),
+        ("design", "force = [5.0, 20.0]", "force = [5.0, 5.0]", "levels must be 1 where both ends of force are the same"),
+        ("design", "levels = 2", "levels = 1", "levels must be 1 where both ends"),
         ("design", 'rig = "blade_and_wedge"', 'rig = "blade_and_wedg"', "Did you mean 'blade_and_wedge'"),
         ("design", "damper_mass = [0.02, 0.1]", "damper_mas = [0.02, 0.1]", "Did you mean 'damper_mass'"),
         ("design", "[15.0, 60.0]", "[60.0, 15.0]", "low below high"),
@@ -134,3 +152,19 @@ def test_a_design_is_told_after_a_round_trip_to_disk(tmp_path):
     assert "worst resonance of the best design" in told.sentences(dataset)[0]
     assert len(told.tables(dataset)["designs"]) == dataset.sizes["design"]
     assert told.figures(dataset)["design_space"](dataset).axes
+
+
+def test_figures_of_curves_without_any_peak_are_drawn(tmp_path):
+    """Nothing but NaN where sweeps were lost everywhere: no figure or report may break on it."""
+    curve = ss.performance_curve(ss.rigs.single_mass(kt=0.5), [0.8, 1.5, 4.0], friction=[0.5], harmonics=1, samples=64).dataset
+    names = [name for name in curve.data_vars if curve[name].dims[:1] == ("case",) and curve[name].dtype == float]
+    lost = curve.assign({name: curve[name] * np.nan for name in names})
+    told = presentation_of(lost := stamped(lost, "performance_curve"))
+    assert told.sentences(lost) == ["friction 0.5: no resonance was found"]
+    for name, draw in told.figures(lost).items():
+        draw(lost).savefig(tmp_path / f"{name}.png")
+    band = ss.performance_band(ss.rigs.single_mass(kt=0.5), [0.8, 1.5], cloud=0, starts=0, harmonics=1, samples=64).dataset
+    lost = band.assign({name: band[name] * np.nan for name in band.data_vars if band[name].dtype == float})
+    told = presentation_of(lost := stamped(lost, "performance_band"))
+    assert told.sentences(lost)
+    told.figures(lost)["performance_band"](lost).savefig(tmp_path / "band.png")

@@ -53,7 +53,10 @@ class OneLimit:
 
 @pytest.mark.parametrize(
     ("changed", "words"),
-    [({"draws": 6}, "draws must be a power of two"), ({"parameters": {"limit": (2.0, 1.0)}}, "parameters must be")],
+    [
+        ({"draws": 6}, "draws must be a power of two"),
+        ({"parameters": {"limit": (2.0, 1.0)}}, r"parameters, limit must be \(low, high\)"),
+    ],
 )
 def test_wrong_input_is_said(changed, words):
     settings = {"parameters": {"limit": (1.0, 2.0)}, "band": BAND} | changed

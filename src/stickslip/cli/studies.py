@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import counted, fault, positive, unique
+from stickslip.checks import InputError, counted, fault, positive, unique
 from stickslip.cli.app import guarded
 from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
@@ -187,11 +187,22 @@ def computed_and_written(run: Run) -> list[str]:
             say(f"Nothing is left to compute: the results in {run.folder} are complete.")
         else:
             say_kept(run, len(kept))
-            with progress(run.words) as tell:
-                datasets = run.computed(kept, tell)
+            datasets = computed(run, kept)
         broken = finish(datasets, run.folder)
     kept.remove(kept.folder)
     return broken
+
+
+def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
+    """The results; a study that turns out to be wrong leaves nothing behind."""
+    try:
+        with progress(run.words) as tell:
+            return run.computed(kept, tell)
+    except InputError:
+        kept.remove(kept.folder)
+        if not any(run.folder.iterdir()):
+            run.folder.rmdir()
+        raise
 
 
 def say_kept(run: Run, count: int) -> None:

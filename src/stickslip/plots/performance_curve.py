@@ -66,11 +66,16 @@ def performance_band(dataset: xr.Dataset) -> Figure:
         for bound, (colour, words) in enumerate(((CONTACTS[0], "lowest"), (CONTACTS[5], "highest"))):
             top.plot(x, dataset["amplitude_per_force"].values[:, bound], ".-", color=colour, label=words)
             bottom.plot(x, dataset["frequency"].values[:, bound], ".-", color=colour)
-        top.set(xscale="log", yscale="log", ylabel="peak per force in m/N")
+        top.set(xscale="log", yscale=_scale(dataset["amplitude_per_force"].values), ylabel="peak per force in m/N")
         bottom.set(xlabel="F_C/F_E", ylabel="frequency in Hz")
         top.set_title(f"Band of the performance curve: {plain(dataset.attrs['title'])}")
         top.legend()
     return figure
+
+
+def _scale(heights: np.ndarray) -> Literal["log", "linear"]:
+    """A logarithmic axis needs a value."""
+    return "log" if np.isfinite(heights).any() else "linear"
 
 
 def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> np.ndarray:
@@ -103,7 +108,8 @@ def _strip(axes: Axes, dataset: xr.Dataset, case: int, x: np.ndarray) -> None:
 def _finish(top: Axes, bottom: Axes, strips: Axes, dataset: xr.Dataset, quantity: str, collapsed: bool) -> None:
     attributes = dataset[quantity].attrs
     units = "" if attributes["units"] == "1" else f" in {attributes['units'].replace('s2', 's²')}"
-    top.set(xscale="log", yscale="log", ylabel=f"{attributes['long_name']}{units}".replace("relative", "\nrelative"))
+    scale = _scale(dataset[quantity].values)
+    top.set(xscale="log", yscale=scale, ylabel=f"{attributes['long_name']}{units}".replace("relative", "\nrelative"))
     top.set_title(f"Performance curve: {plain(dataset.attrs['title'])}")
     for key, style in LIMITS.items():
         bottom.axhline(float(dataset[f"{key}_frequency"].values[0]), color=GREY, linestyle=style, linewidth=0.9)

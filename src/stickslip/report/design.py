@@ -33,14 +33,32 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines.append(
             f"over all start states a search finds {searched:.4g} {units} there, {100.0 * more:+.2g} % of the drawn ones"
         )
-    refused = int(np.count_nonzero(dataset["allowed"].values == 0))
-    return [*lines, f"{dataset.sizes['design']} designs computed, {refused} of them break a constraint"]
+    refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
+    partly = int(np.count_nonzero((dataset["allowed"].values == 1) & (dataset["failed"].values > 0)))
+    lines.append(f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint")
+    return [*lines, f"{partly} met the constraints only where a peak was solved and come last"] if partly else lines
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """How many conditions gave no peak."""
-    failed = int(np.sum(dataset["failed"].values))
-    return [f"{failed} conditions of all designs gave no solved peak"] if failed else []
+    """Each design with conditions that gave no peak, and which they are."""
+    return [
+        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst may be higher"
+        for k in np.flatnonzero(dataset["failed"].values).tolist()
+    ]
+
+
+def _variables(dataset: xr.Dataset, design: int) -> list[str]:
+    values = dataset["value"].values[design]
+    return [f"{name} = {value:.4g}" for name, value in zip(dataset["variable"].values, values, strict=True)]
+
+
+def _conditions(dataset: xr.Dataset, design: int) -> str:
+    """The conditions of a design without a peak, in words."""
+    cases = np.stack([dataset[f"failed_{key}"].values[design] for key in ("force", "friction", "start")], axis=-1)
+    return ", ".join(
+        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'drawn start {start:.0f}'}"
+        for force, mu, start in cases[np.isfinite(cases[:, 0])]
+    )
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
@@ -52,7 +70,9 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     table["at Hz"] = dataset["worst_frequency"].values
     table["at force level"] = dataset["worst_force"].values
     table["at friction"] = dataset["worst_friction"].values
-    table["constraints"] = np.where(dataset["allowed"].values == 1, "met", "broken")
+    told = np.where(dataset["failed"].values > 0, "met where a peak was solved", "met")
+    table["constraints"] = np.where(dataset["allowed"].values == 1, told, "broken")
+    table["conditions without a peak"] = dataset["failed"].values.astype(int)
     return {"designs": table.iloc[np.lexsort((dataset["worst_peak"].values, -dataset["allowed"].values))]}
 
 

@@ -24,6 +24,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for case, mu in enumerate(dataset["friction"].values):
         one = {name: float(dataset[name].values[case]) for name in _OPTIMUM}
         name = "friction of the problem" if np.isnan(mu) else f"friction {mu:g}"
+        if not np.isfinite(one["optimum_ratio"]):
+            lines.append(f"{name}: no resonance was found")
+            continue
         ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "beyond the range" for key in ("plateau_low", "plateau_high")]
         lines.append(
             f"{name}: lowest resonance {one['optimum_amplitude_per_force']:.4g} m/N at F_C/F_E = {one['optimum_ratio']:.4g} and "

@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.work import Arrays, Work
+from stickslip.analyses.work import Arrays, Progress, Work
 from stickslip.checks import counted
 from stickslip.problem import Problem
 from stickslip.study.fields import Table
@@ -41,6 +41,14 @@ class Plan(Protocol):
     def content(self) -> str:
         """Tells apart what the files that its tables name hold; "" where they name none."""
         return ""
+
+
+@runtime_checkable
+class SearchingPlan(Plan, Protocol):
+    """A plan that goes on from its cases by a search, one step after the other, and tells how far it is."""
+
+    def searched(self, results: Mapping[str, Sequence[Arrays]], progress: Progress) -> xr.Dataset:
+        """The labelled results of all works and of the search."""
 
 
 @dataclass(frozen=True, eq=False)

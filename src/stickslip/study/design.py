@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.performance.design import DesignWork, conditions_of, finished_design, planned_design
+from stickslip.analyses.performance.arguments import made
+from stickslip.analyses.performance.conditions import conditions_of
+from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
-from stickslip.analyses.work import Arrays, Work
+from stickslip.analyses.work import Arrays, Progress, Work
 from stickslip.checks import fault, nearest
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
@@ -37,7 +39,7 @@ class DesignTable(Table):
         Positive | None, Field(description="m/s²: the argument `pull` follows the argument `damper_mass` by this factor")
     ] = None
     force: Annotated[Ends, Field(description="[low, high] of the force level")]
-    levels: Annotated[int, Field(ge=2, description="force levels between them, in equal ratios")] = 3
+    levels: Annotated[int, Field(ge=1, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
     friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
     starts: Annotated[int, Field(ge=0, description="drawn start states beside virgin contacts")] = 2
@@ -94,6 +96,8 @@ def known(table: DesignTable) -> None:
         if name not in arguments:
             raise fault("An argument of the rig", "must be a known one", name, nearest(name, arguments))
     for name, (low, high) in table.variables.items():
+        if name in table.parameters:
+            raise fault(f"variables, {name}", "must not be among the parameters, which stay", table.parameters[name])
         if low >= high:
             raise fault(f"variables, {name}", "must be [low, high] with low below high", [low, high])
     given = {**table.parameters, **table.variables}
@@ -101,6 +105,16 @@ def known(table: DesignTable) -> None:
         raise fault("acceleration", "must go with damper_mass and a rig with an argument pull", table.acceleration)
     if table.no_jamming is not None and table.no_jamming not in table.variables:
         raise fault("no_jamming", "must name a variable", table.no_jamming, nearest(table.no_jamming, table.variables))
+    corners_exist(table)
+
+
+def corners_exist(table: DesignTable) -> None:
+    """The rig can be made at the ends of every variable, the others in the middle."""
+    make = RigDesign(table.rig, table.parameters, table.acceleration)
+    middle = {name: 0.5 * (low + high) for name, (low, high) in table.variables.items()}
+    for name, ends in table.variables.items():
+        for value in ends:
+            made(make, friction=table.friction, **(middle | {name: value}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +126,9 @@ class DesignPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> DesignPlan:
         """The plan of a study."""
-        return cls(DesignTable.model_validate(asked.tables["design"]))
+        plan = cls(DesignTable.model_validate(asked.tables["design"]))
+        _ = plan.work.conditions
+        return plan
 
     @property
     def summary(self) -> str:
@@ -134,7 +150,11 @@ class DesignPlan(Plan):
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return finished_design(self.work, results[""], self.table.generations, self.table.refinements)
+        return self.searched(results, lambda fraction, text: None)
+
+    def searched(self, results: Mapping[str, Sequence[Arrays]], progress: Progress) -> xr.Dataset:
+        """The search goes on from the designs computed."""
+        return finished_design(self.work, results[""], self.table.generations, self.table.refinements, progress)
 
 
 DAMPER_DESIGN = Kind(DesignPlan.of, {"design": DesignTable}, ("design",), {"design": known}, on_problem=False)

@@ -15,9 +15,9 @@ from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.work import Arrays, Work
-from stickslip.checks import InputError, fault
+from stickslip.checks import InputError, fault, unique
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import NotNegative, Positive, Table
+from stickslip.study.fields import Positive, Table
 from stickslip.study.forced_response import sweep_of
 from stickslip.study.tables import Ends
 from stickslip.study.variability import StartsTable
@@ -32,7 +32,7 @@ class PerformanceTable(Table):
     force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
     points: Annotated[int, Field(ge=2, description="values of F_C/F_E, in equal ratios")] = 40
     friction: Annotated[
-        list[NotNegative] | None,
+        list[Positive] | None,
         Field(min_length=1, description="coefficients of all contacts; those of the problem unless given"),
     ] = None
     vary: Annotated[Literal["force", "preload"], Field(description="which of the two forces changes")] = "force"
@@ -58,6 +58,8 @@ def ordered(table: PerformanceTable | BandTable) -> None:
     low, high = table.force_ratio
     if low >= high:
         raise fault("force_ratio", "must be [low, high] with low below high", table.force_ratio)
+    if isinstance(table, PerformanceTable) and table.friction is not None:
+        unique("friction", table.friction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ class PerformancePlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        return cls(sweep_over_a_band(asked), PerformanceTable.model_validate(asked.tables["performance"]))
+        return cls(sweep_at_ratios(asked), PerformanceTable.model_validate(asked.tables["performance"]))
 
     @property
     def summary(self) -> str:
@@ -104,7 +106,7 @@ class BandPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> BandPlan:
         """The plan of a study."""
-        sweep = sweep_over_a_band(asked)
+        sweep = sweep_at_ratios(asked)
         refuse_discs(sweep.problem)
         return cls(sweep, BandTable.model_validate(asked.tables["performance_band"]))
 
@@ -134,6 +136,15 @@ def sweep_over_a_band(asked: Asked) -> Sweep:
     sweep = sweep_of(asked)
     if isinstance(sweep.frequencies, tuple):
         raise InputError("[sweep]: a performance curve must have a band, frequency = [start, stop], but has a list.")
+    return sweep
+
+
+def sweep_at_ratios(asked: Asked) -> Sweep:
+    """The sweep over a band of an analysis whose F_C/F_E says how large the excitation is."""
+    sweep = sweep_over_a_band(asked)
+    if sweep.force_levels != (1.0,):
+        given = ", ".join(f"{level:g}" for level in sweep.force_levels)
+        raise InputError(f"[sweep]: force_levels must be left out, since force_ratio says the forces, but is [{given}].")
     return sweep
 
 

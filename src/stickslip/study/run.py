@@ -18,6 +18,7 @@ from stickslip.checks import InputError
 from stickslip.files import sweep
 from stickslip.finished import FinishedFolder
 from stickslip.results import open_results, save, stamped
+from stickslip.study.analysis import SearchingPlan
 from stickslip.study.read import Job
 
 if TYPE_CHECKING:
@@ -93,7 +94,9 @@ class Run:
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
             said = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
-            datasets[name] = stamped(job.plan.dataset(own)).assign_attrs(said)
+            plan = job.plan
+            dataset = plan.searched(own, progress) if isinstance(plan, SearchingPlan) else plan.dataset(own)
+            datasets[name] = stamped(dataset).assign_attrs(said)
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 

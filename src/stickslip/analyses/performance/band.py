@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import all_cases
+from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, output_of, ratios_of
+from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
-from stickslip.analyses.performance.work import OUTSIDE
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
-from stickslip.solve.linear_peak import linear_peak
 from stickslip.solve.start_space import Rule, Sharing
 from stickslip.units import Band
 
@@ -65,10 +65,11 @@ def performance_band(
 
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
     """
-    ratios = sorted({positive("force_ratio", value) for value in np.atleast_1d(np.asarray(force_ratio, dtype=float))})
-    ends = band or resonance_band(HarmonicBalance(problem, harmonics, samples), output)
-    search = (output, cloud, starts, rule, share, seed, harmonics, samples)
-    work = BoundsWork(problem, (ends.low, ends.high), force_levels(problem, ratios, pull), "peak", *search)
+    row, ratios, fineness = output_of(problem, output), ratios_of(force_ratio), fineness_of(harmonics, samples)
+    ends = ends_of(resonance_band(HarmonicBalance(problem, *fineness), row) if band is None else band)
+    effort = (at_least("cloud", cloud, 0), at_least("starts", starts, 0))
+    search = (row, *effort, rule, share, at_least("seed", seed, 0), *fineness)
+    work = BoundsWork(problem, ends, force_levels(problem, ratios, pull), "peak", *search)
     return PerformanceBand(band_dataset(work, ratios, all_cases(work, finished, workers, progress)), problem)
 
 
@@ -79,17 +80,14 @@ def force_levels(problem: Problem, ratios: Sequence[float], pull: float | None =
     return tuple(own / (ratio * unit) for ratio in ratios)
 
 
-def resonance_band(balance: HarmonicBalance, output: int) -> Band:
-    """A band that holds the free and the stuck resonance of an output."""
-    peaks = [linear_peak(balance, output, stuck).frequency for stuck in (False, True)]
-    return Band(OUTSIDE[0] * min(peaks), OUTSIDE[1] * max(peaks))
-
-
 def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Arrays]) -> xr.Dataset:
     """Bounds of the peak as a band over F_C/F_E."""
     import xarray as xr
 
     bounds, unit = work.gathered(results), excitation(work.problem)
+    if not np.isfinite(bounds["amplitude"].values).any():
+        ends = (min(work.frequencies), max(work.frequencies))
+        raise no_resonance(work.balance, work.output, ends, " at one of the values of F_C/F_E")
     force = unit * bounds["force_level"].values[:, None]
     at_peak = bounds.isel(frequency=0)
     per_force = at_peak["amplitude"].values / force

@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import all_cases
+from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, frictions_of, output_of, ratios_of
+from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import PerformanceWork, Vary, stacked
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
-from stickslip.checks import fault, not_negative, numbers, of_kind, positive
-from stickslip.harmonic.fourier import fourier
+from stickslip.checks import fault, positive
+from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.units import Band
 
@@ -91,20 +93,13 @@ def performance_curve(
     without contacts. `region` indexes stick, microslip, slip, lift-off. Source: S. M. Cameron et al. (1990); the one-mass model
     is Griffin's (1980).
     """
-    of_kind("problem", problem, Problem)
-    ratios = tuple(sorted({positive("force_ratio", value) for value in np.atleast_1d(numbers("force_ratio", force_ratio))}))
+    row, ratios, frictions = output_of(problem, output), ratios_of(force_ratio), frictions_of(friction)
     if vary not in ("force", "preload"):
         raise fault("vary", "must be force or preload", vary)
-    if not 0 <= output < len(problem.outputs):
-        raise fault("output", f"must be 0 to {len(problem.outputs) - 1}", output)
-    if check_every < 1:
-        raise fault("check_every", "must be at least 1", check_every)
-    fourier(harmonics, samples)
-    given = [np.nan] if friction is None else [not_negative("friction", mu) for mu in np.atleast_1d(np.asarray(friction, float))]
-    ends = None if band is None else (band.low, band.high)
+    ends = None if band is None else ends_of(band)
     own = None if pull is None else positive("pull", pull)
-    settings = (tuple(given), vary, ends, own, output, check_every, harmonics, samples)
-    work = PerformanceWork(problem, ratios, *settings)
+    settings = (row, at_least("check_every", check_every, 1), *fineness_of(harmonics, samples))
+    work = PerformanceWork(problem, ratios, frictions, vary, ends, own, *settings)
     return gathered(work, all_cases(work, finished, workers, progress))
 
 
@@ -151,10 +146,20 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 }
 
 
+def _refuse_no_resonance(work: PerformanceWork, results: Sequence[Arrays]) -> None:
+    """Refuse a band in which sweeps went well, but no curve has a peak anywhere."""
+    found = any(np.isfinite(result["amplitude"]).any() for result in results)
+    if not found and any(np.any(result["check_points"] > 0) for result in results):
+        low, high = results[0]["band"]
+        balance = HarmonicBalance(work.problem, work.harmonics, work.samples)
+        raise no_resonance(balance, work.output, (float(low), float(high)), " at one of the values of F_C/F_E")
+
+
 def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCurve:
     """All curves as one labelled dataset."""
     import xarray as xr
 
+    _refuse_no_resonance(work, results)
     data = {
         name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
         for name, (dims, units, words) in VARIABLES.items()

@@ -15,10 +15,12 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance.arguments import at_least, made, maker, output_of, ranges_of
+from stickslip.analyses.performance.conditions import Conditions, conditions_of
 from stickslip.analyses.performance.design_constraints import Constraint
-from stickslip.analyses.performance.worst_peak import Conditions, Worst, searched_peak, worst_peak
+from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
-from stickslip.checks import Array, InputError, fault, finite, not_negative, positive
+from stickslip.checks import Array, InputError, fault, of_kind
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 
@@ -97,11 +99,12 @@ def design_damper(
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
-    for name, value in (("generations", generations), ("refinements", refinements)):
-        not_negative(name, value)
+    more = at_least("generations", generations, 0), at_least("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs)
+    middle = [0.5 * (low + high) for low, high in work.box]
+    output_of(work.problem(middle, conditions.frictions[0]), output)
     results = all_cases(work, finished, workers, progress)
-    return Design(finished_design(work, results, generations, refinements, progress))
+    return Design(finished_design(work, results, *more, progress))
 
 
 def planned_design(
@@ -112,13 +115,16 @@ def planned_design(
     designs: int,
 ) -> DesignWork:
     """The first look at a design space: points of a Sobol' sequence in the box of the variables."""
-    if designs < 4:
-        raise fault("designs", "must be at least 4", designs)
-    box = _box(variables)
+    at_least("designs", designs, 4)
+    named = ranges_of("variables", variables)
+    for name, constraint in of_kind("constraints", constraints, Mapping).items():  # type: ignore[type-abstract]
+        if not callable(constraint):
+            raise fault(f"Constraint {name!r}", "must be a function of a Trial", constraint)
+    box, make = tuple(named.values()), maker(problem_of)
     low, high = np.array(box).T
     unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
     points = tuple(tuple(float(v) for v in row) for row in low + unit * (high - low))
-    return DesignWork(problem_of, tuple(variables), box, points, conditions, tuple(constraints), tuple(constraints.values()))
+    return DesignWork(make, tuple(named), box, points, conditions, tuple(constraints), tuple(constraints.values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,26 +162,30 @@ class DesignWork:
     def solve(self, case: int, tell: Tell) -> Arrays:
         """The worst peak of one design."""
         started = time.process_time()
-        worst = self.worst(self.points[case])
-        place = [worst.size, worst.frequency, worst.force, worst.friction, worst.start, worst.failed]
-        spent = {"cpu_seconds": np.array(time.process_time() - started)}
-        return {"point": np.array(self.points[case]), "place": np.array(place), "margins": np.array(worst.margins)} | spent
+        worst = self.worst(self.points[case], tell)
+        place = [worst.size, worst.frequency, worst.force, worst.friction, worst.start]
+        found = {
+            "point": self.points[case],
+            "place": place,
+            "margins": worst.margins,
+            "cpu_seconds": time.process_time() - started,
+        }
+        return {name: np.array(value) for name, value in found.items()} | {"failed": np.array(worst.failed).reshape(-1, 3)}
 
-    def worst(self, point: Sequence[float]) -> Worst:
+    def problem(self, point: Sequence[float], friction: float) -> Problem:
+        """The problem of a point of the design space."""
+        return made(self.problem_of, friction=friction, **dict(zip(self.variables, map(float, point), strict=True)))
+
+    def worst(self, point: Sequence[float], tell: Tell = lambda fraction: None) -> Worst:
         """The worst peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
-
-        def problem(mu: float) -> Problem:
-            return self.problem_of(friction=mu, **values)
-
         with threadpool_limits(1, user_api="blas"):
-            return worst_peak(problem, values, self.conditions, self.constraints)
+            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, self.constraints, tell)
 
     def searched(self, point: Array, level: float, friction: float) -> float:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""
-        problem = self.problem_of(friction=float(friction), **dict(zip(self.variables, map(float, point), strict=True)))
         with threadpool_limits(1, user_api="blas"):
-            return searched_peak(problem, float(level), self.conditions)
+            return searched_peak(self.problem(point.tolist(), float(friction)), float(level), self.conditions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +193,7 @@ class _Record:
     point: Array
     place: Array
     margins: Array
+    failed: Array
 
     @property
     def allowed(self) -> bool:
@@ -191,13 +202,18 @@ class _Record:
     @property
     def penalised(self) -> float:
         """The worst peak, and for a broken constraint far more than any peak."""
-        broken = float(np.sum(np.maximum(-self.margins, 0.0)) + np.count_nonzero(self.margins <= 0.0))
+        broken = float(np.sum(np.fmax(-self.margins, 0.0)) + np.count_nonzero(self.margins <= 0.0))
         size = self.place[0] if np.isfinite(self.place[0]) else 1e6
         return float(size * (1.0 + 10.0 * broken)) if broken > 0.0 else float(size)
 
+    @property
+    def rank(self) -> tuple[bool, bool, float]:
+        """What is least for the best design: one without a peak in some condition comes after all that have them all."""
+        return not self.allowed, len(self.failed) > 0, self.penalised
+
 
 def _record(arrays: Arrays) -> _Record:
-    return _Record(np.asarray(arrays["point"]), np.asarray(arrays["place"]), np.asarray(arrays["margins"]))
+    return _Record(*(np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed")))
 
 
 def finished_design(
@@ -214,6 +230,9 @@ def finished_design(
 
     def value(unit: Array) -> float:
         point = low + np.clip(unit, 0.0, 1.0) * (high - low)
+        for known in records:
+            if np.allclose(known.point, point, rtol=1e-12, atol=0.0):
+                return known.penalised
         records.append(_record(work.at(point).solve(0, lambda fraction: None)))
         done = (len(records) - sampled) / max(refinements + generations * sampled, 1)
         progress(min(done, 1.0), f"design {len(records)}")
@@ -223,13 +242,13 @@ def finished_design(
         start = (np.array([record.point for record in records]) - low) / (high - low)
         settings = {"init": start, "maxiter": generations, "polish": False, "seed": seed}
         differential_evolution(value, [(0.0, 1.0)] * low.size, **settings)  # type: ignore[arg-type]
-    best = min(records, key=lambda record: record.penalised)
+    best = min(records, key=lambda record: record.rank)
     if refinements:
         unit = (best.point - low) / (high - low)
         simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -0.12, 0.12) * row for row in np.eye(low.size))])
         options = {"initial_simplex": simplex, "maxfev": refinements, "xatol": 2e-3, "fatol": 1e-4 * best.penalised}
         minimize(value, unit, method="Nelder-Mead", bounds=[(0.0, 1.0)] * low.size, options=options)  # type: ignore[call-overload]
-    best = min(records, key=lambda record: record.penalised)
+    best = min(records, key=lambda record: record.rank)
     if not best.allowed:
         broken = [name for name, margin in zip(work.limits, best.margins, strict=True) if margin <= 0.0]
         raise InputError(
@@ -255,6 +274,11 @@ def sensitivities(work: DesignWork, best: Array, size: float, span: Array, step:
 def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.Dataset:
     import xarray as xr
 
+    most = max(len(record.failed) for record in records)
+    failed = np.full((len(records), most, 3), np.nan)
+    for row, record in zip(failed, records, strict=True):
+        row[: len(record.failed)] = record.failed
+
     conditions, (low, high) = work.conditions, np.array(work.box).T
     units = "m per unit level" if conditions.per_force else "m"
     place = np.array([record.place for record in records])
@@ -276,7 +300,12 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
         "worst_force": described("design", place[:, 2], "1", "force level of the worst resonance"),
         "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
         "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 virgin, -1 searched"),
-        "failed": described("design", place[:, 5], "1", "conditions without a solved peak"),
+        "failed": described("design", [len(record.failed) for record in records], "1", "conditions without a solved peak"),
+        "failed_force": described(
+            ("design", "failure"), failed[:, :, 0], "1", "force level of a condition without a solved peak"
+        ),
+        "failed_friction": described(("design", "failure"), failed[:, :, 1], "1", "its friction coefficient"),
+        "failed_start": described(("design", "failure"), failed[:, :, 2], "1", "its start state, 0 virgin"),
         "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
         "optimum": described("variable", best.point, "as given", "the best design"),
         "optimum_peak": described((), size, units, "worst resonance amplitude of the best design"),
@@ -300,39 +329,3 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
     }
     attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
     return xr.Dataset(data, coords, attrs)
-
-
-def _box(variables: Mapping[str, tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    if not variables:
-        raise InputError("variables must hold at least one, {name: (low, high)}, but is empty.")
-    for name, (low, high) in variables.items():
-        if not finite(f"{name}, low", low) < finite(f"{name}, high", high):
-            raise fault(f"Variable {name!r}", "must be (low, high) with low below high", (low, high))
-    return tuple((float(low), float(high)) for low, high in variables.values())
-
-
-def conditions_of(
-    force: tuple[float, float],
-    friction: tuple[float, float],
-    objective: str,
-    counts: tuple[int, int],
-    numbers: tuple[int, int],
-    fineness: tuple[int, int],
-    search: bool = False,
-) -> Conditions:
-    """The conditions of a design, checked. friction: nominal and factor; counts: start states and levels; numbers: output and
-    seed; fineness: harmonics and samples.
-    """
-    low, high = (positive("force", level) for level in force)
-    mu, factor = positive("friction", friction[0]), positive("friction_factor", friction[1])
-    (starts, levels), (output, seed) = counts, numbers
-    if low > high or (levels < 2 and low < high) or levels < 1:
-        raise fault("force", "must be (low, high) with at least two levels between different ends", (force, levels))
-    if factor < 1.0:
-        raise fault("friction_factor", "must be at least 1", factor)
-    if objective not in ("amplitude", "amplitude_per_force"):
-        raise fault("objective", "must be amplitude or amplitude_per_force", objective)
-    not_negative("starts", starts)
-    forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
-    frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
-    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fineness, search)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import pi, radians, sqrt, tan
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,7 +29,14 @@ class Trial:
 
 
 Constraint = Callable[[Trial], float]
-"""Positive where it is met."""
+"""Positive where it is met. One with an attribute `geometric` = True reads no normal forces: a design that breaks it is refused
+before it is computed.
+"""
+
+
+def is_geometric(constraint: Constraint) -> bool:
+    """Whether a constraint can be asked before a design is computed."""
+    return bool(getattr(constraint, "geometric", False))
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,7 @@ class NoJamming:
     """
 
     angle: str | float = "angle"
+    geometric: ClassVar[bool] = True
 
     def __call__(self, trial: Trial) -> float:
         degrees = self.angle if not isinstance(self.angle, str) else _variable(trial, self.angle)

@@ -10,6 +10,8 @@ import numpy as np
 from scipy.stats import qmc
 
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance.arguments import made
+from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
@@ -51,7 +53,7 @@ class DrawsWork:
 
     def problem(self, values: Array) -> Problem:
         """The problem of values in the order of the parameters."""
-        return self.problem_of(**dict(zip(self.parameters, map(float, values), strict=True)))
+        return made(self.problem_of, **dict(zip(self.parameters, map(float, values), strict=True)))
 
     def points(self) -> Array:
         """All points (draws, parameters + 2, parameters), from a Sobol' sequence of twice as many dimensions."""
@@ -154,7 +156,8 @@ class Peaks:
         except LostCurveError as lost:
             raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
         if not found:
-            raise fault("band", "must hold a peak for every value of the parameters", values.tolist())
+            said = ", ".join(f"{name} = {value:g}" for name, value in zip(self.work.parameters, values, strict=True))
+            raise no_resonance(balance, self.work.output, self.work.band, f" for every value of the parameters, also at {said}")
         summit = max(found, key=lambda peak: peak.amplitude)
         self.known.append((np.array(values), summit, balance.stiffness))
         return summit

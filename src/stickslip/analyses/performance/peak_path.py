@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, made, maker, output_of
 from stickslip.analyses.work import Progress
 from stickslip.checks import fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance
@@ -52,19 +53,20 @@ def follow_peaks(
     chosen = vector("values", values)
     if chosen.size == 0 or np.unique(chosen).size < chosen.size:
         raise fault("values", "must be different and at least one", chosen.tolist())
-    if check_every < 1:
-        raise fault("check_every", "must be at least 1", check_every)
+    every, (low, high), fineness = at_least("check_every", check_every, 1), ends_of(band), fineness_of(harmonics, samples)
+    make = maker(problem_of)
+    row = output_of(made(make, float(chosen[0])), output)
     known: dict[float, tuple[HarmonicBalance, float]] = {}
 
     def balance_and_level(value: float) -> tuple[HarmonicBalance, float]:
         if value not in known:
             level = force(value) if callable(force) else force
-            known[value] = HarmonicBalance(problem_of(value), harmonics, samples), positive("force", level)
+            known[value] = HarmonicBalance(made(make, value), *fineness), positive("force", level)
         return known[value]
 
     with threadpool_limits(1, user_api="blas"):
-        follower = Follower(balance_and_level, (2.0 * np.pi * band.low, 2.0 * np.pi * band.high), output)
-        found = follower.follow(chosen.tolist(), check_every, lambda fraction: progress(fraction, "following peaks"))
+        follower = Follower(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row)
+        found = follower.follow(chosen.tolist(), every, lambda fraction: progress(fraction, "following peaks"))
     return PeakPath(_dataset(found), tuple(found.events))
 
 

@@ -13,13 +13,17 @@ import numpy as np
 from scipy.stats import sobol_indices
 
 from stickslip.analyses.cases import all_cases
+from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.checks import Array, fault, positive, whole
 from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
+
+MOST_DRAWS = 2**20
+"""More would take months."""
 
 QUANTITIES = ("peak amplitude", "peak frequency")
 
@@ -76,13 +80,13 @@ def planned_draws(
     *rest: int,
 ) -> DrawsWork:
     """The problems to solve, checked; `rest`: output, seed, harmonics, samples."""
-    box = {name: (finite(f"{name}, low", low), finite(f"{name}, high", high)) for name, (low, high) in parameters.items()}
-    if not box or any(low >= high for low, high in box.values()):
-        raise fault("parameters", "must be {name: (low, high)} with low below high", dict(parameters))
-    if draws < 2 or draws & (draws - 1):
-        raise fault("draws", "must be a power of two, at least 2", draws)
-    ends = (band.low, band.high)
-    return DrawsWork(problem_of, tuple(box), tuple(box.values()), ends, positive("force", force), draws, *rest)
+    box, make = ranges_of("parameters", parameters), maker(problem_of)
+    if not 2 <= whole("draws", draws) <= MOST_DRAWS or draws & (draws - 1):
+        raise fault("draws", f"must be a power of two, from 2 to {MOST_DRAWS}", draws)
+    ends, (output, seed, *fineness) = ends_of(band), rest
+    middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
+    last = (output_of(made(make, **middle), output), at_least("seed", seed, 0), *fineness_of(*fineness))
+    return DrawsWork(make, tuple(box), tuple(box.values()), ends, positive("force", force), int(draws), *last)
 
 
 def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:

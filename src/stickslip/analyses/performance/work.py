@@ -14,7 +14,9 @@ from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance.arguments import ends_of
 from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
+from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array
@@ -30,9 +32,6 @@ from stickslip.solve.peak_following import Follower, Following, Place
 Vary = Literal["force", "preload"]
 PLATEAU = 0.1
 """The plateau is where the peak is higher than at the optimum by at most this share."""
-
-OUTSIDE = (0.9, 1.1)
-"""How far the band reaches beyond the free and the stuck resonance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +105,7 @@ class _Curve:
     def arrays(self, tell: Tell) -> dict[str, NDArray[Any]]:
         """Everything about the curve, by name."""
         work = self.work
-        resonances = (self.free.frequency, self.stuck.frequency)
-        low, high = work.band or (OUTSIDE[0] * min(resonances), OUTSIDE[1] * max(resonances))
+        low, high = work.band or ends_of(resonance_band(self.nominal, work.output))
         follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output)
         found = follower.follow(work.ratios[::-1], work.every, lambda fraction: tell(0.8 * fraction))
         arrays = self._empty(len(work.ratios), len(found.branches))

@@ -7,40 +7,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.analyses.performance.band import resonance_band
-from stickslip.analyses.performance.design_constraints import Constraint, Trial
+from stickslip.analyses.performance.conditions import Case, Conditions
+from stickslip.analyses.performance.design_constraints import Constraint, Trial, is_geometric
+from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_work import BoundsWork
+from stickslip.analyses.work import Tell
+from stickslip.checks import finite
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.problem import Problem
+from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_following import Follower
+from stickslip.solve.peak_sweep import swept_summits
 from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 SHARE = 0.7
 """Drawn start states reach this share of the largest offset that a slider can have."""
 
 
-@dataclass(frozen=True)
-class Conditions:
-    """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
-    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case.
-    """
-
-    forces: tuple[float, ...]
-    frictions: tuple[float, ...]
-    starts: int
-    seed: int
-    output: int
-    per_force: bool
-    harmonics: int
-    samples: int
-    search: bool = False
-
-
 @dataclass(frozen=True, eq=False)
 class Worst:
-    """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint, and how many cases failed; start:
-    0 for virgin contacts, else the number of the drawn state, −1 for a searched one.
+    """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint (NaN where it was not asked), and
+    the cases without a solved peak as (force level, friction, start); start: 0 for virgin contacts, else the number of the drawn
+    state, −1 for a searched one.
     """
 
     size: float
@@ -49,7 +38,7 @@ class Worst:
     friction: float
     start: int
     margins: tuple[float, ...]
-    failed: int
+    failed: tuple[Case, ...] = ()
     summit: Summit | None = None
     balance: HarmonicBalance | None = None
 
@@ -59,20 +48,39 @@ def worst_peak(
     variables: dict[str, float],
     conditions: Conditions,
     constraints: Sequence[Constraint],
+    tell: Tell = lambda fraction: None,
 ) -> Worst:
     """The highest resonance over all conditions, and the least margin of each constraint over them.
 
     problem_of(μ) is the problem of the design. The virgin peak is followed over the force levels for every friction coefficient;
     at each of them the drawn start states are tried from it; at the worst of them all start states are searched, if asked for.
+    A design that breaks a geometric constraint is not computed.
     """
+    margins = _geometric_margins(variables, conditions, constraints)
+    if any(margin <= 0.0 for margin in margins):
+        return Worst(np.inf, np.nan, np.nan, np.nan, -1, margins)
     search = _Search(variables, conditions, constraints)
-    for mu in conditions.frictions:
+    for k, mu in enumerate(conditions.frictions):
+        tell(k / len(conditions.frictions))
         search.with_friction(mu, problem_of(mu))
     worst = search.worst()
     if not (conditions.search and np.isfinite(worst.size)):
         return worst
     searched = searched_peak(problem_of(worst.friction), worst.force, conditions)
     return replace(worst, size=searched, start=-1) if searched > worst.size else worst
+
+
+def _geometric_margins(
+    variables: dict[str, float], conditions: Conditions, constraints: Sequence[Constraint]
+) -> tuple[float, ...]:
+    """The least margin of each constraint that needs no solution, NaN for the others."""
+    trials = [Trial(variables, mu, conditions.forces[-1], {}) for mu in conditions.frictions]
+    return tuple(min(asked(c, trial) for trial in trials) if is_geometric(c) else np.nan for c in constraints)
+
+
+def asked(constraint: Constraint, trial: Trial) -> float:
+    """The margin of a constraint; refused unless it is a number."""
+    return finite(f"What a constraint returns for {dict(trial.variables)}", constraint(trial))
 
 
 CLOUD, BEGIN = 8, 1
@@ -97,15 +105,15 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
 class _Search:
     def __init__(self, variables: dict[str, float], conditions: Conditions, constraints: Sequence[Constraint]) -> None:
         self.variables, self.conditions, self.constraints = variables, conditions, constraints
-        self.best = Worst(-np.inf, np.nan, np.nan, np.nan, -1, (), 0)
+        self.best = Worst(-np.inf, np.nan, np.nan, np.nan, -1, ())
         self.margins = np.full(len(constraints), np.inf)
-        self.failed = 0
+        self.failed: list[Case] = []
 
     def worst(self) -> Worst:
         """What was found; a design without any peak is infinitely bad."""
         best = self.best
         size = best.size if np.isfinite(best.size) else np.inf
-        place = (best.frequency, best.force, best.friction, best.start, tuple(self.margins.tolist()), self.failed)
+        place = (best.frequency, best.force, best.friction, best.start, tuple(self.margins.tolist()), tuple(self.failed))
         return Worst(size, *place, best.summit, best.balance)
 
     def with_friction(self, mu: float, problem: Problem) -> None:
@@ -118,35 +126,51 @@ class _Search:
         for level in conditions.forces:
             highest = found.highest(level)
             if highest is None:
-                self.failed += 1
+                self.failed += [(level, mu, start) for start in range(conditions.starts + 1)]
                 continue
             virgin = highest[1].summit
             self._met(mu, level, 0, virgin, balance)
             for start in range(1, conditions.starts + 1):
-                self._from_start(mu, level, start, virgin, balance)
+                self._from_start(mu, level, start, virgin, balance, follower.band)
 
-    def _from_start(self, mu: float, level: float, start: int, virgin: Summit, balance: HarmonicBalance) -> None:
+    def _from_start(
+        self, mu: float, level: float, start: int, virgin: Summit, balance: HarmonicBalance, band: tuple[float, float]
+    ) -> None:
         """The peak from a drawn start state: every slider off its virgin place, in a direction drawn for each contact row."""
         reach, _ = friction_reach(balance.table, balance.tables, virgin.evaluation.w)
         first = balance.table.friction_first
         drawn = np.random.default_rng((self.conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
         other = balance.with_starts(SHARE * np.repeat(drawn, np.diff(first)) * reach, kind=0)
+        summit = self._climbed(other, virgin) or self._swept(other, level, band)
+        if summit is None:
+            self.failed.append((level, mu, start))
+        else:
+            self._met(mu, level, start, summit, other)
+
+    def _climbed(self, balance: HarmonicBalance, virgin: Summit) -> Summit | None:
+        """The peak near the virgin one."""
         try:
-            summit = Ascent(other, self.conditions.output).from_near(virgin.point, virgin.plane)
+            return Ascent(balance, self.conditions.output).from_near(virgin.point, virgin.plane)
         except NoSummitError:
-            self.failed += 1
-            return
-        self._met(mu, level, start, summit, other)
+            return None
+
+    def _swept(self, balance: HarmonicBalance, level: float, band: tuple[float, float]) -> Summit | None:
+        """The highest peak of a full sweep, where none lies near the virgin one."""
+        try:
+            found = swept_summits(balance, level, band, self.conditions.output)[0]
+        except LostCurveError:
+            return None
+        return max(found, key=lambda summit: summit.amplitude, default=None)
 
     def _met(self, mu: float, level: float, start: int, summit: Summit, balance: HarmonicBalance) -> None:
         """Take one case into account."""
         size = summit.amplitude / (level if self.conditions.per_force else 1.0)
         trial = self._trial(mu, level, summit, balance)
-        margins = [constraint(trial) for constraint in self.constraints]
+        margins = [asked(constraint, trial) for constraint in self.constraints]
         self.margins = np.minimum(self.margins, margins) if margins else self.margins
         if size > self.best.size:
             frequency = summit.omega / (2.0 * np.pi)
-            self.best = Worst(size, frequency, level, mu, start, (), 0, summit, balance)
+            self.best = Worst(size, frequency, level, mu, start, (), (), summit, balance)
 
     def _trial(self, mu: float, level: float, summit: Summit, balance: HarmonicBalance) -> Trial:
         evaluation = summit.evaluation

@@ -1,0 +1,106 @@
+"""The arguments that analyses of peaks have in common, checked at the front door."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
+from stickslip.harmonic.fourier import fourier
+from stickslip.problem import Problem
+from stickslip.units import Band
+
+Ends = tuple[float, float]
+
+
+def ratios_of(force_ratio: ArrayLike) -> tuple[float, ...]:
+    """Values of F_C/F_E, ascending: at least one, positive, each once."""
+    values = np.atleast_1d(numbers("force_ratio", force_ratio))
+    if values.ndim != 1 or values.size == 0:
+        raise fault("force_ratio", "must be a list of at least one number", values.tolist())
+    ratios = sorted(positive("force_ratio", value) for value in values.tolist())
+    unique("force_ratio", ratios)
+    return tuple(ratios)
+
+
+def frictions_of(friction: ArrayLike | None) -> tuple[float, ...]:
+    """Friction coefficients; NaN stands for those of the problem."""
+    if friction is None:
+        return (np.nan,)
+    values = vector("friction", friction).tolist()
+    if not values:
+        raise fault("friction", "must hold at least one coefficient", values, "Leave it out for those of the problem.")
+    if min(values) < 0.0:
+        raise fault("friction", "must not be negative", min(values))
+    if min(values) == 0.0:
+        remedy = "Contacts without friction damp nothing: the resonance does not depend on F_C/F_E."
+        raise fault("friction", "must be positive for a performance curve", 0.0, remedy)
+    unique("friction", values)
+    return tuple(values)
+
+
+def ends_of(band: Any) -> Ends:
+    """The ends of a band in Hz."""
+    if not isinstance(band, Band):
+        raise fault("band", "must be a Band, as of ss.hertz(480, 600)", band)
+    return band.low, band.high
+
+
+def ranges_of(what: str, ranges: Any) -> dict[str, Ends]:
+    """{name: (low, high)} with low below high, at least one."""
+    if not isinstance(ranges, Mapping) or not ranges:
+        raise fault(what, "must be {name: (low, high)} with at least one", ranges)
+    return {name: _range(f"{what}, {name}", pair) for name, pair in ranges.items()}
+
+
+def _range(what: str, pair: Any) -> Ends:
+    ends = vector(what, pair).tolist()
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        raise fault(what, "must be (low, high) with low below high", pair)
+    return finite(what, ends[0]), finite(what, ends[1])
+
+
+def at_least(what: str, value: Any, least: int) -> int:
+    """A whole number from `least` on."""
+    number = whole(what, value)
+    if number < least:
+        raise fault(what, f"must be at least {least}", number)
+    return number
+
+
+def output_of(problem: Problem, output: Any) -> int:
+    """The number of an output of a problem."""
+    of_kind("problem", problem, Problem)
+    number = whole("output", output)
+    if not 0 <= number < len(problem.outputs):
+        raise fault("output", f"must be 0 to {len(problem.outputs) - 1}", number)
+    return number
+
+
+def fineness_of(harmonics: Any, samples: Any) -> tuple[int, int]:
+    """Harmonics and samples that go together."""
+    fine = whole("harmonics", harmonics), whole("samples", samples)
+    fourier(*fine)
+    return fine
+
+
+def maker(problem_of: Any) -> Callable[..., Problem]:
+    """A function that makes problems, whose wrong products are refused."""
+    if isinstance(problem_of, Problem) or not callable(problem_of):
+        raise fault("problem_of", "must be a function that returns a Problem", problem_of)
+    return problem_of  # type: ignore[no-any-return]
+
+
+def made(problem_of: Callable[..., Problem], *places: float, **values: float) -> Problem:
+    """What `problem_of` returns for values: a Problem; a function that does not take them is refused."""
+    said = ", ".join([f"{value:g}" for value in places] + [f"{name}={value:g}" for name, value in values.items()])
+    try:
+        problem = problem_of(*places, **values)
+    except InputError:
+        raise
+    except (TypeError, ArithmeticError, ValueError, KeyError, AttributeError) as error:
+        raise InputError(f"problem_of({said}) must return a Problem, but raises {type(error).__name__}: {error}.") from error
+    return of_kind(f"problem_of({said})", problem, Problem)

@@ -1,0 +1,62 @@
+"""What a design has to stand: force levels, friction coefficients and start states of its contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.analyses.performance.arguments import at_least, fineness_of
+from stickslip.checks import fault, positive, vector
+
+Case = tuple[float, float, int]
+"""Force level, friction and start state of one case of a design."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
+    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case.
+    """
+
+    forces: tuple[float, ...]
+    frictions: tuple[float, ...]
+    starts: int
+    seed: int
+    output: int
+    per_force: bool
+    harmonics: int
+    samples: int
+    search: bool = False
+
+
+def conditions_of(
+    force: tuple[float, float],
+    friction: tuple[float, float],
+    objective: str,
+    counts: tuple[int, int],
+    numbers: tuple[int, int],
+    fineness: tuple[int, int],
+    search: bool = False,
+) -> Conditions:
+    """The conditions of a design, checked. friction: nominal and factor; counts: start states and levels; numbers: output and
+    seed; fineness: harmonics and samples.
+    """
+    ends = vector("force", force).tolist()
+    if len(ends) != 2 or not 0.0 < ends[0] <= ends[1]:
+        raise fault("force", "must be (low, high) with 0 < low <= high", force)
+    low, high = (positive("force", level) for level in ends)
+    mu, factor = positive("friction", friction[0]), positive("friction_factor", friction[1])
+    starts, levels = at_least("starts", counts[0], 0), at_least("levels", counts[1], 1)
+    output, seed = at_least("output", numbers[0], 0), at_least("seed", numbers[1], 0)
+    if (levels == 1) != (low == high):
+        remedy = "One level has (F, F); several need different ends."
+        raise fault("levels", "must be 1 where both ends of force are the same, else at least 2", levels, remedy)
+    if factor < 1.0:
+        raise fault("friction_factor", "must be at least 1", factor)
+    if objective not in ("amplitude", "amplitude_per_force"):
+        raise fault("objective", "must be amplitude or amplitude_per_force", objective)
+    fine = fineness_of(harmonics=fineness[0], samples=fineness[1])
+    forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
+    frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
+    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fine, search)
