@@ -57,11 +57,15 @@ def length_unit(*datasets: xr.Dataset) -> Length:
 
 
 def level_text(dataset: xr.Dataset, case: int) -> str:
-    """The force level in words: "20 N" where the dataset says that the levels are newtons, else "force × 20"; with the start
-    state of a sample."""
-    level = f"{float(dataset.force_level[case]):g}"
-    words = f"{level} N" if levels_in_newtons(dataset) else f"force × {level}"
+    """The force level in words, with the start state of a sample."""
+    words = force_text(dataset, case)
     return f"{words}, start {int(dataset['start'][case]) + 1}" if "start" in dataset.coords else words
+
+
+def force_text(dataset: xr.Dataset, case: int) -> str:
+    """The force level alone: "20 N" where the dataset says that the levels are newtons, else "force × 20"."""
+    level = f"{float(dataset.force_level[case]):g}"
+    return f"{level} N" if levels_in_newtons(dataset) else f"force × {level}"
 
 
 def levels_in_newtons(dataset: xr.Dataset) -> bool:

@@ -24,6 +24,7 @@ LAYERS = (
     ("solve",),
     ("measurement",),
     ("results_schema", "results_view", "quantities"),
+    ("results_told",),
     ("results", "results_matlab", "finished"),
     ("analyses",),
     ("plots", "study"),

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from stickslip.checks import Array, fault
 from stickslip.plots.cycles import Cycles, bound_cycles, sample_cycles
-from stickslip.plots.look import CONTACTS, GREY, house_style, plain
+from stickslip.plots.look import CONTACTS, GREY, beside, headed, house_style, plain
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def contact_forces(
                 axes.plot(found.phase, found.force[bound, row], color=colour, label=labels[bound])
             axes.set_title(plain(found.rows[row]), fontsize=9)
         figure.axes[0].legend(fontsize=7)
-        _title(figure, f"Contact forces at the bounds, force {float(dataset['force_level'][case]):g}")
+        headed(figure, f"Contact forces at the bounds, force {float(dataset['force_level'][case]):g}")
     return figure
 
 
@@ -67,8 +67,8 @@ def force_ratios(dataset: xr.Dataset, case: int = 0, frequency: float | None = N
                 )
             axes.set(title=BOUNDS[bound][0] + " bound", xlabel="share of the period")
         figure.axes[0].set_ylabel("T/N along t1")
-        figure.axes[1].legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        _title(figure, f"Ratio of friction to normal force, force {float(dataset['force_level'][case]):g}")
+        beside(figure.axes[1])
+        headed(figure, f"Ratio of friction to normal force, force {float(dataset['force_level'][case]):g}")
     return figure
 
 
@@ -93,7 +93,7 @@ def loops(
             _closed(axes, found, row, BOUNDS)
             axes.set_title(plain(found.rows[row]), fontsize=9)
         figure.axes[0].legend(fontsize=7)
-        _title(figure, f"Loops at the bounds, force {float(dataset['force_level'][case]):g}")
+        headed(figure, f"Loops at the bounds, force {float(dataset['force_level'][case]):g}")
     return figure
 
 
@@ -130,7 +130,3 @@ def _closed(axes: Axes, found: Cycles, row: int, curves: Sequence[tuple[str, str
 def _resonance(dataset: xr.Dataset, case: int, frequency: float | None) -> Array:
     k = 0 if frequency is None else int(np.nanargmin(np.abs(dataset["frequency"].values - frequency)))
     return np.asarray(dataset["resonance"].values[case, :, k])
-
-
-def _title(figure: Figure, text: str) -> None:
-    figure.suptitle(plain(text), x=0.01, ha="left", fontweight="bold", fontsize=10.5)

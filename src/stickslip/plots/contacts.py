@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from stickslip.checks import Array
-from stickslip.plots.look import GREY, OPEN, SLIP, STICK, house_style, level_colours, plain, state_colour
+from stickslip.plots.case_lines import case_lines
+from stickslip.plots.look import GREY, OPEN, PAGE, SLIP, STICK, headed, house_style, plain, state_colour
+from stickslip.results_told import spread, told
 from stickslip.results_view import (
     ContactRow,
     along_curve,
@@ -26,26 +28,32 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MANY_ROWS = 12
+MOST_NAMES = 100
 MOST_CONTACTS = 8
 """Contacts in the figure of loops; of more, those with the largest loops are drawn."""
+MOST_COLUMNS = 6
+MOST_STATES = 8
+"""Cases in the figures of loops and of states; of more, `results_told.told` chooses."""
 
 
 def hysteresis_loops(dataset: xr.Dataset) -> Figure:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = contact_rows(dataset)
     shown = largest_loops(dataset, rows, MOST_CONTACTS)
-    cases = dataset.sizes["case"]
+    chosen = told(dataset, MOST_COLUMNS)
+    cases, lines = chosen.dataset.sizes["case"], case_lines(chosen.dataset)
     with house_style():
-        figure = Figure(figsize=(max(6.0, 1.75 * cases + 0.8), 1.6 * max(len(shown), 1) + 0.9), layout="constrained")
+        size = (max(6.0, 1.75 * cases + 0.8), min(1.6 * max(len(shown), 1) + 0.9, PAGE))
+        figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(max(len(shown), 1), cases, squeeze=False)
-        for case, colour in enumerate(level_colours(cases)):
-            panels[0, case].set_title(level_text(dataset, case), fontsize=9)
+        for case, line in enumerate(lines):
+            panels[0, case].set_title(level_text(chosen.dataset, case).replace(", ", ",\n"), fontsize=9)
             for axes, row in zip(panels[:, case], shown, strict=False):
-                _loop(axes, dataset, case, row, colour)
+                _loop(axes, chosen.dataset, case, row, line["color"])
         for axes, row in zip(panels[:, 0], shown, strict=False):
             axes.set_ylabel(plain(row.label), fontsize=8.5)
         left_out = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
-        figure.suptitle(f"Loops at the highest peak{left_out}", x=0.01, ha="left", fontweight="bold", fontsize=10.5)
+        headed(figure, f"Loops at the highest peak{left_out}", chosen.words)
         figure.supxlabel(f"relative displacement in {length_unit(dataset).name}", fontsize=9.5)
         figure.supylabel("contact force in N", fontsize=9.5)
     return figure
@@ -54,17 +62,18 @@ def hysteresis_loops(dataset: xr.Dataset) -> Figure:
 def contact_states(dataset: xr.Dataset) -> Figure:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
     rows = contact_rows(dataset)
-    cases = dataset.sizes["case"]
+    panel = 0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
+    chosen = told(dataset, max(1, min(MOST_STATES, int((PAGE - 1.2) / panel))))
+    dataset, cases = chosen.dataset, chosen.dataset.sizes["case"]
     with house_style():
-        panel = 0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
-        figure = Figure(figsize=(7.6, 1.0 + cases * panel), layout="constrained")
+        figure = Figure(figsize=(7.6, min(1.2 + cases * panel, PAGE)), layout="constrained")
         for case, axes in enumerate(figure.subplots(cases, 1, squeeze=False).ravel()):
             _states_of(axes, dataset, case, rows)
         folded = any(is_folded(dataset, case) for case in range(cases))
         figure.supxlabel("frequency in Hz" + (", along the curve" if folded else ""), fontsize=9.5)
         legend = figure.legend(handles=_state_handles(), loc="outside right upper", title="share of period")
         legend.get_title().set_fontsize(8.5)
-        figure.suptitle("Contact states along the curve", x=0.01, ha="left", fontweight="bold", fontsize=10.5)
+        headed(figure, "Contact states along the curve", chosen.words)
     return figure
 
 
@@ -96,7 +105,8 @@ def _states_of(axes: Axes, dataset: xr.Dataset, case: int, rows: list[ContactRow
     hertz = frequencies(dataset, case)
     axes.grid(visible=False)
     axes.set_title(level_text(dataset, case), fontsize=8.5, fontweight="normal")
-    axes.set_yticks(np.arange(len(rows)), [plain(row.label) for row in rows], fontsize=8 if len(rows) <= MANY_ROWS else 5)
+    named = spread(len(rows), MOST_NAMES)
+    axes.set_yticks(named, [plain(rows[row].label) for row in named], fontsize=8 if len(rows) <= MANY_ROWS else 5)
     if not hertz.size or not rows:
         axes.text(0.5, 0.5, "no points", transform=axes.transAxes, ha="center", va="center", color=GREY)
         return

@@ -9,10 +9,14 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from stickslip.plots.look import STICK, house_style, plain
+from stickslip.results_told import spread
 from stickslip.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
+
+MOST_NAMES = 16
+"""Cycles named below the bars; of more, evenly spread ones."""
 
 
 def damper_cycles(dataset: xr.Dataset) -> Figure:
@@ -47,5 +51,6 @@ def _loops(axes: Any, dataset: xr.Dataset) -> None:
 def _bars(axes: Any, dataset: xr.Dataset, values: np.ndarray[Any, Any], words: str) -> None:
     names = [plain(name) for name in cycle_names(dataset)]
     axes.bar(range(len(names)), values, color=STICK)
-    axes.set_xticks(range(len(names)), names, rotation=60, ha="right")
+    named = spread(len(names), MOST_NAMES)
+    axes.set_xticks(named, [names[place] for place in named], rotation=60, ha="right")
     axes.set(title=words)

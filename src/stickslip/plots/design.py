@@ -11,7 +11,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from stickslip.plots.look import FAILED, GREY, STICK, house_style, plain
+from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, STICK, house_style, plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,15 +20,24 @@ if TYPE_CHECKING:
 def design_space(dataset: xr.Dataset) -> Figure:
     """A panel for every pair of variables (or the one variable), designs coloured by their worst peak, and the sensitivities."""
     names = [str(name) for name in dataset["variable"].values]
-    pairs = list(combinations(range(len(names)), 2)) or [(0, 0)]
+    pairs = most_sensitive(dataset, list(combinations(range(len(names)), 2)) or [(0, 0)])
+    below = 0.5 * len(names) + 0.9
+    panel = min(3.6, (PAGE - below) / len(pairs))
     with house_style():
-        figure = Figure(figsize=(7.6, 3.6 * len(pairs) + 0.5 * len(names) + 0.9), layout="constrained")
-        panels = figure.subplots(len(pairs) + 1, 1, height_ratios=[*[3.6] * len(pairs), 0.5 * len(names) + 0.6])
+        figure = Figure(figsize=(7.6, panel * len(pairs) + below), layout="constrained")
+        panels = figure.subplots(len(pairs) + 1, 1, height_ratios=[*[panel] * len(pairs), below - 0.3])
         for axes, (i, j) in zip(panels[:-1], pairs, strict=True):
             points = _panel(axes, dataset, i, j, names)
         figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {dataset['worst_peak'].attrs['units']}")
         _bars(panels[-1], dataset, names)
     return figure
+
+
+def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """The pairs of variables that the worst peak depends on most, in their old order."""
+    sensitivity = np.abs(np.nan_to_num(dataset["sensitivity"].values))
+    order = sorted(range(len(pairs)), key=lambda k: -float(sensitivity[list(pairs[k])].sum()))
+    return [pairs[k] for k in sorted(order[:MOST_PANELS])]
 
 
 def _panel(axes: Axes, dataset: xr.Dataset, i: int, j: int, names: list[str]) -> PathCollection:

@@ -11,7 +11,8 @@ from matplotlib.patches import Wedge
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
-from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, house_style, level_colours, plain, state_colour
+from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, headed, house_style, level_colours, plain, state_colour
+from stickslip.results_told import told
 from stickslip.results_view import level_text
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 EXAGGERATION = 0.06
 """Largest displacement in a picture, relative to the radius of the disk."""
+MOST_RINGS = 12
+"""Force levels in the figure of dampers."""
 
 
 def placed_sectors(dataset: xr.Dataset) -> tuple[Array, Array]:
@@ -75,7 +78,8 @@ def disk_mode_3d(dataset: xr.Dataset) -> Any:
 
 def damper_ring(dataset: xr.Dataset) -> Figure:
     """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
-    levels, sectors = dataset.sizes["case"], int(dataset.attrs["sectors"])
+    chosen = told(dataset, MOST_RINGS)
+    dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
     columns = min(levels, 4)
     with house_style():
         figure = Figure(figsize=(2.6 * columns + 0.4, 2.9 * -(-levels // columns)), layout="constrained")
@@ -87,6 +91,8 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
                 axes.set_title(level_text(dataset, case))
         handles = [Wedge((0.0, 0.0), 1.0, 0.0, 90.0, facecolor=c, edgecolor=GREY) for c in (STICK, SLIP, OPEN)]
         figure.legend(handles, ["stick", "slip", "open"], loc="outside lower center", ncols=3)
+        if chosen.words:
+            headed(figure, "Dampers around the disk", chosen.words)
     return figure
 
 

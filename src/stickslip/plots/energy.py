@@ -9,11 +9,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
-from stickslip.plots.look import CONTACTS, house_style, level_colours, plain
+from stickslip.plots.case_lines import case_lines
+from stickslip.plots.look import CONTACTS, beside, headed, house_style, legend, plain
+from stickslip.results_told import told
 from stickslip.results_view import along_curve, dissipated, frequencies, level_text, shares_at_peak
 
 if TYPE_CHECKING:
     import xarray as xr
+
+MOST_BARS = 9
+"""Cases whose shares are drawn."""
 
 
 def dissipation(dataset: xr.Dataset) -> Figure:
@@ -21,15 +26,18 @@ def dissipation(dataset: xr.Dataset) -> Figure:
     with house_style():
         figure = Figure(figsize=(9.4, 4.0), layout="constrained")
         left, right = figure.subplots(1, 2)
-        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
+        for case, line in enumerate(case_lines(dataset)):
             energy = np.sum(dissipated(dataset, case), axis=1)
             energy[energy <= 0.0] = np.nan
-            left.plot(frequencies(dataset, case), energy, color=colour, label=level_text(dataset, case))
+            left.plot(frequencies(dataset, case), energy, **line)
         if np.nansum(dataset.dissipated.values) > 0.0:
             left.set_yscale("log")
         left.set(title="Dissipated by friction, all contacts", xlabel="frequency in Hz", ylabel="energy per cycle in J")
-        left.legend(loc="best")
-        _shares(right, dataset)
+        legend(left, loc="best")
+        chosen = told(dataset, MOST_BARS)
+        _shares(right, chosen.dataset)
+        if chosen.words:
+            headed(figure, "Energy", f"shares: {chosen.words}")
     return figure
 
 
@@ -38,11 +46,11 @@ def loss_factor(dataset: xr.Dataset) -> Figure:
     with house_style():
         figure = Figure(figsize=(7.6, 4.0), layout="constrained")
         axes = figure.add_subplot()
-        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
+        for case, line in enumerate(case_lines(dataset)):
             values = along_curve(dataset, "loss_factor", case)
-            axes.plot(frequencies(dataset, case), values, color=colour, label=level_text(dataset, case))
+            axes.plot(frequencies(dataset, case), values, **line)
         axes.set(title="Loss factor", xlabel="frequency in Hz", ylabel="loss factor", ylim=(0.0, None))
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+        beside(axes)
     return figure
 
 
@@ -62,4 +70,4 @@ def _shares(axes: Axes, dataset: xr.Dataset) -> None:
     axes.grid(axis="y", visible=False)
     axes.invert_yaxis()
     if names:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+        beside(axes)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, house_style
+from stickslip.plots.look import CONTACTS, GREY, MOST_PANELS, headed, house_style
+from stickslip.results_told import spread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +20,8 @@ SHOWN = {"force_x": ("N", 1.0), "force_y": ("N", 1.0), "rotation": ("mrad", 1e3)
 
 def loops_and_fit(dataset: xr.Dataset) -> Figure:
     """Each channel of each case against the platform's larger motion: measured dark, fitted orange."""
-    cases, channels = dataset["case"].values, dataset["channel"].values
+    all_cases, channels = dataset["case"].values, dataset["channel"].values
+    cases = all_cases[spread(len(all_cases), MOST_PANELS)]
     with house_style():
         size = (2.7 * len(channels), 2.7 * len(cases))
         figure = Figure(figsize=size, layout="constrained")
@@ -37,23 +39,28 @@ def loops_and_fit(dataset: xr.Dataset) -> Figure:
                 axes.set(title=channel if place == 0 else "", xlabel="platform in µm" if case == cases[-1] else "")
                 axes.set(ylabel=f"{case}\n{unit}" if channel == channels[0] else unit)
         grid[0][0].legend(loc="best")
+        if len(cases) < len(all_cases):
+            headed(figure, "Loops", f"{len(cases)} of {len(all_cases)} cases")
     return figure
 
 
 def residuals(dataset: xr.Dataset) -> Figure:
     """Measured less fitted over the cycle, every case, without the mean."""
-    channels = dataset["channel"].values
+    channels, all_cases = dataset["channel"].values, dataset["case"].values
+    cases = all_cases[spread(len(all_cases), len(CONTACTS))]
     phase = np.arange(dataset.sizes["sample"]) / dataset.sizes["sample"]
     with house_style():
         figure = Figure(figsize=(7.6, 1.7 * len(channels)), layout="constrained")
         for axes, channel in zip(figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0], channels, strict=True):
             unit, factor = SHOWN[channel]
-            for case, colour in zip(dataset["case"].values, CONTACTS, strict=False):
+            for case, colour in zip(cases, CONTACTS, strict=False):
                 one = dataset.sel(case=case, channel=channel)
                 left = one["measured"].values - one["fitted"].values
                 axes.plot(phase, factor * (left - left.mean()), color=colour, linewidth=1.0, label=str(case))
             axes.set(ylabel=f"{channel}\nin {unit}")
         axes.set(xlabel="share of the cycle")
+        if len(cases) < len(all_cases):
+            headed(figure, "Residuals", f"{len(cases)} of {len(all_cases)} cases")
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
     return figure
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, house_style, level_colours, plain
+from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, beside, house_style, level_colours, plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,8 @@ def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitud
     """
     with house_style():
         figure = Figure(figsize=(7.6, 6.4), layout="constrained")
-        top, bottom, strips = figure.subplots(3, 1, sharex=True, height_ratios=(3.0, 2.0, 0.25 + 0.22 * dataset.sizes["case"]))
+        height = min(0.25 + 0.22 * dataset.sizes["case"], 2.0)
+        top, bottom, strips = figure.subplots(3, 1, sharex=True, height_ratios=(3.0, 2.0, height))
         for case, colour in enumerate(level_colours(dataset.sizes["case"])):
             _curve(top, bottom, dataset, case, quantity, colour, collapsed)
             _strip(strips, dataset, case, _abscissa(dataset, case, collapsed))
@@ -122,6 +123,6 @@ def _finish(top: Axes, bottom: Axes, strips: Axes, dataset: xr.Dataset, quantity
         Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=words)
         for words, colour in zip(REGION_WORDS, REGION_COLOURS, strict=True)
     ]
-    top.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    beside(top, handles)
     bottom.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
     strips.legend(handles=patches, loc="lower left", bbox_to_anchor=(1.0, 0.0), borderaxespad=0.0)

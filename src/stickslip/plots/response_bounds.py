@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, house_style, level_colours, plain
+from stickslip.plots.look import CONTACTS, GREY, beside, headed, house_style, level_colours, shown_levels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,16 +20,16 @@ def response_bounds(dataset: xr.Dataset) -> Figure:
     """Amplitude bounds against frequency, a panel per force level, with the sampled start states; of peaks, their ranges."""
     if dataset.attrs["objective"] == "peak":
         return peak_ranges(dataset)
-    levels = dataset["force_level"].values
+    cases, left_out = shown_levels(np.arange(dataset.sizes["case"]))
     with house_style():
-        figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
-        for case, axes in enumerate(figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel()):
+        figure = Figure(figsize=(7.6, 0.8 + 2.4 * len(cases)), layout="constrained")
+        for case, axes in zip(cases, figure.subplots(len(cases), 1, squeeze=False, sharex=True).ravel(), strict=True):
             _band(axes, dataset, case)
-            axes.set_title(f"force {levels[case]:g}")
+            axes.set_title(f"force {dataset['force_level'].values[case]:g}")
             axes.set_ylabel("amplitude |X₁| in µm")
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")
-        _title(figure, f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}")
+        headed(figure, f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}", left_out)
     return figure
 
 
@@ -63,7 +63,7 @@ def peak_ranges(dataset: xr.Dataset) -> Figure:
         left.plot(levels, virgin, "--", color=GREY, label="virgin contacts")
         left.fill_between(levels, per_force[:, 0], per_force[:, 1], color=UPPER, alpha=0.08, linewidth=0)
         left.legend()
-        _title(figure, f"Range of the resonance: {dataset.attrs['title']}")
+        headed(figure, f"Range of the resonance: {dataset.attrs['title']}")
     return figure
 
 
@@ -80,8 +80,8 @@ def loss_factors(dataset: xr.Dataset) -> Figure:
                 label = f"force {levels[case]:g}" if bound == 0 else None
                 axes.plot(x, dataset["loss_factor"].values[case, bound], style, marker=".", color=colour, label=label)
         axes.set(xlabel="frequency in Hz", ylabel="loss factor")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-        _title(figure, "Loss factor along the bounds: lower solid, upper dash-dotted")
+        beside(axes)
+        headed(figure, "Loss factor along the bounds: lower solid, upper dash-dotted")
     return figure
 
 
@@ -101,7 +101,3 @@ def start_states(dataset: xr.Dataset, case: int = 0) -> Figure:
         axes.set_xlabel("frequency in Hz")
         figure.colorbar(image, ax=figure.axes, label="variable in [−1, 1]")
     return figure
-
-
-def _title(figure: Figure, text: str) -> None:
-    figure.suptitle(plain(text), x=0.01, ha="left", fontweight="bold", fontsize=10.5)

@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.checks import Array, fault, nearest
-from stickslip.plots.look import FAILED, GREY, house_style, level_colours, plain
+from stickslip.plots.case_lines import Line, case_lines
+from stickslip.plots.look import FAILED, GREY, beside, house_style, plain
 from stickslip.quantities import QUANTITIES, Quantity, angular_factor, quantity_named
+from stickslip.results_told import is_cloud, levels_of
 from stickslip.results_view import (
     Length,
     along_curve,
@@ -19,7 +21,6 @@ from stickslip.results_view import (
     frequencies,
     highest_peak,
     length_unit,
-    level_text,
     levels_in_newtons,
 )
 
@@ -40,6 +41,8 @@ def response_curves(
 ) -> Figure:
     """Amplitude of the first harmonic against Hz, one curve a force level; per_force divides by the level.
 
+    Of start states every curve is a thin line, and the one whose peak is the median is drawn out.
+
     quantity: displacement in µm (or m), velocity or acceleration.
 
     Peaks are marked with dots, points without convergence with crosses on the frequency axis.
@@ -48,10 +51,12 @@ def response_curves(
     with house_style():
         figure = Figure(figsize=(7.6, 4.8), layout="constrained")
         axes = figure.add_subplot()
-        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
+        lines, firsts = case_lines(dataset), [cases[0] for cases in levels_of(dataset)]
+        for case, line in enumerate(lines):
             scale = _scale(dataset, case, per_force, derived)
-            _linear_curves(axes, dataset, case, index, scale, derived, colour if not per_force else GREY)
-            _curve(axes, dataset, case, index, scale, derived, colour)
+            if case in firsts:
+                _linear_curves(axes, dataset, case, index, scale, derived, line["color"] if not per_force else GREY)
+            _curve(axes, dataset, case, index, scale, derived, line)
         _finish(axes, dataset, index, log, amplitude_label(dataset, per_force, derived))
     return figure
 
@@ -66,8 +71,10 @@ def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
     with house_style():
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
         left, right = figure.subplots(1, 2)
-        left.plot(levels, per_force, "o-", color="#2b6ca3", markersize=5)
-        right.plot(levels, [peak.frequency for _, peak in found], "o-", color="#2b6ca3", markersize=5)
+        style: Line = {"color": "#2b6ca3", "marker": "o", "markersize": 5}
+        style |= {"linestyle": "", "alpha": 0.45} if is_cloud(dataset) else {}
+        left.plot(levels, per_force, **style)
+        right.plot(levels, [peak.frequency for _, peak in found], **style)
         left.set(title=f"Highest peak, {plain(dataset.output.values[index])}", ylim=(0.0, None))
         left.set_ylabel(amplitude_label(dataset, True))
         right.set(title="Its frequency", ylabel="frequency in Hz")
@@ -110,14 +117,15 @@ def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity =
     return 1.0 / _shown_unit(dataset, quantity).metres / (level if per_force else 1.0)
 
 
-def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, quantity: Quantity, colour: str) -> None:
+def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, quantity: Quantity, line: Line) -> None:
     amplitude = along_curve(dataset, "amplitude", case)[:, output] * angular_factor(frequencies(dataset, case), quantity)
     few = np.count_nonzero(np.isfinite(amplitude)) < 3
-    axes.plot(frequencies(dataset, case), scale * amplitude, ".-" if few else "-", color=colour, label=level_text(dataset, case))
+    axes.plot(frequencies(dataset, case), scale * amplitude, ".-" if few else "-", **line)
     peak = highest_peak(dataset, case, output)
     if peak is not None and peak.local:
         height = scale * peak.amplitude * float(angular_factor(np.array(peak.frequency), quantity))
-        axes.plot(peak.frequency, height, "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+        edge = {"markersize": 2.5} if "alpha" in line else {"markersize": 5, "markeredgecolor": "white"}
+        axes.plot(peak.frequency, height, "o", color=line["color"], zorder=4, **edge)
     failed = dataset.frequency.values[case, failed_points(dataset, case)]
     foot = axes.get_xaxis_transform()
     axes.plot(failed, np.full(failed.size, 0.015), "x", color=FAILED, markersize=5, transform=foot, clip_on=False, zorder=5)
@@ -142,7 +150,7 @@ def _finish(axes: Axes, dataset: xr.Dataset, output: int, log: bool, label: str)
         handles.append(Line2D([], [], color=GREY, linestyle=style, linewidth=1.1, label=LINEAR_WORDS[which]))
     if np.any(np.isin(dataset.outcome.values, (0, 1), invert=True)):
         handles.append(Line2D([], [], color=FAILED, marker="x", linestyle="", markersize=5, label="not converged"))
-    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    beside(axes, handles)
 
 
 def _limits(axes: Axes, dataset: xr.Dataset, log: bool) -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from stickslip.checks import Index, fault
 from stickslip.plots.bound_cycles import panels
 from stickslip.plots.cycles import run_cycles
-from stickslip.plots.look import house_style, level_colours, plain
+from stickslip.plots.look import house_style, legend, level_colours, plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +34,7 @@ def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bo
                 hertz = float(dataset["largest_frequency"].values[run, 0])
                 axes.plot(found.phase, found.force[k, row], color=colour, label=f"run {run + 1}, {hertz:.1f} Hz")
             axes.set_title(plain(found.rows[row]), fontsize=9)
-        figure.axes[0].legend(fontsize=7)
+        legend(figure.axes[0], fontsize=7)
         level = float(dataset["force_level"].values[runs[0]])
         title = f"One force, {level:g}, before and after others: {dataset.attrs['title']}"
         figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip.analyses.variability.percentiles import percentiles
-from stickslip.plots.look import CONTACTS, GREY, house_style, plain
+from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ EDGES, INNER = (5.0, 95.0), (25.0, 75.0)
 def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
     """Median, quartiles and the middle nine tenths of |X_1| at each frequency, within the lowest and highest sample."""
     table = percentiles(dataset, (0.0, *EDGES, *INNER, 50.0, 100.0), output)
-    levels = table["force_level"].values
+    levels, left_out = shown_levels(table["force_level"].values)
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
         for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
@@ -39,6 +39,5 @@ def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")
-        title = f"Percentiles over start states: {dataset.attrs['title']}"
-        figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
+        headed(figure, f"Percentiles over start states: {dataset.attrs['title']}", left_out)
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, house_style, plain
+from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
 from stickslip.results_view import along_curve, frequencies
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Figure:
     """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
-    levels = np.unique(dataset["force_level"].values)
+    levels, left_out = shown_levels(np.unique(dataset["force_level"].values))
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
         for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
@@ -30,8 +30,7 @@ def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output
             axes.set(title=f"force {level:g}, {cases.size} start states", ylabel="amplitude |X₁| in µm")
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
-        title = f"Responses of one problem: {dataset.attrs['title']}"
-        figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
+        headed(figure, f"Responses of one problem: {dataset.attrs['title']}", left_out)
     return figure
 
 

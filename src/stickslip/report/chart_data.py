@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.checks import Array
 from stickslip.outcome import Outcome
-from stickslip.plots.look import CONTACTS, FAILED, GREY, level_colours, state_colour
+from stickslip.plots.case_lines import case_lines
+from stickslip.plots.look import CONTACTS, FAILED, GREY, entries, level_colours, state_colour
+from stickslip.results_told import levels_of, told
 from stickslip.results_view import (
     ContactRow,
     along_curve,
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
 STEPS = 20
 """Shares of the period are drawn in steps of 1/STEPS: one colour for every mixture of stick, slip and open."""
 LOOP_SAMPLES = 128
+MOST_TOLD = 12
+"""Cases whose loops, states and shares are drawn."""
 LOOPS_OF_A_POINT = 8
 """Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
 NUMBERS_OF_CYCLES = 120_000
@@ -101,9 +105,10 @@ def _result(label: str, dataset: xr.Dataset, metres: float) -> dict[str, Any]:
         "largestLoop": rows.index(largest_loops(dataset, rows, 1)[0]) if rows else 0,
         "linearFrequency": rounded(dataset.linear_frequency.values, 7),
         "energyNames": names,
+        "told": told(dataset, MOST_TOLD).cases,
         "cases": [
-            _case(dataset, case, metres) | _shares(shares[case], totals[case]) | _cycles(dataset, case, shown, metres)
-            for case in range(dataset.sizes["case"])
+            _case(dataset, case, metres) | line | _shares(shares[case], totals[case]) | _cycles(dataset, case, shown, metres)
+            for case, line in enumerate(_lines(dataset))
         ],
     }
 
@@ -127,6 +132,20 @@ def _case(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
         "dissipated": rounded(dissipated(dataset, case).sum(axis=1)),
         **_contacts(dataset, case, metres),
     }
+
+
+def _lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """Of each case: its colour, whether it is the first of its level, its label, whether a legend has that, and its width."""
+    groups, lines = levels_of(dataset), case_lines(dataset)
+    shown = entries([line["label"] for line in lines])
+    found: dict[int, dict[str, Any]] = {}
+    for place, cases in enumerate(groups):
+        for case in cases:
+            label = lines[case]["label"]
+            entry = label in shown and label not in [other["label"] for other in found.values()]
+            style = {"label": label, "entry": entry, "thin": "alpha" in lines[case]}
+            found[case] = {"colour": place, "levels": len(groups), "first": case == cases[0], **style}
+    return [found[case] for case in range(len(lines))]
 
 
 def outcome_words(code: int) -> str:

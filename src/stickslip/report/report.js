@@ -16,7 +16,9 @@ const CONFIG = { responsive: true, displaylogo: false, showSendToCloud: false, p
 const plain = text => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const scheme = () => data.colours[dark.matches && !printing ? "dark" : "light"];
-const levelColours = shown => scheme().levels[shown.cases.length];
+const levelColours = shown => shown.cases.map(c => scheme().levels[c.levels][c.colour]);
+const told = shown => shown.told.map(i => ({ c: shown.cases[i], i }));
+const inLegend = c => ({ name: plain(c.label), legendgroup: c.label, showlegend: c.entry, opacity: c.thin ? 0.5 : 1 });
 const perForce = (shown, unit = data.length) => `${unit}${shown.newtons ? "/N" : " per unit level"}`;
 
 // Time derivatives of the displacement: order, unit and factor from the page's unit of length.
@@ -57,7 +59,7 @@ function draw(id, traces, layout) {
 
 function linearCurves(shown, output, factors, normalised, quantity) {
   const words = { free: "no contacts", stuck: "contacts stuck" }, dashes = { free: "dot", stuck: "dash" };
-  return Object.keys(words).flatMap(which => shown.cases.slice(0, normalised ? 1 : undefined).map((c, i) => ({
+  return Object.keys(words).flatMap(which => shown.cases.map((c, i) => ({ c, i })).filter(({ c, i }) => normalised ? i === 0 : c.first).map(({ c, i }) => ({
     x: shown.linearFrequency, y: c[which][output].map((y, k) => y === null ? null : derived(y, shown.linearFrequency[k], quantity) * factors[i]), mode: "lines", opacity: 0.6,
     line: { width: 1, dash: dashes[which], color: normalised ? css("--soft") : levelColours(shown)[i] }, name: words[which],
     legendgroup: which, showlegend: i === 0, hovertemplate: `%{x:.2f} Hz, %{y:.4g}<extra>${words[which]}, ${plain(c.level)}</extra>` })));
@@ -67,12 +69,12 @@ function drawCurves() {
   const shown = result(), output = index("output"), normalised = chosen("normal") === "perForce", quantity = QUANTITIES[chosen("quantity")], log = chosen("scale") === "log";
   const factors = shown.cases.map(c => normalised ? (c.force ? 1 / Math.abs(c.force) : NaN) : 1);
   const curves = shown.cases.map((c, i) => ({
-    x: c.frequency, y: c.amplitude[output].map((y, k) => y === null ? null : derived(y, c.frequency[k], quantity) * factors[i]), name: plain(c.level), meta: i,
-    mode: c.frequency.length < 12 ? "lines+markers" : "lines", line: { width: 2.2, color: levelColours(shown)[i] },
-    hovertemplate: "%{x:.3f} Hz, %{y:.5g}" }));
+    x: c.frequency, y: c.amplitude[output].map((y, k) => y === null ? null : derived(y, c.frequency[k], quantity) * factors[i]), ...inLegend(c), meta: i,
+    mode: c.frequency.length < 12 ? "lines+markers" : "lines", line: { width: c.thin ? 0.8 : 2.2, color: levelColours(shown)[i] },
+    hovertemplate: `%{x:.3f} Hz, %{y:.5g}<extra>${plain(c.level)}</extra>` }));
   const peaks = shown.cases.map((c, i) => ({ c, i, peak: c.peak[output] })).filter(p => p.peak && p.peak.local);
   const dots = { x: peaks.map(p => p.peak.frequency), y: peaks.map(p => derived(p.peak.amplitude, p.peak.frequency, quantity) * factors[p.i]), mode: "markers", name: "peak",
-    marker: { size: 8, color: peaks.map(p => levelColours(shown)[p.i]), line: { width: 1.5, color: css("--paper") } }, showlegend: false,
+    marker: { size: peaks.map(p => p.c.thin ? 4 : 8), color: peaks.map(p => levelColours(shown)[p.i]), line: { width: 1.5, color: css("--paper") } }, showlegend: false,
     text: peaks.map(p => plain(p.c.level)), hovertemplate: "%{x:.3f} Hz, %{y:.5g}<extra>peak, %{text}</extra>" };
   const failed = shown.cases.flatMap(c => c.failed.map((f, k) => ({ f, level: `${c.causes[k]}, ${plain(c.level)}` })));
   const crosses = { x: failed.map(p => p.f), y: failed.map(() => 0.012), yaxis: "y2", mode: "markers", name: "not converged",
@@ -136,7 +138,7 @@ function drawTrend() {
   const name = result().outputs[index("output")];
   const traces = data.results.flatMap((r, i) => {
     const output = r.outputs.indexOf(name), found = r.cases.filter(c => c.peak[output] && c.force), peaks = found.map(c => c.peak[output]);
-    const look = { x: found.map(c => c.force), mode: "lines+markers", name: plain(r.label), legendgroup: String(i),
+    const look = { x: found.map(c => c.force), mode: r.cases.some(c => c.thin) ? "markers" : "lines+markers", name: plain(r.label), legendgroup: String(i),
       line: { color: data.results.length > 1 ? scheme().results[i] : css("--accent"), width: 2 } };
     return [{ ...look, y: peaks.map((p, k) => p.amplitude / Math.abs(found[k].force)), showlegend: data.results.length > 1 },
       { ...look, y: peaks.map(p => p.frequency), xaxis: "x2", yaxis: "y2", showlegend: false }];
@@ -154,7 +156,7 @@ function drawLoops() {
   const middle = values => values.length ? (Math.max(...values) + Math.min(...values)) / 2 : 0;
   const half = values => values.length ? (Math.max(...values) - Math.min(...values)) / 2 || 1 : 1;
   const closed = values => values.length ? [...values, values[0]] : values;
-  const traces = shown.cases.map((c, i) => ({ c, i, loop: c.loops[row] })).filter(t => t.loop && t.loop[0].every(u => u !== null)).map(({ c, i, loop }) => {
+  const traces = told(shown).map(({ c, i }) => ({ c, i, loop: c.loops[row] })).filter(t => t.loop && t.loop[0].every(u => u !== null)).map(({ c, i, loop }) => {
     const [u, force] = loop.map(closed), [u0, f0, su, sf] = own ? [middle(u), middle(force), half(u), half(force)] : [0, 0, 1, 1];
     return { x: u.map(v => (v - u0) / su), y: force.map(v => (v - f0) / sf), customdata: u.map((v, k) => [v, force[k]]), mode: "lines", name: plain(c.level),
       line: { color: levelColours(shown)[i], width: 2 }, hovertemplate: `%{customdata[0]:.4g} ${data.length}, %{customdata[1]:.4g} N` };
@@ -164,10 +166,10 @@ function drawLoops() {
 }
 
 function drawStates() {
-  const shown = result(), count = shown.cases.length, rows = Math.max(shown.contacts.length, 1), last = data.mixtures.length - 1;
+  const shown = result(), drawn = told(shown), count = drawn.length, rows = Math.max(shown.contacts.length, 1), last = data.mixtures.length - 1;
   const scale = data.mixtures.map((m, i) => [i / last, m.colour]), panel = 46 + (rows > 12 ? 10 : 16) * rows, height = count * panel + 70;
   const layout = { showlegend: false, height, margin: { l: 60, r: 16, t: 34, b: 44 }, annotations: [] };
-  const traces = shown.cases.map((c, i) => {
+  const traces = drawn.map(({ c }, i) => {
     const key = i ? i + 1 : "", top = 1 - i * panel / (count * panel), ascending = c.frequency.length < 2 || c.frequency[0] <= c.frequency.at(-1);
     const order = c.frequency.map((_, k) => k);
     if (!ascending && !c.folded) order.reverse();
@@ -188,16 +190,16 @@ function drawStates() {
 }
 
 function drawEnergy() {
-  const shown = result(), colours = data.colours.contacts, levels = shown.cases.map((c, i) => i);
+  const shown = result(), colours = data.colours.contacts, drawn = told(shown).map(({ c }) => c), levels = drawn.map((c, i) => i);
   const shares = shown.energyNames.map((name, k) => ({ type: "bar", orientation: "h", name: plain(name), y: levels,
-    x: shown.cases.map(c => c.total > 0 ? 100 * c.shares[k] / c.total : null), customdata: shown.cases.map(c => c.shares[k]),
+    x: drawn.map(c => c.total > 0 ? 100 * c.shares[k] / c.total : null), customdata: drawn.map(c => c.shares[k]),
     marker: { color: colours[k % colours.length] }, hovertemplate: "%{x:.1f} %, %{customdata:.4g} J per cycle" }));
   draw("chart-shares", shares, { barmode: "stack", title: { text: "Dissipated at the highest peak", font: { size: 14 }, x: 0.01 }, showlegend: true,
     margin: { l: 60, r: 16, t: 40, b: 48 }, xaxis: axis("share in %", { range: [0, 100] }), yaxis: axis("", { autorange: "reversed", tickvals: levels,
-      ticktext: shown.cases.map(c => `${plain(c.level)}: ${joules(c.total)}`) }) });
+      ticktext: drawn.map(c => `${plain(c.level)}: ${joules(c.total)}`) }) });
   const lines = name => shown.cases.map((c, i) => ({ x: c.frequency, y: name === "lossFactor" ? c[name] : c[name].map(v => v > 0 ? v : null),
-    mode: c.frequency.length < 12 ? "lines+markers" : "lines", name: plain(c.level), line: { color: levelColours(shown)[i], width: 2 },
-    hovertemplate: "%{x:.2f} Hz, %{y:.4g}" }));
+    mode: c.frequency.length < 12 ? "lines+markers" : "lines", ...inLegend(c), line: { color: levelColours(shown)[i], width: c.thin ? 0.8 : 2 },
+    hovertemplate: `%{x:.2f} Hz, %{y:.4g}<extra>${plain(c.level)}</extra>` }));
   const below = { orientation: "h", y: -0.25 };
   draw("chart-loss", lines("lossFactor"), { xaxis: axis("frequency in Hz"), yaxis: axis("loss factor", { rangemode: "tozero" }), legend: below });
   draw("chart-energy", lines("dissipated"), { xaxis: axis("frequency in Hz"), legend: below,

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
+from stickslip.checks import counted
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
@@ -17,29 +18,52 @@ from stickslip.report.bounds import bounds_table
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
+from stickslip.results_told import levels_of, ranked, spread, telling, words_of
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+MOST_LINES = 12
+"""Force levels that a summary tells of."""
+
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What "auto" took, and the highest peak of the first output at each force level, or the largest point without a peak."""
-    first = dataset.isel(output=0)
     chosen = dataset.attrs.get("harmonics_chosen")
     lines = [f"{chosen}."] if chosen else []
     lines += [f"highest peaks of {dataset['output'].values[0]}"]
-    starts = [f"start {int(start) + 1:<4d} " for start in first["start"].values] if "start" in first.coords else None
-    for case, level in enumerate(first["force_level"].values):
-        lines.append(f"  force {level:<8g} {starts[case] if starts else ''}{peak_words(first.isel(case=case))}")
+    levels = levels_of(dataset)
+    shown = spread(len(levels), MOST_LINES)
+    for cases in (levels[place] for place in shown):
+        lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
+    lines += [f"  {len(shown)} of {len(levels)} force levels; all stand in the report"] if len(shown) < len(levels) else []
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
+
+
+def level_line(dataset: xr.Dataset, case: int) -> str:
+    """The highest peak of one case."""
+    return f"  force {float(dataset['force_level'][case]):<8g} {peak_words(dataset.isel(case=case, output=0))}"
+
+
+def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
+    """Of many start states at one force level those with the lowest, the median and the highest response."""
+    chosen = telling(dataset, cases)
+    level, solved = float(dataset["force_level"][cases[0]]), len(ranked(dataset, cases))
+    lines = [f"  force {level:g}, {counted(len(cases), 'start state')}, {solved} of them solved"]
+    for word, case in zip(words_of(chosen), chosen, strict=True):
+        start = f"start {int(dataset['start'][case]) + 1}"
+        lines.append(f"    {word:<8} {start:<10} {peak_words(dataset.isel(case=case, output=0))}")
+    return lines
 
 
 def bound_sentences(bounds: xr.Dataset) -> list[str]:
     """Where the bounds of each force level are furthest apart, in m."""
     lines = [f"bounds over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
-    for case, level in enumerate(bounds["force_level"].values):
+    levels = bounds["force_level"].values
+    for case in spread(len(levels), MOST_LINES):
+        level = levels[case]
         low, high = bounds["amplitude"].values[case]
         if not np.any(np.isfinite(high - low)):
             lines.append(f"  force {level:<8g} none found")

@@ -9,10 +9,12 @@ import numpy as np
 
 from stickslip.checks import Array, counted
 from stickslip.quantities import QUANTITIES
+from stickslip.report.chart_data import MOST_TOLD
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
 from stickslip.report.numbers import energy, hertz, number
+from stickslip.results_told import told
 from stickslip.results_view import Length, converged_points, highest_peak, length_unit, level_text, levels_in_newtons, points
 
 if TYPE_CHECKING:
@@ -92,7 +94,12 @@ def loops(datasets: Datasets) -> str:
         '<p class="note">One period at the highest peak of the first output. '
         "Double-click a level in the legend to see it alone.</p>"
     )
-    return section("loops", "Hysteresis loops", chart("chart-loops", "Contact force against displacement.", controls), note)
+    return section(
+        "loops",
+        "Hysteresis loops",
+        chart("chart-loops", "Contact force against displacement.", controls),
+        note + _left_out(datasets),
+    )
 
 
 def states(datasets: Datasets) -> str:
@@ -103,7 +110,7 @@ def states(datasets: Datasets) -> str:
     )
     note = f'<p class="note">Colours mix by the shares of the period: {key} Gaps: no convergence.</p>'
     description = "Shares of the period in stick, slip and open, per contact and frequency."
-    return section("states", "Contact states", note, chart("chart-states", description))
+    return section("states", "Contact states", note + _left_out(datasets), chart("chart-states", description))
 
 
 def energies(datasets: Datasets) -> str:
@@ -161,8 +168,9 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     head = f"<h3>{text(label)}</h3>" if several else ""
     cases = range(dataset.sizes["case"])
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
-    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in cases) if dataset.sizes["case"] > 1 else ""
-    sentences = f"<ul>{items}</ul>" if items else ""
+    shown = told(dataset, MOST_TOLD).cases if dataset.sizes["case"] > 1 else []
+    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
+    sentences = f"{_left_out({label: dataset})}<ul>{items}</ul>" if items else ""
     if several and items:
         sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
@@ -170,6 +178,12 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     chosen = str(dataset.attrs.get("harmonics_chosen", ""))
     note = f"{whole}; {seconds}." + (f" Chosen by “auto”: {chosen}." if chosen else "")
     return f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(note)}</p>'
+
+
+def _left_out(datasets: Datasets) -> str:
+    """A note on the cases that stand for all."""
+    words = dict.fromkeys(words for dataset in datasets.values() if (words := told(dataset, MOST_TOLD).words))
+    return "".join(f'<p class="note">{text(f"Shown: {sentence}.")}</p>' for sentence in words)
 
 
 def _result_head(datasets: Datasets) -> list[str]:

@@ -1,0 +1,184 @@
+"""Forty cases: every figure stays on a page with a short legend and without a warning, and the summary is a few lines."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from report.synthetic import synthetic
+
+import stickslip as ss
+from stickslip.plots import FIGURES, MORE, plot
+from stickslip.plots.forced_response import figures_of
+from stickslip.plots.look import MOST_ENTRIES, PAGE
+from stickslip.plots.stress import stress_curves
+from stickslip.report.chart_data import MOST_TOLD, chart_data
+from stickslip.report.page import page
+from stickslip.report.responses import sentences
+from stickslip.results_told import spread, told
+
+MANY = 40
+BESIDE_CASES = 5  # further entries of a legend: linear curves, failures, "others"
+
+
+def levels(count: int = MANY) -> xr.Dataset:
+    return synthetic(tuple(np.geomspace(1.0, 80.0, count).tolist()), failed=((3, 40, 2),))
+
+
+def cloud() -> xr.Dataset:
+    """Two force levels from twenty start states each; one state of the second level has no solution."""
+    data = synthetic((20.0, 80.0)).isel(case=np.repeat([0, 1], 20)).copy(deep=True)
+    size = np.tile(1.0 + 0.01 * np.random.default_rng(0).permutation(20), 2)
+    for name in ("amplitude", "peak_amplitude"):
+        data[name] = data[name] * xr.DataArray(size, dims="case")
+    data["outcome"][39] = np.where(data["outcome"][39] == 1, 2, 0)
+    return data.assign_coords(start=("case", np.tile(np.arange(20), 2))).assign(
+        start_variable=(("case", "variable"), size[:, None])
+    )
+
+
+def repeated(data: xr.Dataset, axis: str = "case") -> xr.Dataset:
+    """The same case many times, its force levels apart."""
+    data = data.isel({axis: [0] * MANY})
+    return data.assign_coords(force_level=(axis, np.geomspace(1.0, 80.0, MANY))) if "force_level" in data.coords else data
+
+
+def bounds() -> xr.Dataset:
+    return repeated(ss.response_bounds(ss.rigs.three_mass_wedge(), [215.0, 222.0], cloud=2, starts=1).dataset)
+
+
+def percentiles() -> xr.Dataset:
+    data = ss.response_samples(ss.rigs.three_mass_wedge(), [215.0, 222.0], starts=2).dataset
+    data = data.isel(case=[0, 1] * (MANY // 2))
+    return data.assign_coords(force_level=("case", np.repeat(np.geomspace(1.0, 80.0, MANY // 2), 2)))
+
+
+def performance() -> xr.Dataset:
+    return repeated(ss.performance_curve(ss.rigs.blade_and_wedge(), [10.0, 20.0], friction=0.4, harmonics=1).dataset)
+
+
+def history() -> xr.Dataset:
+    return repeated(ss.response_history(ss.rigs.three_mass_wedge(), [222.0], [1.0]).dataset, "run").assign_coords(
+        force_level=("run", [1.0] * MANY)
+    )
+
+
+def identification() -> xr.Dataset:
+    loop = np.cos(2.0 * np.pi * np.arange(32) / 32)
+    shape = (MANY, 2, 32)
+    data = {name: (("case", "channel", "sample"), np.broadcast_to(loop, shape)) for name in ("measured", "fitted")}
+    data |= {"zero": (("case", "channel"), np.zeros((MANY, 2)))}
+    data |= {"platform_motion": (("case", "axis", "sample"), np.broadcast_to(loop, shape))}
+    names = [f"case {k}" for k in range(MANY)]
+    return xr.Dataset(data, {"case": names, "channel": ["force_x", "force_y"]})
+
+
+def rounds() -> xr.Dataset:
+    loop = np.broadcast_to(np.cos(2.0 * np.pi * np.arange(32) / 32)[:, None], (MANY, 32, 2))
+    data = dict.fromkeys(("platform_motion", "force_on_right"), (("cycle", "sample", "axis"), loop))
+    data |= {name: (("cycle",), np.ones(MANY)) for name in ("loop_energy", "rotation")}
+    return xr.Dataset(data | {"friction": (("cycle", "contact"), np.full((MANY, 3), 0.4))}, attrs={"title": "rounds"})
+
+
+OF_MANY = {
+    "ForcedResponse": levels,
+    "Dataset": levels,
+    "ResponseSamples": percentiles,
+    "ResponseBounds": bounds,
+    "ResponseHistory": history,
+    "PerformanceCurve": performance,
+    "Identification": identification,
+    "SteadyCycles": rounds,
+    "DamperEvolution": rounds,
+}
+OF_ONE = {
+    *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse", "LawChoice"),
+    *("Design", "WhatMatters", "MistunedDisks"),
+}
+"""Their figures have no axis of cases."""
+NOT_DRAWN = {"force_plane", "posterior"}
+"""Of one case, with arguments of their own."""
+
+
+def assert_fits_a_page(figure: Figure) -> None:
+    """Drawing is part of the test: warnings are errors."""
+    assert max(figure.get_size_inches()) <= PAGE + 1e-9
+    for legend in [axes.get_legend() for axes in figure.axes] + figure.legends:
+        assert legend is None or len(legend.get_texts()) <= MOST_ENTRIES + BESIDE_CASES
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        assert min(box.width, box.height) > 0.02 * figure.bbox.width
+
+
+def test_every_figure_is_tried():
+    assert {*OF_MANY} | OF_ONE == {*FIGURES}
+
+
+@pytest.mark.parametrize("kind", OF_MANY)
+def test_forty_cases_fit_a_page(kind):
+    data = OF_MANY[kind]()
+    result = type(kind, (), {"dataset": data})()
+    for figure in {"", *MORE.get(kind, {})} - NOT_DRAWN:
+        assert_fits_a_page(plot(result, figure=figure))
+
+
+@pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
+def test_forty_curves_fit_a_page(data):
+    for name, draw in figures_of(data).items():
+        figure = draw(data)
+        assert_fits_a_page(figure)
+        if name in ("loops", "states"):
+            assert "of 20 start states those with" in str(figure.get_suptitle()).lower() or " of 40 force levels" in str(
+                figure.get_suptitle()
+            )
+
+
+def test_stress_at_forty_places():
+    data = levels()
+    stress = data["amplitude"].isel(output=0).expand_dims(place=MANY, axis=-1) * np.linspace(1e9, 2e12, MANY)
+    data = data.assign(stress_von_mises=stress).assign_coords(place=[f"place {k}" for k in range(MANY)])
+    figure = stress_curves(data)
+    assert_fits_a_page(figure)
+    assert figure.axes[-1].get_title(loc="left") == "place 39"
+    assert "4 of 40 places, the most stressed" in figure.get_suptitle().lower()
+
+
+def test_a_cloud_is_told_by_its_lowest_median_and_highest():
+    data = cloud()
+    chosen = told(data, 6)
+    sizes = data["peak_amplitude"].values[:, 0, 0]
+    order = np.argsort(sizes[:20])
+    assert chosen.cases[:3] == [order[0], order[10], order[19]]
+    assert 39 not in chosen.cases
+    assert chosen.words == "of 20 start states those with the lowest, median and highest response"
+    assert told(data, 40).words == ""
+    assert told(levels(), 8).words == "8 of 40 force levels"
+
+
+def test_places_are_spread():
+    assert spread(40, 4) == [0, 13, 26, 39]
+    assert [spread(3, 5), spread(0, 3), spread(7, 1)] == [[0, 1, 2], [], [6]]
+
+
+def test_the_summary_is_a_few_lines():
+    lines = sentences(cloud())
+    assert len(lines) == 1 + 2 * 4
+    assert lines[1] == "  force 20, 20 start states, 20 of them solved"
+    assert [line.split()[0] for line in lines[2:5]] == ["lowest", "median", "highest"]
+    assert lines[5] == "  force 80, 20 start states, 19 of them solved"
+    assert sentences(levels())[-1] == "  12 of 40 force levels; all stand in the report"
+    assert len(sentences(levels())) == 14
+
+
+@pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
+def test_the_report_shows_a_few_of_many(data):
+    shown = chart_data({"many": data})["results"][0]
+    assert len(shown["told"]) <= MOST_TOLD
+    assert 2 <= sum(case["entry"] for case in shown["cases"]) <= MOST_ENTRIES
+    overview = page({"many": data}).split('id="peaks-section"')[0]
+    assert len(re.findall("<li>", overview)) <= MOST_TOLD
+    assert "Shown: " in overview
+    json.dumps(shown)
