@@ -1,6 +1,7 @@
 """A witness of `make robustness`: some of its random problems, every class, traced across their bands; and ill-posed ones."""
 
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,18 @@ from robustness.ill_posed import ILL_POSED, IllPosed, respond
 from robustness.page import ClassResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.run import traced
+from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
+from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.curve import CAREFUL
+from stickslip.solve.curve_points import LostCurveError
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("kind", CLASSES)
+HARD = [("start state", 40), ("varying load", 224)]
+"""Sharp folds that look like crossings, and kinks behind which a step may fall back."""
+
+
+@pytest.mark.parametrize(("kind", "seed"), [*product(CLASSES, range(4)), *HARD])
 def test_random_problems_are_traced_end_to_end(kind, seed):
     curve = traced(kind, seed)
     case = random_case(kind, seed)
@@ -24,6 +32,18 @@ def test_random_problems_are_traced_end_to_end(kind, seed):
     ends = np.array([curve.points[0].point.omega, curve.points[-1].point.omega]) / (2.0 * np.pi)
     np.testing.assert_allclose(ends, [case.band.start, case.band.stop], rtol=1e-9)
     assert max(point.evaluation.error for point in curve.points) < 1e-9
+
+
+def test_a_curve_that_jumps_onto_a_closed_one_is_recognised_and_careful_steps_pass_it():
+    """At number 156 steps jump between the branches of a cascade until they go round; careful ones pass the place."""
+    case = random_case("varying load", 156)
+    balance = HarmonicBalance(case.problem, 5, 256)
+    start, place = 6.283185307179586 * case.band.start, 3.3
+    first = first_point(balance, start, case.level)
+    with pytest.raises(LostCurveError, match="closed on itself"):
+        list(trace(balance, first, "omega", 6.283185307179586 * case.band.stop))
+    control = StepControl(sideways=CAREFUL, points=6000)
+    assert any(abs(point.point.omega - place) < 0.01 for point in trace(balance, first, "omega", place + 0.005, control))
 
 
 @pytest.mark.parametrize("case", ILL_POSED, ids=lambda case: case.name)

@@ -20,6 +20,11 @@ from stickslip.harmonic.iteration import Direction
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric, solve_at
 from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
+CLOSED = "The curve closed on itself."
+
+MET = 1e-7
+"""Arc length within which a curve is back at a point; below the smallest step."""
+
 
 @dataclass(frozen=True)
 class StepControl:
@@ -28,7 +33,8 @@ class StepControl:
     patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
     iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
     accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
-    point, where the cosine is below `reversed`; points: the most of them.
+    point, where the cosine is below `reversed`; sideways: how much more a step may go aside of the tangent than the curve turns
+    in it, rad: no limit lets it jump from branch to branch of a cascade of folds; points: the most of them.
     """
 
     first: float = 0.1
@@ -43,6 +49,7 @@ class StepControl:
     cosine: float = 0.1
     straight: float = 0.05
     reversed: float = -0.95
+    sideways: float = np.inf
     points: int = 4000
 
 
@@ -102,7 +109,8 @@ class _Tracer:
         current = self._starting_point(first)
         yield current
         bend: tuple[Array, float] | None = None
-        for _ in range(self.control.points):
+        mark, renewal = current, 64
+        for count in range(self.control.points):
             if self._remaining(current) <= 0.0:
                 return
             following = self._advance(current, bend)
@@ -115,10 +123,21 @@ class _Tracer:
             bend = self._bend(current, following)
             current = following
             yield current
+            if self._meets(mark, current):
+                raise LostCurveError(CLOSED)
+            if count == renewal:
+                mark, renewal = current, 2 * renewal
         raise LostCurveError(f"The curve was not finished within {self.control.points} points.")
 
     def _remaining(self, current: CurvePoint) -> float:
         return self.direction * (self.end - current.point.value(self.parameter))
+
+    def _meets(self, mark: CurvePoint, current: CurvePoint) -> bool:
+        """Whether the curve is back where it was, in the same direction: then it goes round for ever (Brent's test)."""
+        change = current.point.value(self.parameter) - mark.point.value(self.parameter)
+        if abs(change) > MET * self.scale or mark.chord(current, self.parameter) > MET:
+            return False
+        return mark.turn(current) > 0.9
 
     def metric(self, evaluation: Evaluation) -> Metric:
         """Scales of the motion at a point: its own size, but no less than 2 % of the largest so far."""
@@ -196,13 +215,33 @@ class _Tracer:
         if crossed:
             # Another branch crosses: the determinant has changed its sign, not the curve its direction.
             following, turn = replace(following, tangent=following.tangent.turned()), -turn
+            if not self._goes_on(following, 0.5 * distance):
+                return 0.5
         close = error < 8.0 * self.control.error and turn > self.control.cosine
-        if distance >= 1e-3 and not (close and current.chord(following, self.parameter) <= 1.5 * distance):
+        if distance >= 1e-3 and not (close and self._beside(current, following, distance, turn)):
             return 0.5
         if crossed:
             self.orientation = -self.orientation
         self.step = self._next_step(distance, error, correction.iterations)
         return following
+
+    def _beside(self, current: CurvePoint, following: CurvePoint, distance: float, turn: float) -> bool:
+        """Whether the point on the plane at `distance` is on the same branch, as far as the way there tells."""
+        chord = current.chord(following, self.parameter)
+        if chord > 1.5 * distance:
+            return False
+        return bool(np.arccos(min(distance / chord, 1.0)) <= np.arccos(min(turn, 1.0)) + self.control.sideways)
+
+    def _goes_on(self, current: CurvePoint, distance: float) -> bool:
+        """Whether the curve goes straight on beyond a point; at the tip of a sharp fold, which looks the same, it ends."""
+        condition = self._condition(current.evaluation, current.tangent, current.metric, distance)
+        start = current.point.moved(distance * current.tangent.forces, self.parameter, distance * current.tangent.parameter)
+        if start.omega <= 0.0:
+            return False
+        correction = correct(self.balance, start, condition, self.control.iterations)
+        change = correction.evaluation.point.value(self.parameter) - start.value(self.parameter)
+        error = current.metric.length(correction.evaluation.w - correction.start_motion, change)
+        return correction.converged and error < self.control.cosine * distance
 
     def _next_step(self, distance: float, error: float, iterations: int) -> float:
         """From the error of the prediction, of third order; a step made short by a kink recovers faster than others grow."""
@@ -250,7 +289,11 @@ class _Tracer:
         condition = self._condition(current.evaluation, tangent, current.metric, distance)
         start = current.point.moved(distance * tangent.forces, self.parameter, distance * tangent.parameter)
         correction = correct(self.balance, start, condition, iterations=15, halvings=8, direction=NEAR)
-        return self._solved(correction, distance) if correction.converged else None
+        if not correction.converged:
+            return None
+        found = self._solved(correction, distance)
+        near = current.chord(found, self.parameter) <= 1.5 * distance
+        return found if near and found.leads_away_from(current, self.parameter) else None
 
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
         """The point at the end of the band, exactly, between the last two."""

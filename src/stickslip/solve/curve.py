@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import StepControl, first_point, solve_cold, trace
+from stickslip.solve.continuation import CLOSED, StepControl, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.peak import TOLERANCE, PeakSearch
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""
+
+CAREFUL = 0.1
+"""Angle aside of the curve, rad, up to which a step of it is believed once it has closed on itself: it had left its branch."""
 
 TURNED_BACK = "The curve turned back and left the band through its start."
 PASSED_BY = "The curve has no point inside the band."
@@ -82,7 +85,7 @@ def solve_curve(
         if not first.converged:
             failed = failed or failure(balance, first)
             continue
-        travels.append(_travel(balance, first, start, end, travelled, control))
+        travels.append(_careful_travel(balance, first, start, end, travelled, control))
         if travels[-1].lost not in (TURNED_BACK, PASSED_BY):
             break
     if not travels:
@@ -91,6 +94,23 @@ def solve_curve(
     arrived = [travel for travel in travels if travel.lost is None]
     best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
     return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance)
+
+
+def _careful_travel(
+    balance: HarmonicBalance,
+    first: Correction,
+    start: float,
+    end: float,
+    progress: Callable[[float], None],
+    control: StepControl | None,
+) -> _Travel:
+    """As `_travel`; a curve that closes on itself has jumped to another branch, and is traced again with steps that do not."""
+    travel = _travel(balance, first, start, end, progress, control)
+    if travel.lost != CLOSED:
+        return travel
+    usual = control or StepControl()
+    again = _travel(balance, first, start, end, progress, replace(usual, sideways=CAREFUL, points=4 * usual.points))
+    return again if again.lost is None else travel
 
 
 def _travel(

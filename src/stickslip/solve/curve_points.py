@@ -77,6 +77,13 @@ class CurvePoint:
         change = following.point.value(parameter) - self.point.value(parameter)
         return self.metric.length(following.evaluation.w - self.evaluation.w, change)
 
+    def leads_away_from(self, before: CurvePoint, parameter: Parameter) -> bool:
+        """Whether the curve goes on from here, and not back to another point, in the metric of that one."""
+        motion, metric = self.evaluation.w - before.evaluation.w, before.metric
+        change = self.point.value(parameter) - before.point.value(parameter)
+        along = float(np.vdot(metric.weight * self.tangent.motion, motion))
+        return along + metric.parameter * self.tangent.parameter * change > 0.0
+
     def turn(self, following: CurvePoint) -> float:
         """Cosine of the angle between the tangents here and at another point, in the metric of this one."""
         a, b, metric = self.tangent, following.tangent, self.metric
