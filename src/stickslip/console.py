@@ -27,16 +27,33 @@ WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
 
 def say(message: str) -> None:
     """A line to the user."""
-    _console(stderr=False).print(message, markup=False, highlight=False, soft_wrap=True)
+    _tell(message, stderr=False)
 
 
 def warn(message: str) -> None:
     """A line on the error stream."""
-    _console(stderr=True).print(message, markup=False, highlight=False, soft_wrap=True)
+    _tell(message, stderr=True)
 
 
-def _console(stderr: bool) -> Console:
-    return Console(stderr=stderr)
+def _tell(message: str, stderr: bool) -> None:
+    console = _console(stderr)
+    try:
+        console.print(message, markup=False, highlight=False, soft_wrap=True)
+    except BrokenPipeError:  # of releases of rich that do not ask the console
+        console.on_broken_pipe()
+
+
+class _Console(Console):
+    """Where nobody reads on, as behind `| head -1`, lines are dropped and the command does its work to the end."""
+
+    def on_broken_pipe(self) -> None:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self.file.fileno())
+        os.close(nowhere)
+
+
+def _console(stderr: bool) -> _Console:
+    return _Console(stderr=stderr)
 
 
 @contextmanager

@@ -29,7 +29,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         _flush(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        if error.filename is not None and Path(os.fsdecode(error.filename)) == temporary:
+        if error.filename is None or Path(os.fsdecode(error.filename)) == temporary:
             error.filename = str(path)  # the name that the user knows
         raise
     finally:

@@ -38,6 +38,7 @@ class Force:
         finite(f"{what}.static", self.static)
         if not isinstance(self.at, str | Mapping):
             raise fault(f"{what}.at", 'must be "NODE.DIRECTION" or {"NODE.DIRECTION": coefficient}', self.at)
+        object.__setattr__(self, "omega_power", whole(f"{what}.omega_power", self.omega_power))
         if self.omega_power not in range(HIGHEST_POWER + 1):
             raise fault(f"{what}.omega_power", f"must be a whole number from 0 to {HIGHEST_POWER}", self.omega_power)
         for harmonic, amplitude in self.amplitudes.items():
@@ -93,6 +94,8 @@ class BaseMotion(Force):
         super().__post_init__()
         if self.of not in DERIVATIVES:
             raise fault("BaseMotion.of", "must be a known motion", self.of, nearest(str(self.of), DERIVATIVES))
+        if not self.static and not any(self.amplitudes.values()):
+            raise fault(f"The {self.of} of the base", "must not be zero", 0, "Leave the base out if it rests.")
 
     @property
     def power(self) -> int:

@@ -57,6 +57,23 @@ def one_mass(tmp_path):
     return path
 
 
+def test_a_reader_that_leaves_does_not_stop_a_run(one_mass, tmp_path):
+    """As `stickslip run ... | head -1`: everything is written all the same."""
+    command = [*COMMAND, "run", str(one_mass), "--out", str(tmp_path / "out"), "--workers", "1"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    process.stdout.close()
+    try:
+        errors = process.stderr.read()
+        assert process.wait(timeout=120) == 0, errors
+    finally:
+        process.kill()
+        process.stderr.close()
+        process.wait()
+    assert "Traceback" not in errors
+    assert (tmp_path / "out" / "report.html").exists()
+
+
 def test_the_peaks_of_one_mass(one_mass, tmp_path):
     """Peaks of |x| and of the first harmonic, maximised over frequency to 1e-9 by an independent script of this project."""
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")

@@ -83,6 +83,8 @@ ONE_CHANGE = [
     ('outputs = ["2.x"]', "", "outputs must be given, but is missing"),
     ("[sweep]", "[swep]", "table must be a known one, but is 'swep'. Did you mean 'sweep'?"),
     ("[[force]]", "[force]", "[force] must be written with double brackets"),
+    ("[sweep]", "[[sweep]]", "[[sweep]] must be written with single brackets"),
+    ("[sweep]", '[base]\ndirection = "x"\nacceleration = 0.0\n[sweep]', "[base]: The acceleration of the base must not be zero"),
     ("[study]", 'units = "mm-t"\n[study]', "units: The system must be a known one, but is 'mm-t'. Did you mean 'mm-t-s'?"),
     (
         "[sweep]",

@@ -176,7 +176,8 @@ def test_a_full_disk(folder, reference, limit):
         arguments(folder, "--workers", "1"), capture_output=True, text=True, check=False, preexec_fn=little_room
     )
     assert process.returncode == console.WRONG_INPUT, process.stderr
-    assert "Error: the system refused a file" in process.stderr
+    assert f"Error: the system refused a file ({folder / 'out'}" in process.stderr
+    assert ("with --resume goes on from there" in process.stderr) == (limit > 10_000)
     assert "Traceback" not in process.stderr
     assert (len(kept(folder)) == len(LEVELS)) == (limit > 10_000)
     assert (folder / "out" / "results.nc").exists() == (limit > 100_000)

@@ -200,6 +200,9 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
             found.messages.append(f"[{key}] must be given, but is missing.")
 
     def single(key: str, model: type[Model]) -> Model | None:
+        if isinstance(document.get(key), list):
+            found.messages.append(f"[[{key}]] must be written with single brackets, [{key}], since there is one only.")
+            return None
         return found.attempt(f"[{key}]", parsed, model, document[key]) if key in document else None
 
     study, structure = single("study", StudyTable), single("structure", StructureTable)
