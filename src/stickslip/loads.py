@@ -38,9 +38,9 @@ class Force:
         finite(f"{what}.static", self.static)
         if not isinstance(self.at, str | Mapping):
             raise fault(f"{what}.at", 'must be "NODE.DIRECTION" or {"NODE.DIRECTION": coefficient}', self.at)
-        object.__setattr__(self, "omega_power", whole(f"{what}.omega_power", self.omega_power))
         if self.omega_power not in range(HIGHEST_POWER + 1):
             raise fault(f"{what}.omega_power", f"must be a whole number from 0 to {HIGHEST_POWER}", self.omega_power)
+        object.__setattr__(self, "omega_power", int(self.omega_power))
         for harmonic, amplitude in self.amplitudes.items():
             if harmonic < 1:
                 raise fault(f"{what}.amplitude", "must have harmonics from 1 on", harmonic, "Use static for a constant.")

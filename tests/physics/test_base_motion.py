@@ -81,6 +81,7 @@ def test_faults_of_loads_that_go_by_the_frequency():
     for power in (-1, 5, 0.5, "2"):
         with pytest.raises(ss.InputError, match="omega_power must be a whole number from 0 to 4"):
             ss.Force("1.x", 1.0, omega_power=power)
+    assert repr(ss.Force("1.x", 1.0, omega_power=2.0).power) == "2"
     with pytest.raises(ss.InputError, match="of must be a known motion, but is 'jerk'"):
         ss.BaseMotion(ALL, 1.0, of="jerk")
     structure = ss.Structure(M, K, ("1.x", "2.x"), C)
