@@ -51,6 +51,7 @@ _HOME = {
     "Scatter": "stickslip.analyses.mistuning.disk",
     "DaskCluster": "stickslip.analyses.dask_cluster",
     "mistuned_disk": "stickslip.analyses.mistuning.disk",
+    "run_in": "stickslip.analyses.mistuning.run_in",
     "MistunedDisks": "stickslip.analyses.mistuning.population",
     "mistuned_response": "stickslip.analyses.mistuning.population",
     "mistuned_population": "stickslip.analyses.mistuning.population",
@@ -133,6 +134,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.identification.loop_law import ContactLoop, identify_law
     from stickslip.analyses.mistuning.disk import Mistuning, Scatter, mistuned_disk
     from stickslip.analyses.mistuning.population import MistunedDisks, mistuned_population, mistuned_response
+    from stickslip.analyses.mistuning.run_in import run_in
     from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters
     from stickslip.analyses.performance.band import PerformanceBand, performance_band
     from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve

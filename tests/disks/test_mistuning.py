@@ -9,10 +9,12 @@ from stickslip.analyses.mistuning.disk import blade_dofs
 from stickslip.analyses.mistuning.population import planned_population
 from stickslip.checks import InputError
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.receptance import REAL_MODE
 from stickslip.report.presentation import presentation_of
 from stickslip.results import open_results, save, stamped
 from stickslip.rigs import lumped_blisk
 from stickslip.solve.peak_sweep import swept_curve
+from stickslip.structure.damping import ModalDamping
 from stickslip.study import read
 from stickslip.study.templates import write_new
 
@@ -164,3 +166,38 @@ def test_a_symmetric_disk_goes_straight_on_where_another_branch_crosses():
     assert len(whole) < 2 * len(one)
     found = [max(np.hypot(*point.evaluation.w[-1][1:3]) for point in curve) for curve in (one, whole)]
     assert found[1] == pytest.approx(found[0], rel=0.01)
+
+
+def test_one_damping_ratio_is_that_of_the_mistuned_modes():
+    """They decouple, with springs on the mean too; the tuned disk's matrix says the same but for the size of the deviations."""
+    disk = lumped_blisk("R", sectors=6)
+    disk = disk.with_structure(disk.structure.with_damping(ModalDamping(1e-3)))
+    detuned = ss.mistuned_disk(disk, ss.Mistuning(blade=np.linspace(-0.003, 0.003, 6), missing=[2]))
+    assert set(HarmonicBalance(detuned, 1, 24).linear.modes.kind) == {REAL_MODE}
+    detuned = ss.mistuned_disk(disk, ss.Mistuning(blade=np.linspace(-0.003, 0.003, 6)))
+    copied = detuned.with_damping(disk.full().structure.C)
+    at = 2.0 * np.pi * float(disk.frequencies(stuck=True)[0])
+    own, other = (each.evaluate(each.stuck_point(at, 1e-6)).w for each in (HarmonicBalance(d, 1, 24) for d in (detuned, copied)))
+    assert 0.0 < np.abs(own - other)[:, 1:].max() < 0.01 * np.abs(own[:, 1:]).max()
+    assert ss.mistuned_disk(disk, ss.Mistuning(pull=0.1)).structure.C is not None
+
+
+def test_a_disk_is_run_in():
+    """Where all slips, the start is forgotten; run in again nothing moves; where nothing slips, nothing has moved at all."""
+    band = ss.hertz(AT[0] - 2.0, AT[0] + 2.0)
+    used = ss.run_in(SIX, band, 0.4, samples=48)
+    again = ss.run_in(used, band, 0.4, samples=48)
+    moved, after = (np.array([c.starts[0].value[0] for c in disk.contacts]) for disk in (used, again))
+    assert np.abs(moved).min() > 1e-8
+    assert np.abs(after - moved).max() < 1e-4 * np.abs(moved).max()
+    peaks = [ss.forced_response(disk, band, 0.4, 3, 48).dataset.peak_amplitude.max() for disk in (SIX, used)]
+    assert float(peaks[1]) == pytest.approx(float(peaks[0]), rel=1e-6)
+    assert all(abs(c.starts[0].value[0]) < 1e-15 for c in ss.run_in(SIX, band, 1e-3).contacts)
+
+
+def test_a_population_of_run_in_disks():
+    asked = (1, ss.Scatter(blade=0.003), None, 0.4, 1, 24)
+    found = ss.mistuned_population(SIX, AT, *asked, run_in=True).dataset
+    expected = ss.mistuned_population(ss.run_in(SIX, AT, 0.4, 1, 24), AT, *asked).dataset
+    assert np.array_equal(found.amplitude, expected.amplitude)
+    assert planned_population(SIX, AT, *asked, run_in=True).names != planned_population(SIX, AT, *asked).names

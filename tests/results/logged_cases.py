@@ -49,6 +49,15 @@ class LoggedCases:
 
 
 @dataclass(frozen=True)
+class SlowToPrepare(LoggedCases):
+    """Begins case 0 before it is asked for, and is never prepared."""
+
+    def prepare(self):
+        self._write("began", 0)
+        time.sleep(60.0)
+
+
+@dataclass(frozen=True)
 class Deadly(LoggedCases):
     """Case 1 ends the process that computes it."""
 

@@ -14,7 +14,7 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from results.logged_cases import Deadly, LoggedCases
+from results.logged_cases import Deadly, LoggedCases, SlowToPrepare
 from typer.testing import CliRunner
 
 import stickslip as ss
@@ -146,6 +146,75 @@ def test_a_case_that_ends_its_workers_is_named(tmp_path):
         own.add_workers(1)
         with pytest.raises(InputError, match=r"Workers must survive a case, but case . ended every one"):
             all_cases(Deadly(str(tmp_path / "log"), 2, 0.0), None, ss.DaskCluster(own.address))
+    finally:
+        own.end()
+
+
+def a_run(folder, address):
+    """`stickslip run --resume` of 400 samples on a cluster, once two more of them are kept."""
+    (folder / "study.toml").write_text(STUDY.replace("count = 3", "count = 400"))
+    before = kept(folder)
+    command = ["run", str(folder / "study.toml"), "--out", str(folder / "out"), "--resume", "--scheduler", address]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen([sys.executable, "-m", "stickslip", *command], start_new_session=True, **pipes)
+    ends = time.monotonic() + 240.0
+    while kept(folder) < before + 2 and process.poll() is None and time.monotonic() < ends:
+        time.sleep(0.02)
+    return process
+
+
+def kept(folder):
+    return len(list((folder / "out" / "unfinished").glob("[!.]*.npz")))
+
+
+def told(process):
+    """What a process that is about to end says on its error stream."""
+    try:
+        return process.communicate(timeout=60.0)[1]
+    finally:
+        process.kill()
+
+
+@needs_dask
+def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, tmp_path):
+    (tmp_path / "own").mkdir()
+    own = LocalCluster(tmp_path / "own")
+    try:
+        own.add_workers(1)
+        process = a_run(tmp_path, own.address)
+        own.processes[0].kill()
+        errors = told(process)
+    finally:
+        own.end()
+    before = kept(tmp_path)
+    assert process.returncode == console.FAILED, errors
+    assert f"the scheduler at {own.address} has gone" in errors
+    assert f"{before} finished curves are kept" in errors
+    assert "Traceback" not in errors
+    process = a_run(tmp_path, cluster.address)
+    os.killpg(process.pid, signal.SIGINT)
+    errors = told(process)
+    assert process.returncode == console.INTERRUPTED, errors
+    assert "--resume goes on from there" in errors
+    assert "Traceback" not in errors
+    assert 2 <= before < kept(tmp_path) < 400
+
+
+@needs_dask
+def test_a_scheduler_lost_while_a_worker_prepares(tmp_path):
+    own = LocalCluster(tmp_path)
+    work = SlowToPrepare(str(tmp_path / "log"), 1, 0.0)
+
+    def end_it():
+        while not work.lines("began"):
+            time.sleep(0.02)
+        own.processes[0].kill()
+
+    try:
+        own.add_workers(1)
+        Thread(target=end_it, daemon=True).start()
+        with pytest.raises(ConnectionError, match="has gone"):
+            all_cases(work, None, ss.DaskCluster(own.address))
     finally:
         own.end()
 

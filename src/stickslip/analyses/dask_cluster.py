@@ -6,6 +6,7 @@ again. Results are fetched as they come; what is fetched is kept here and needs 
 
 from __future__ import annotations
 
+import logging
 import re
 from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -86,6 +87,8 @@ class DaskCluster:
         order, patience = import_module(PACKAGE).as_completed(list(words), loop=client.loop), PATIENCE
         while not order.is_empty():
             ready = order.next_batch(block=False)
+            if client.status != "running":
+                raise self._gone()
             if not ready:
                 tell()
                 sleep(POLL)
@@ -112,8 +115,15 @@ class DaskCluster:
             rule = f"must be that of a Dask scheduler that answers within {PATIENCE:g} s"
             remedy = f"Start one by `dask scheduler` and give the address it prints. ({error})"
             raise fault("The address", rule, self.address, remedy) from None
-        with client:
-            yield client
+        with _quiet(), client:
+            try:
+                yield client
+            except _losses():
+                raise self._gone() from None
+
+    def _gone(self) -> ConnectionError:
+        """What a run ends with when its connection to the scheduler breaks: that has forgotten what it was asked for."""
+        return ConnectionError(f"the scheduler at {self.address} has gone; start it and its workers again.")
 
     def _result(self, future: Any, words: str, patience: float) -> Arrays:
         """What a worker found; ways of failing that only a cluster has are said in words."""
@@ -123,14 +133,36 @@ class DaskCluster:
             raise InputError(
                 f"Workers must survive a case, but {words} ended every one that tried it. Give each more memory."
             ) from None
-        except CancelledError:
-            raise ConnectionError(f"the scheduler at {self.address} has gone; start it and its workers again.") from None
         except ImportError as error:
             raise fault("Every worker", "must have stickslip and its packages", str(error)) from None
 
 
+def _losses() -> tuple[type[BaseException], ...]:
+    """What Dask raises when the connection to the scheduler breaks, by what it was doing then."""
+    return (
+        CancelledError,
+        import_module(f"{PACKAGE}.client").FutureCancelledError,
+        import_module(f"{PACKAGE}.comm").CommClosedError,
+    )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Dask writes a traceback about each lost connection, which ends here in one sentence."""
+    logger = logging.getLogger(f"{PACKAGE}.client")
+    before = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
+
+
 def _count(client: Any) -> int:
-    return len(client.scheduler_info(n_workers=-1)["workers"])
+    try:
+        return len(client.scheduler_info(n_workers=-1)["workers"])
+    except OSError as error:
+        raise import_module(f"{PACKAGE}.comm").CommClosedError(str(error)) from error
 
 
 def _wait_for_workers(client: Any, address: str, progress: Progress) -> None:

@@ -23,7 +23,8 @@ class ContactCycle:
     """Samples over one period of every row: displacement [m], force [N], state (STICK, SLIP or OPEN), each (rows, Nt).
 
     slip_work (rows,): Σ μN |Δs| over the period, J; a friction disc has it on its first row.
-    slider (elements,): where the slider of each friction element stands at the last sample, s = u − T/kt, m.
+    slider (elements,): where the slider of each friction element stands at the last sample, s = u − T/kt, m; mean_slider: its
+    mean over the period.
     """
 
     displacement: Array
@@ -31,6 +32,7 @@ class ContactCycle:
     state: Index
     slip_work: Array
     slider: Array
+    mean_slider: Array
 
     def shares(self) -> Array:
         """Shares of the period in stick, slip and without contact, (3, rows). A closed normal direction counts as stick."""
@@ -42,15 +44,16 @@ def contact_cycle(table: ContactTable, tables: Fourier, w: Array) -> ContactCycl
     rows, samples = table.rows, tables.E.shape[0]
     displacement = np.ascontiguousarray(w[:rows] @ tables.E.T)
     force, state = np.zeros((rows, samples)), np.zeros((rows, samples), dtype=np.int64)
-    slip_work, slider = np.zeros(rows), np.zeros(table.stiffness.size)
+    slip_work, slider = np.zeros(rows), np.zeros((2, table.stiffness.size))
     _fill_cycle(table, displacement, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work, slider)
-    return ContactCycle(displacement, force, state, slip_work, slider)
+    return ContactCycle(displacement, force, state, slip_work, slider[0], slider[1])
 
 
 @njit(cache=True)
 def _fill_cycle(
     table: ContactTable, displacement: Array, mean: Array, force: Array, state: Index, slip_work: Array, slider: Array
 ) -> None:
+    """slider (2, elements): at the last sample, and the mean."""
     samples = displacement.shape[1]
     limit, slope, y = np.empty(samples), np.empty(samples), np.empty(samples)
     event = np.empty(samples, dtype=np.int64)
@@ -84,7 +87,7 @@ def _fill_cycle(
                 friction_period(kind, value, kt, ku, limit, kt * mean[r], y, event)
                 force[r] += y + ku
                 slip_work[r] += _slip_work(kt, y, limit)
-                slider[e] = -y[-1] / kt
+                slider[0, e], slider[1, e] = -y[-1] / kt, -np.mean(y) / kt
                 for n in range(samples):
                     if event[n] != OPEN and state[r, n] != SLIP:
                         state[r, n] = STICK if event[n] == STICK else SLIP
@@ -114,7 +117,7 @@ def _fill_disc(
     for d in range(2):
         force[r + d] = y[d] + kt * u[d]
         state[r + d] = event
-        slider[e + d] = -y[d, -1] / kt
+        slider[0, e + d], slider[1, e + d] = -y[d, -1] / kt, -np.mean(y[d]) / kt
     for n in range(samples):
         slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / kt
         slip_work[r] += 0.5 * (limit[n] + limit[n - 1]) * slipped

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.harmonic.decoupling import States, partners, states, wave_states
+from stickslip.harmonic.decoupling import States, Turned, partners, states, wave_states
 from stickslip.harmonic.receptance import Modes, change, driven_states, frequency_gains, motion, motion_slope, pulled, receptance
 from stickslip.problem import Problem
 
@@ -18,8 +18,8 @@ class LinearPart:
         static[:, 0] = problem.static_load
         orders = range(harmonics + 1)
         if problem.differs_by_harmonic:
-            firsts = {problem.wave(h): h for h in reversed(orders)}
-            waves = {wave: wave_states(problem.waves(h)) for wave, h in firsts.items()}
+            seen = {problem.wave(h): [k for k in orders if problem.wave(k) == problem.wave(h)] for h in reversed(orders)}
+            waves = {wave: wave_states(_waves(problem, harmonics)) for wave, harmonics in seen.items()}
         elif problem.falls_apart:
             waves = {problem.wave(0): wave_states(problem.waves(0))}
         else:
@@ -75,6 +75,14 @@ class LinearPart:
     def whole_change(self, forces: Array, omega: float) -> Array:
         """Change of q (n, 2H+1) for a change of forces δλ."""
         return change(self._whole, frequency_gains(self._whole, omega, self.harmonics), np.ascontiguousarray(forces), omega)
+
+
+def _waves(problem: Problem, harmonics: list[int]) -> list[Turned]:
+    """The waves that some harmonics share; the mean alone meets no damping, which might couple what else decouples."""
+    waves = problem.waves(harmonics[0])
+    if harmonics != [0]:
+        return list(waves)
+    return [(turn, system._replace(C=np.zeros_like(system.C))) for turn, system in waves]
 
 
 def _joined(waves: list[States]) -> States:

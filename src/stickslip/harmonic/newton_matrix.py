@@ -68,13 +68,13 @@ def related_rows(table: ContactTable) -> tuple[Index, Index]:
 def _add_block(block: Array, E: Array, G: Array, column: int) -> None:
     """block += E times the real form of the receptance G[:, :, column] of each harmonic; G (2, H+1, columns)."""
     size, width = block.shape
-    real, imaginary = G[0, :, column].copy(), G[1, :, column].copy()
     for i in range(size):
-        block[i, 0] += E[i, 0] * real[0]
+        block[i, 0] += E[i, 0] * G[0, 0, column]
         for h in range(1, (width + 1) // 2):
             cosine, sine = E[i, 2 * h - 1], E[i, 2 * h]
-            block[i, 2 * h - 1] += cosine * real[h] - sine * imaginary[h]
-            block[i, 2 * h] += cosine * imaginary[h] + sine * real[h]
+            real, imaginary = G[0, h, column], G[1, h, column]
+            block[i, 2 * h - 1] += cosine * real - sine * imaginary
+            block[i, 2 * h] += cosine * imaginary + sine * real
 
 
 @njit(cache=True)

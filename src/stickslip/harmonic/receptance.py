@@ -272,12 +272,13 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
         product = np.dot(shape, driven.reshape(driven.shape[0], -1))
         return np.asarray(product.reshape(rows.size, 2, harmonics, width))
     result = np.zeros((rows.size, 2, harmonics, width))
-    for r in range(rows.size):
-        for part in range(2):
-            for h in range(harmonics):
-                for j in range(modes.first[h], modes.last[h]):
-                    for c in range(width):
-                        result[r, part, h, c] += modes.shape[rows[r], j] * driven[j, part, h, c]
+    for h in range(harmonics):
+        a, b = modes.first[h], modes.last[h]
+        shape = np.empty((rows.size, b - a))
+        for r in range(rows.size):
+            shape[r] = modes.shape[rows[r], a:b]
+        for part in range(1 if h == 0 else 2):
+            result[:, part, h] = np.dot(shape, np.ascontiguousarray(driven[a:b, part, h]))
     return result
 
 

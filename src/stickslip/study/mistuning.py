@@ -54,6 +54,7 @@ class MistuningTable(Table):
         Field(min_length=1, description="what of a sector is its blade; nodes of outputs and modes unless given"),
     ] = None
     peak_tolerance: Annotated[Positive, Field(lt=0.1, description="relative, of the maximum of a blade")] = PEAK_TOLERANCE
+    run_in: Annotated[bool, Field(description="start from where slip has brought the tuned disk's sliders")] = False
 
     def pattern(self) -> Mistuning:
         """What all disks share."""
@@ -86,8 +87,9 @@ class MistuningPlan(Plan):
         if sweep.harmonics == "auto":
             raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
         where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
-        how = (sweep.force_levels[0], sweep.harmonics, sweep.samples, table.seed, table.blade_nodes, 0, table.peak_tolerance)
-        return cls(sweep, planned_population(disk, where, table.count, table.scatter(), table.pattern(), *how))
+        how = (sweep.force_levels[0], sweep.harmonics, sweep.samples, table.seed, table.blade_nodes, 0)
+        last = (table.peak_tolerance, table.run_in)
+        return cls(sweep, planned_population(disk, where, table.count, table.scatter(), table.pattern(), *how, *last))
 
     @property
     def summary(self) -> str:

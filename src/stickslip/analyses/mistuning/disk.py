@@ -18,6 +18,7 @@ from stickslip.contact.point import Contact
 from stickslip.disk import FullDisk, TunedDisk
 from stickslip.loads import Output
 from stickslip.structure.cyclic import sector_name
+from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
 
 RELATIVE = ("blade", "kt", "kn", "mu", "pull")
@@ -122,7 +123,8 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
     blade: nodes or degrees of freedom of a sector that make up its blade, those of the outputs and all modal coordinates unless
     given. With b the blades and r the rest, Ψ = −K_bb⁻¹K_br, S = diag(1 + blade): the elastic energy of the blades relative to
     what carries them is scaled, K + [I −Ψ]ᵀ(S K_bb S − K_bb)[I −Ψ]. A blade held at r has its frequencies times 1 + blade, and a
-    motion that does not bend it meets no other stiffness than before. Damping matrix and masses stay those of the tuned disk.
+    motion that does not bend it meets no other stiffness than before. Masses stay those of the tuned disk, and so does the
+    damping matrix; only where all modes have one damping ratio, the modes of the mistuned disk have it.
     """
     given = mistuning.of(disk.sectors)
     for name in RELATIVE[1:4]:
@@ -132,7 +134,7 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
     contacts = [_contact(c, given, k // parts[0]) for k, c in enumerate(full.contacts)]
     pull = 1.0 + given.deviation("pull")
     forces = [replace(f, static=f.static * pull[k // parts[1]]) for k, f in enumerate(full.forces)]
-    structure = _with_blades(disk, full.structure, given.deviation("blade"), blade)
+    structure = _with_own_damping(disk, _with_blades(disk, full.structure, given.deviation("blade"), blade), given)
     if not given.missing:
         return replace(full, structure=structure, contacts=tuple(contacts), forces=tuple(forces))
     springs = [spring for k, spring in enumerate(full.mean_springs) if k // parts[2] + 1 not in given.missing]
@@ -164,6 +166,19 @@ def _with_blades(disk: TunedDisk, structure: Structure, deviation: Array, blade:
     S = 1.0 + np.repeat(deviation, len(own))
     K = structure.K + relative.T @ ((S[:, None] * S - 1.0) * K_bb) @ relative
     return replace(structure, K=0.5 * (K + K.T))
+
+
+def _with_own_damping(disk: TunedDisk, structure: Structure, given: Mistuning) -> Structure:
+    """One damping ratio of all modes is that of the mistuned disk's own modes; anything else stays the matrix of the tuned disk.
+
+    The two differ by as much as the frequencies do, but the matrix would couple all modes of the mistuned disk: four times the
+    states, and general complex eigenvectors to find them.
+    """
+    rule = disk.structure.damping
+    changed = given.missing or any(given.deviation(name).any() for name in ("blade", "kt", "kn"))
+    if not (changed and isinstance(rule, ModalDamping) and np.ndim(rule.ratio) == 0):
+        return structure
+    return structure.with_damping(rule)
 
 
 def blade_dofs(disk: TunedDisk, blade: Sequence[str] | None = None) -> list[str]:

@@ -66,6 +66,7 @@ def mistuned_population(
     blade: Sequence[str] | None = None,
     output: int = 0,
     peak_tolerance: float = PEAK_TOLERANCE,
+    run_in: bool = False,
     workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -76,12 +77,13 @@ def mistuned_population(
     are one disk mounted again and again. blade: what makes up a blade, see `mistuned_disk`. output: which output of a sector
     is the amplitude of its blade. band, force, harmonics, samples, workers, finished, progress: see `forced_response`; at a
     list of frequencies, maxima are the largest values there. peak_tolerance: by how much maxima over a band may be too low.
+    run_in: all start from the sliders of the tuned disk at its highest point (`stickslip.run_in`).
 
     Amplification is the highest |X_1| of any blade over the band, divided by that of the tuned disk with the same dampers and
     force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
     """
     work = planned_population(
-        disk, band, count, scatter, mistuning, force, harmonics, samples, seed, blade, output, peak_tolerance
+        disk, band, count, scatter, mistuning, force, harmonics, samples, seed, blade, output, peak_tolerance, run_in
     )
     results = all_cases(work, finished, workers, progress)
     return MistunedDisks(population_dataset(work, results), disk)
@@ -100,6 +102,7 @@ def planned_population(
     blade: Sequence[str] | None = None,
     output: int = 0,
     peak_tolerance: float = PEAK_TOLERANCE,
+    run_in: bool = False,
 ) -> PopulationWork:
     """The work of the arguments of `mistuned_population`, checked."""
     if not isinstance(disk, TunedDisk):
@@ -115,4 +118,4 @@ def planned_population(
     sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance)
     if len(sweep.levels) != 1:
         raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
-    return PopulationWork(sweep, reported, base, scatter, int(count), int(seed), own)
+    return PopulationWork(sweep, reported, base, scatter, int(count), int(seed), own, bool(run_in))

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, mistuned_disk
+from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, InputError
 from stickslip.disk import FullDisk, TunedDisk
@@ -32,7 +34,8 @@ LEAST = 0.9
 class PopulationWork:
     """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1. sweep: where and how finely, with the tuned disk.
 
-    base: deviations that all samples share, as arrays; blade: degrees of freedom of a sector that make up its blade.
+    base: deviations that all samples share, as arrays; blade: degrees of freedom of a sector that make up its blade; run_in:
+    start from the sliders of the tuned disk at its highest point.
     """
 
     sweep: ForcedResponseWork
@@ -42,6 +45,16 @@ class PopulationWork:
     count: int
     seed: int
     blade: tuple[str, ...]
+    run_in: bool = False
+
+    @cached_property
+    def started(self) -> TunedDisk:
+        """The tuned disk with the start states of all samples."""
+        return run_in_by(self.sweep, self.disk) if self.run_in else self.disk
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels to a process: the data, not what was built from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def mistuning(self, sample: int) -> Mistuning:
         """The deviations of a sample, counted from 0."""
@@ -52,6 +65,7 @@ class PopulationWork:
         """Everything that a sample depends on."""
         shared = [self.base.deviation(name).tolist() for name in RELATIVE]
         what = f"{self.scatter!r} on {shared!r}, missing {self.base.missing!r}, seed {self.seed}, blade {self.blade!r}"
+        what += ", run in" if self.run_in else ""
         return tuple(
             f"{'tuned' if k == 0 else f'sample {k - 1}'} of {what}: {self.sweep.names[0]}" for k in range(self.count + 1)
         )
@@ -68,7 +82,7 @@ class PopulationWork:
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
-            problem = self.disk if case == 0 else mistuned_disk(self.disk, self.mistuning(case - 1), self.blade)
+            problem = self.started if case == 0 else mistuned_disk(self.started, self.mistuning(case - 1), self.blade)
             arrays = self._solved(problem, tell)
         except (LostCurveError, LinAlgError, InputError) as reason:
             arrays = _failed(1 if case == 0 else self.disk.sectors, str(reason))
