@@ -10,6 +10,8 @@ import stickslip as ss
 from stickslip.analyses.performance.peak_path import follow_peaks
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.plots.performance_curve import performance_curves
+from stickslip.report.performance import sentences, tables
 from stickslip.solve.newton import correct
 from stickslip.solve.peak_sweep import swept_summits
 from stickslip.solve.summit import COARSEST, plane_at
@@ -92,6 +94,33 @@ def test_a_peak_on_a_kink_is_a_one_sided_maximum(samples):
             kinks += summit.on_kink
             assert summit.width() > 0.0
     assert kinks >= 2
+
+
+@pytest.fixture(scope="module")
+def wedge_that_lifts():
+    problem = ss.rigs.blade_and_wedge(60.0, 35.0, 0.2)
+    return problem, ss.performance_curve(problem, np.geomspace(3.0, 100.0, 30)[:6], band=ss.hertz(280.0, 390.0)).dataset
+
+
+def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_that_lifts):
+    """Lift-off peaks of large forces, followed to F_C/F_E = 4.312, lie on a closed curve of 315.5 to 316.8 Hz there."""
+    problem, curve = wedge_that_lifts
+    for ratio, height in zip(curve.force_ratio.values, curve.amplitude_per_force.values[0], strict=True):
+        force = 60.0 / float(ratio)
+        swept = ss.forced_response(problem, ss.hertz(280.0, 390.0), force=force).dataset.peak_amplitude.values[0, 0].max()
+        assert height == pytest.approx(swept / force, rel=1e-3)
+    apart = curve.detached_amplitude_per_force.values[0]
+    assert np.isfinite(apart).tolist() == [False, False, True, True, False, False]
+    assert apart[3] == pytest.approx(3.80e-5, rel=0.01)
+    assert curve.detached_frequency.values[0, 3] == pytest.approx(315.86, abs=0.02)
+
+
+def test_a_peak_apart_is_told_and_marked(wedge_that_lifts):
+    curve = wedge_that_lifts[1]
+    assert any("3.821 to 4.312: higher peaks, up to 4.068e-05 m/N, lie on a curve apart" in words for words in sentences(curve))
+    assert np.isfinite(tables(curve)["performance curves"]["apart from the curve [m/N]"]).sum() == 2
+    legend = performance_curves(curve).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["as built", "apart from the curve"]
 
 
 def test_what_F_C_is():

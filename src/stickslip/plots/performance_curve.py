@@ -89,6 +89,10 @@ def _curve(top: Axes, bottom: Axes, dataset: xr.Dataset, case: int, quantity: st
     height, frequency = dataset[quantity].values[case], dataset["frequency"].values[case]
     top.plot(x, height, color=colour, label="as built" if np.isnan(mu) else f"μ = {mu:g}")
     bottom.plot(x, frequency, color=colour)
+    share = dataset["detached_amplitude_per_force"].values[case] / dataset["amplitude_per_force"].values[case]
+    if np.isfinite(share).any() and "amplitude" in quantity:
+        words = None if any(line.get_marker() == "D" for line in top.lines) else "apart from the curve"
+        top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label=words)
     swapped = np.flatnonzero(np.diff(dataset["branch"].values[case]) != 0)
     for k in swapped:
         top.axvline(np.sqrt(x[k] * x[k + 1]), color=colour, linewidth=0.6, linestyle=":")

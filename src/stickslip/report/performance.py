@@ -32,11 +32,25 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"{name}: lowest resonance {one['optimum_amplitude_per_force']:.4g} m/N at F_C/F_E = {one['optimum_ratio']:.4g} and "
             f"{one['optimum_frequency']:.5g} Hz; within 10 % of it from {ends[0]} to {ends[1]}"
         )
+        lines += [f"  {name}: {words}" for words in _detached(dataset, case)]
         lines += [f"  {name}: {words}" for words in dataset["event"].values[case] if words]
     return lines
 
 
 _OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
+
+
+def _detached(dataset: xr.Dataset, case: int) -> list[str]:
+    """Where higher peaks lie apart from the curve."""
+    heights, ratios = dataset["detached_amplitude_per_force"].values[case], dataset["force_ratio"].values
+    apart = ratios[np.isfinite(heights)]
+    if not apart.size:
+        return []
+    where = f"{apart[0]:.4g}" if apart.size == 1 else f"{apart[0]:.4g} to {apart[-1]:.4g}"
+    return [
+        f"F_C/F_E {where}: higher peaks, up to {np.nanmax(heights):.4g} m/N, lie on a curve apart, which no sweep meets; "
+        "they do not count, and may be unstable (a time simulation tells)"
+    ]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -68,6 +82,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
                     "relative to no contacts": float(at["normalised_amplitude"]),
                     "contacts": REGIONS[int(region)] if np.isfinite(region) else "",
                     "loss factor": float(at["loss_factor"]),
+                    "apart from the curve [m/N]": float(at["detached_amplitude_per_force"]),
                 }
             )
     return {"performance curves": pd.DataFrame(rows)}

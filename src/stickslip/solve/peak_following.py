@@ -3,19 +3,23 @@
 Each peak is a branch. From value to value it is predicted by extrapolation and climbed to again: two to four solutions where a
 sweep takes a hundred. A peak that cannot be followed has merged with a trough or left the band; one that appears is not on any
 branch. Full sweeps at every so many values see both, and new branches are followed back to where they were born.
+
+Followed far enough a peak may come to lie on a closed curve, apart from the one that a sweep meets. Whether it is found
+then depends on where sweeps were made; where the highest branch was not on the curves of both sweeps beside it, there is another.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_sweep import swept_summits
+from stickslip.solve.peak_sweep import reaches_an_end, swept_summits
 from stickslip.solve.summit import SAME, Ascent, NoSummitError, Summit, same
 
 PeakProblem = Callable[[float], tuple[HarmonicBalance, float]]
@@ -25,6 +29,9 @@ FARTHEST = 0.02
 """Relative change of frequency beyond its prediction that a followed peak may make in one step; else the step is halved."""
 
 HALVINGS, ORDERS = 3, (3, 1)
+
+ABOVE = 1.001
+"""A peak counts as higher than another one beyond this ratio: samples make cusps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +63,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened to peaks between two values: kind is born, ended, merged, swapped or apart."""
+    """Something that happened to peaks between two values: kind is born, ended, merged or swapped."""
 
     kind: str
     low: float
@@ -67,12 +74,15 @@ class Event:
 
 @dataclass(frozen=True)
 class Check:
-    """A full sweep at a value: its highest amplitude and that of the branches, m, and the points the sweep took."""
+    """A full sweep at a value: its highest amplitude and that of the branches, m, the points the sweep took (0: it was lost), and
+    the branches on its curve.
+    """
 
     value: float
     swept: float
     followed: float
     points: int
+    branches: frozenset[int] = frozenset()
 
 
 @dataclass(eq=False)
@@ -87,9 +97,27 @@ class Following:
     iterations: int = 0
 
     def highest(self, value: float) -> tuple[int, Place] | None:
-        """The branch and place of the highest peak at a value, or None."""
-        there = [(k, branch.places[value]) for k, branch in enumerate(self.branches) if value in branch.places]
-        return max(there, key=lambda item: item[1].summit.amplitude, default=None)
+        """The branch and place of the highest peak at a value, of the curve of a sweep where there was one; or None."""
+        return _highest(item for item in self.there(value) if not self.apart(item[0], value))
+
+    def detached(self, value: float) -> tuple[int, Place] | None:
+        """The branch and place of the highest peak that lies apart from the curve of a sweep and above it, or None."""
+        found, highest = _highest(item for item in self.there(value) if self.apart(item[0], value)), self.highest(value)
+        above = found is not None and (highest is None or found[1].summit.amplitude > ABOVE * highest[1].summit.amplitude)
+        return found if above else None
+
+    def check(self, value: float) -> Check | None:
+        """The last sweep at a value that was not lost."""
+        return next((check for check in reversed(self.checks) if check.value == value and check.points), None)
+
+    def apart(self, branch: int, value: float) -> bool:
+        """Whether a sweep at a value did not meet a branch."""
+        check = self.check(value)
+        return check is not None and bool(check.branches) and branch not in check.branches
+
+    def there(self, value: float) -> list[tuple[int, Place]]:
+        """The branches at a value with their places."""
+        return [(k, branch.places[value]) for k, branch in enumerate(self.branches) if value in branch.places]
 
 
 class Follower:
@@ -110,13 +138,16 @@ class Follower:
                 self._advance(found, values[k - 1], value)
             if k % every == 0 or k == len(values) - 1:
                 self._check(found, k)
+        for k in _doubtful(found):
+            self._check(found, k)
         found.events += _swaps(found)
         found.solves, found.iterations = self.solves, self.iterations
         return found
 
     def at(self, found: Following, value: float) -> Place | None:
         """The highest peak at a value between those followed; None where no branch reaches it."""
-        inside = [branch for branch in found.branches if _spans(branch, value)]
+        near = min(found.values, key=lambda known: abs(_abscissa(known) - _abscissa(value)))
+        inside = [branch for k, branch in enumerate(found.branches) if _spans(branch, value) and not found.apart(k, near)]
         places = [place for place in (self._reach(branch, value, HALVINGS) for branch in inside) if place is not None]
         return max(places, key=lambda place: place.summit.amplitude, default=None)
 
@@ -187,7 +218,7 @@ class Follower:
             found.checks.append(Check(value, np.nan, np.nan, 0))
             return
         self.solves += solves
-        mine = found.highest(value)
+        mine, met = found.highest(value), set()
         for summit in summits:
             there = [b for b in found.branches if value in b.places and same(b.places[value].summit, summit)]
             for branch in there:
@@ -195,13 +226,13 @@ class Follower:
                     branch.places[value] = Place(value, summit, balance.stiffness)
             if not there:
                 self._begin(found, k, Place(value, summit, balance.stiffness))
+            met |= {found.branches.index(branch) for branch in there or found.branches[-1:]}
         highest = max((summit.amplitude for summit in summits), default=np.nan)
         followed = mine[1].summit.amplitude if mine is not None else np.nan
-        found.checks.append(Check(value, highest, followed, points))
-        if followed > (1.0 + 1e-3) * highest:
-            frequency = found.highest(value)[1].summit.omega / (2.0 * np.pi)  # type: ignore[index]
-            words = "The followed peak lies on a curve apart from the swept one."
-            found.events.append(Event("apart", value, value, frequency, words))
+        for b, place in found.there(value):
+            if b not in met and place.summit.amplitude > ABOVE * highest and reaches_an_end(balance, place.summit, self.band):
+                met.add(b)
+        found.checks.append(Check(value, highest, followed, points, frozenset(met)))
 
     def _begin(self, found: Following, k: int, place: Place) -> None:
         """A branch from a swept peak, followed back to the earlier values as far as it goes."""
@@ -220,6 +251,22 @@ class Follower:
                 found.events.append(Event("born", value, after, frequency, words))
                 return
             branch.places[value] = earlier
+
+
+def _highest(items: Iterable[tuple[int, Place]]) -> tuple[int, Place] | None:
+    return max(items, key=lambda item: item[1].summit.amplitude, default=None)
+
+
+def _doubtful(found: Following) -> list[int]:
+    """Values without a sweep at which the highest branch was not on the curve of the sweeps on both sides."""
+    swept = [k for k, value in enumerate(found.values) if found.check(value) is not None]
+    doubtful = []
+    for before, after in pairwise(swept):
+        for k in range(before + 1, after):
+            highest, ends = found.highest(found.values[k]), [found.check(found.values[end]) for end in (before, after)]
+            if highest is not None and not all(check is not None and highest[0] in check.branches for check in ends):
+                doubtful.append(k)
+    return doubtful
 
 
 def _predicted(known: Sequence[Place], value: float, balance: HarmonicBalance, level: float) -> Point:

@@ -8,14 +8,18 @@ from contextlib import suppress
 import numpy as np
 
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.continuation import first_point, trace
+from stickslip.solve.continuation import StepControl, first_point, trace
 from stickslip.solve.curve import RUN_UPS
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
+from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PROMINENCE
 from stickslip.solve.summit import Ascent, NoSummitError, Summit, same
 
 LEAST = 0.5
 """Peaks lower than this share of the highest are left out; one that grows is met by a later sweep."""
+
+LONGEST = 400
+"""Points along which the way from a peak to an end of the band is sought."""
 
 
 def swept_summits(
@@ -58,6 +62,17 @@ def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float
             return [point for point in points if point.point.omega >= band[0]]
         reason = "The curve turned back."
     raise LostCurveError(reason)
+
+
+def reaches_an_end(balance: HarmonicBalance, summit: Summit, band: tuple[float, float]) -> bool:
+    """Whether the curve through a peak comes to an end of the band in rad/s; a closed one turns back on both sides."""
+    first = correct(balance, summit.point, fixed("omega", summit.omega), iterations=40, halvings=12)
+    for end in band if first.converged else ():
+        with suppress(LostCurveError):
+            *_, last = trace(balance, first, "omega", end, StepControl(points=LONGEST))
+            if last.point.omega == end:
+                return True
+    return False
 
 
 def _tops(points: Sequence[CurvePoint], row: int, sizes: np.ndarray) -> list[int]:

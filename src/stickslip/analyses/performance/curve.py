@@ -90,8 +90,10 @@ def performance_curve(
     check_every: how many points lie between two full sweeps that look for peaks born on the way.
 
     Amplitudes per force are in m/N, `inertance` = ω²|X_1|/F_E in m/(s² N); `normalised_...` are relative to the highest peak
-    without contacts. `region` indexes stick, microslip, slip, lift-off. Source: S. M. Cameron et al. (1990); the one-mass model
-    is Griffin's (1980).
+    without contacts. `region` indexes stick, microslip, slip, lift-off. The curve is that of the peaks which a sweep of the
+    excitation meets; where a higher one was followed onto a closed curve apart from it, `detached_amplitude_per_force` and
+    `detached_frequency` say so (which ones are found depends on the points).
+    Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
     row, ratios, frictions = output_of(problem, output), ratios_of(force_ratio), frictions_of(friction)
     if vary not in ("force", "preload"):
@@ -120,6 +122,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "energy_residual": (_POINT, "1", "energy balance of the solution, relative to the input"),
     "slip_work_error": (_POINT, "1", "slip work against contact work, relative to the input"),
     "branch": (_POINT, "1", "which followed peak is the highest"),
+    "detached_frequency": (_POINT, "Hz", "frequency of a higher peak apart from the curve of a sweep"),
+    "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak apart from the curve of a sweep"),
     "outcome": (_POINT, "1", "what came of the point"),
     "dissipated": (_CONTACT, "J", "energy dissipated per cycle"),
     "contact_region": (_CONTACT, "1", "region of each contact: 0 stick, 1 microslip, 2 slip, 3 lift-off"),

@@ -135,6 +135,10 @@ class _Curve:
                 summit = branch.places[ratio].summit
                 arrays["branch_frequency"][k, b] = summit.omega / (2.0 * np.pi)
                 arrays["branch_amplitude_per_force"][k, b] = summit.amplitude / force
+        detached = found.detached(ratio)
+        if detached is not None:
+            arrays["detached_frequency"][k] = detached[1].summit.omega / (2.0 * np.pi)
+            arrays["detached_amplitude_per_force"][k] = detached[1].summit.amplitude / force
         highest = found.highest(ratio)
         if highest is not None:
             arrays["branch"][k] = highest[0]
@@ -200,7 +204,7 @@ class _Curve:
 PER_POINT = (
     *("frequency", "amplitude", "amplitude_per_force", "inertance", "normalised_amplitude", "normalised_inertance"),
     *("normalised_frequency", "frequency_width", "on_kink", "region", "loss_factor", "residual", "energy_residual"),
-    *("slip_work_error", "branch"),
+    *("slip_work_error", "branch", "detached_frequency", "detached_amplitude_per_force"),
 )
 
 
