@@ -21,6 +21,10 @@ Index = NDArray[np.int64]
 SMALLEST, LARGEST = 1e-40, 1e40
 """Sizes of numbers: beyond them squares and products leave the range of floating point, and nothing physical lies there."""
 
+MOST = 100_000
+"""Points, start states or designs of one analysis: more is a slip of the pen, and would compute for months."""
+LARGEST_SEED = 2**63 - 1
+
 
 class InputError(ValueError):
     """Wrong input, said as: what, rule, value, remedy."""
@@ -138,6 +142,29 @@ def whole(what: str, value: Any, remedy: str = "") -> int:
     if isinstance(value, bool | str) or number != value:
         raise fault(what, "must be a whole number", value, remedy)
     return number
+
+
+def between(what: str, value: Any, least: int, most: int = MOST) -> int:
+    """`value` as a whole number from `least` to `most`."""
+    number = whole(what, value)
+    if number < least:
+        raise fault(what, f"must be at least {least}", number)
+    if number > most:
+        raise fault(what, f"must be at most {most}", number)
+    return number
+
+
+def seed_of(value: Any) -> int:
+    """A seed of random draws, as it fits into a results file."""
+    return between("seed", value, 0, LARGEST_SEED)
+
+
+def among(what: str, value: Any, known: Iterable[str]) -> str:
+    """`value`, refused unless it is one of the known words."""
+    words = list(known)
+    if not isinstance(value, str) or value not in words:
+        raise fault(what, f"must be one of {', '.join(words)}", value)
+    return value
 
 
 def of_kind(what: str, value: Any, kind: type[Kind]) -> Kind:

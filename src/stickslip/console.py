@@ -123,7 +123,10 @@ def tell_fault(error: BaseException) -> int:
             warn(f"Error: the system refused a file{place}: {error.strerror or error}.")
             return WRONG_INPUT
         case MemoryError():
-            warn("Error: this needs more memory than the machine has. Fewer harmonics, samples or degrees of freedom need less.")
+            warn(
+                "Error: this needs more memory than the machine has. Fewer harmonics, samples, points, draws or "
+                "degrees of freedom need less."
+            )
             return FAILED
         case _:
             what = f"{type(error).__name__}: {error}"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import InputError, fault, finite, nearest, positive, unique
+from stickslip.checks import InputError, between, fault, finite, nearest, positive, unique
 
 N_per_um = 1e6
 um = 1e-6
@@ -112,13 +112,19 @@ def radians_per_second(start: float, stop: float) -> Band:
     return Band(finite("start", start) / (2.0 * pi), finite("stop", stop) / (2.0 * pi))
 
 
-def listed(frequencies: Any) -> list[float]:
-    """Frequencies in Hz, checked one by one, in their order. A pair in round brackets is refused: it could mean a band."""
+def in_order(frequencies: Any) -> list[float]:
+    """Frequencies in Hz, at least one, checked one by one."""
     if isinstance(frequencies, str) or not isinstance(frequencies, Iterable):
         raise fault("band", "must be a Band, as of ss.hertz(480, 600), or a list of frequencies in Hz", frequencies)
     values = [positive("A frequency", frequency) for frequency in frequencies]
     if not values:
         raise InputError("The frequencies must hold at least one value, but are empty. Give a Band or a list in Hz.")
+    return values
+
+
+def listed(frequencies: Any) -> list[float]:
+    """Different frequencies in Hz, checked, in their order. A pair in round brackets is refused: it could mean a band."""
+    values = in_order(frequencies)
     unique("The frequencies", values)
     if isinstance(frequencies, tuple) and len(values) == 2:
         remedy = "Write ss.hertz(start, stop) for a band, or a list for two points."
@@ -128,6 +134,5 @@ def listed(frequencies: Any) -> list[float]:
 
 def logspace(start: float, stop: float, points: int = 50) -> NDArray[np.float64]:
     """So many values from `start` to `stop` in equal ratios, say of F_C/F_E."""
-    if points < 2:
-        raise fault("points", "must be at least 2", points)
-    return np.geomspace(positive("start", start), positive("stop", stop), points)
+    count = between("points", points, 2)
+    return np.geomspace(positive("start", start), positive("stop", stop), count)

@@ -12,7 +12,7 @@ from stickslip.cli.studies import new
 from stickslip.contact.start import TractionRatio
 from stickslip.rigs import three_mass_wedge
 from stickslip.study import read, templates
-from stickslip.study.reference import reference
+from stickslip.study.reference import SECTIONS, kind_of, limits, reference
 from stickslip.study.templates import KINDS, write_new
 
 TEMPLATES = Path(templates.__file__).parent
@@ -93,3 +93,33 @@ def test_the_template_of_a_model_is_a_blade(tmp_path):
     assert study.sweep.problem.frequencies(stuck=False)[0] == pytest.approx(1.024 * slender, rel=0.024)
     assert [note.partition(":")[0] for note in study.notes] == ["left", "right", "tip"]
     assert not any("away" in note or "from the point" in note for note in study.notes)
+
+
+def test_every_whole_number_has_an_upper_bound():
+    """So that `check` refuses a slip of the pen that `run` would compute at for ever, and the reference says so."""
+    fields = {
+        (model.__name__, name): field
+        for models in SECTIONS.values()
+        for model in models
+        for name, field in model.model_fields.items()
+    }
+    counts = {place: limits(field) for place, field in fields.items() if kind_of(field) == "whole number"}
+    assert len(counts) > 30
+    assert [place for place, bound in counts.items() if "≤" not in bound] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "change", "said"),
+    [
+        ("performance", ("points = 30", "points = 10000000000000"), "points must be at most 100000, but is 10000000000000"),
+        ("what-matters", ("draws = 64", "draws = 1125899906842624"), "draws must be at most 1048576, but is 1125899906842624"),
+        ("bounds", ("seed = 0", f"seed = {10**23}"), f"seed must be at most {2**63 - 1}, but is {10**23}"),
+    ],
+)
+def test_huge_counts_are_refused_at_reading(tmp_path, kind, change, said):
+    write_new(kind, tmp_path / "study.toml")
+    text = (tmp_path / "study.toml").read_text()
+    assert change[0] in text
+    (tmp_path / "study.toml").write_text(text.replace(*change))
+    with pytest.raises(InputError, match=said):
+        read(tmp_path / "study.toml")

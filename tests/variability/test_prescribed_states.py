@@ -53,7 +53,7 @@ def test_a_ratio_without_equilibrium_is_said():
         ({"share": "damper"}, "share must be one of"),
         ({"cloud": -1}, "cloud must be at least 0"),
         ({"output": 7}, "output must be 0 to 3"),
-        ({"force": -1.0}, "force must be positive"),
+        ({"force": -1.0}, "force level must be positive"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments, message):

@@ -32,7 +32,7 @@ def test_a_law_is_mapped_from_its_support():
     assert np.mean(bell < 0.5) == pytest.approx(stats.truncnorm(-0.5, 0.5, 0.0, 2.0).cdf(0.5), abs=1e-3)
     with pytest.raises(InputError, match="weight between"):
         draw(2, 10, "latin", 0, stats.norm(50.0, 0.1))
-    with pytest.raises(InputError, match="shape"):
+    with pytest.raises(InputError, match="must lie in"):
         draw(2, np.full((3, 2), 1.5))
 
 

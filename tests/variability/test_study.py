@@ -75,6 +75,9 @@ def test_samples_come_as_cases_with_percentiles(tmp_path):
     [
         (('# law = "beta"', 'law = "bet"'), "law must be a continuous distribution"),
         (("# parameters", "parameters"), "parameters must go with a law"),
+        (('"latin"  ', '"corners"\nlaw = "uniform"  '), "method must be latin or random with a law, but is 'corners'"),
+        (("count = 20", "count = 100000000000000"), "count must be at most 100000, but is 100000000000000"),
+        (("seed = 0", "seed = 9223372036854775808"), "seed must be at most 9223372036854775807, but is 9223372036854775808"),
         (("frequency = [200.0, 235.0]", "at = [222.0]"), "points must go with a band"),
     ],
 )
@@ -102,6 +105,7 @@ def test_attached_bounds_survive_the_file(tmp_path):
         (("[bounds]", "[samples]"), "must go with analysis"),
         (('objective = "amplitude"', 'objective = "energy"'), "objective must be"),
         (("points = 25", "points = 1"), "points must be"),
+        (("cloud = 60", "cloud = 1000000000000000"), "cloud must be at most 100000"),
         (('rule = "slider_offset"', 'rulle = "slider_offset"'), "rulle"),
     ],
 )

@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip.analyses.processes import Processes
-from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Tell, Work, Workers
+from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Tell, Work, Workers, told
+from stickslip.checks import fault
 
 
 def all_cases(
@@ -20,6 +21,9 @@ def all_cases(
 ) -> list[Arrays]:
     """The results of all cases in order: those kept by `finished`, and the others computed."""
     executor = workers if isinstance(workers, Executor) else Processes(workers)
+    if finished is not None and not isinstance(finished, Finished):
+        raise fault("finished", "must be a FinishedFolder, or have its load and save", finished)
+    told(progress)
     results = {} if finished is None else _kept(work, finished)
     missing = [case for case in range(len(work.names)) if case not in results]
 

@@ -10,6 +10,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
 
+from stickslip.checks import fault
+
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
 Tell = Callable[[float], None]
@@ -36,6 +38,7 @@ class Work(Protocol):
         """The result of a case."""
 
 
+@runtime_checkable
 class Finished(Protocol):
     """Keeps results of finished cases, so that an interrupted analysis goes on where it stopped."""
 
@@ -52,6 +55,13 @@ class Executor(Protocol):
 
     def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
         """Solve the cases in any order; each is handed to `keep`, in this process, as soon as it is solved."""
+
+
+def told(progress: Progress) -> Progress:
+    """`progress`, refused unless it can be told."""
+    if not callable(progress):
+        raise fault("progress", "must be a function of the share done and a text", progress)
+    return progress
 
 
 Workers = int | Executor

@@ -15,7 +15,7 @@ from math import cos, radians, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, positive, vector
+from stickslip.checks import Array, fault, finite, positive, vector
 from stickslip.dampers.damper import ContactSurface, Damper
 from stickslip.structure.rigid_body import RigidBody
 
@@ -61,7 +61,7 @@ class Shape(ABC):
         for key in positives:
             positive(key, getattr(self, key))
         for key in ("left_angle", "right_angle"):
-            if not 0.0 <= getattr(self, key) < 90.0:
+            if not 0.0 <= finite(key, getattr(self, key)) < 90.0:
                 raise fault(key, "must lie in [0, 90) degrees", getattr(self, key))
         if self.left_angle + self.right_angle <= 0.0:
             raise fault("left_angle + right_angle", "must be above 0: two level platforms hold no damper", 0.0)

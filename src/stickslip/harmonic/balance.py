@@ -18,7 +18,7 @@ from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import iteration
-from stickslip.harmonic.fourier import Fourier, fourier
+from stickslip.harmonic.fourier import Fourier, fineness, fourier
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
@@ -150,6 +150,7 @@ class HarmonicBalance:
     """The balance of one problem with H harmonics and Nt samples."""
 
     def __init__(self, problem: Problem, harmonics: int, samples: int) -> None:
+        harmonics, samples = fineness(harmonics, samples)
         self.problem = problem
         self.harmonics = harmonics
         self.columns = 2 * harmonics + 1

@@ -6,7 +6,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
-from stickslip.checks import fault, positive
+from stickslip.checks import fault, finite, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.loads import Force
@@ -34,7 +34,7 @@ def blade_and_wedge(
     stuck the damper adds k_H = kt kn/(2 (kt sin²α + kn cos²α)) to the blade; mass, damper_mass [kg]; stiffness of the blade
     [N/m]; damping: ratio of every stuck mode; force: cosine amplitude on blade.mode, which moves along x [N].
     """
-    if not 0.0 < platform_angle < 90.0:
+    if not 0.0 < finite("platform_angle", platform_angle) < 90.0:
         raise fault("platform_angle", "must lie between 0 and 90 degrees", platform_angle)
     positive("pull", pull)
     c, s = cos(radians(platform_angle)), sin(radians(platform_angle))

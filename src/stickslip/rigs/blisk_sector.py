@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from stickslip.checks import Array, InputError, fault, not_negative, positive
+from stickslip.checks import Array, InputError, fault, finite, not_negative, positive
 from stickslip.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
 from stickslip.structure.sector_surface import SectorSurface, sector_surface
 from stickslip.structure.solid import Material, Solid, box_mesh, solid
@@ -72,9 +72,9 @@ class BliskSector:
             raise fault("sectors", "must be at least 3", self.sectors)
         if not self.hub_radius < self.rim_radius:
             raise fault("rim_radius", f"must lie above the hub radius {self.hub_radius:g} m", self.rim_radius)
-        if not 0.0 <= self.platform_angle < 90.0:
+        if not 0.0 <= finite("platform_angle", self.platform_angle) < 90.0:
             raise fault("platform_angle", "must lie in [0, 90) degrees", self.platform_angle)
-        not_negative("stagger", abs(self.stagger))
+        finite("stagger", self.stagger)
         not_negative("rotation", self.rotation)
         if not abs(self.stagger) < 75.0:
             raise fault("stagger", "must lie between -75 and 75 degrees", self.stagger, "The cells are sheared flat beyond.")

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, fault, positive
+from stickslip.checks import Array, fault, finite, positive
 from stickslip.structure.craig_bampton import Reduction, craig_bampton
 from stickslip.structure.solid import STEEL, Material, Solid, box_mesh, solid
 
@@ -48,7 +48,7 @@ class PlatformBlade:
         if not 0.0 < self.force_height < self.platform_bottom < self.platform_top < self.length:
             heights = [self.force_height, self.platform_bottom, self.platform_top, self.length]
             raise fault("Force, bottom and top of the platform, tip", "must lie above each other (y in m)", heights)
-        if not 0.0 <= self.platform_angle < 90.0 or self.rise >= self.platform_height:
+        if not 0.0 <= finite("platform_angle", self.platform_angle) < 90.0 or self.rise >= self.platform_height:
             remedy = f"At its outer edge {(self.platform_height - self.rise) * 1e3:.3g} mm of platform would be left."
             raise fault("platform_angle", "must leave the platform some height (degrees)", self.platform_angle, remedy)
         if self.elements_in_depth < 2 or self.elements_in_depth % 2:

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.checks import Array, Index, fault
+from stickslip.checks import Array, Index, among, fault
 from stickslip.contact.start import STARTS
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import friction_reach
@@ -56,8 +56,7 @@ def start_space(
 
     An offset beyond max|u| + max L/kt is clipped; a mean traction beyond max L too.
     """
-    if rule not in RULES:
-        raise fault("rule", f"must be one of {', '.join(RULES)}", rule)
+    among("rule", rule, RULES)
     if balance.table.coupled.any() and rule == "mean_traction":
         raise fault("rule", "must be slider_offset or traction_ratio with friction discs", rule)
     reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
@@ -71,6 +70,4 @@ def _groups(balance: HarmonicBalance, share: Sharing) -> Index:
     row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
     contact = np.searchsorted(table.first_row, row, side="right") - 1
     keys = {"element": np.arange(elements), "direction": row, "contact": contact, "all": np.zeros(elements, dtype=int)}
-    if share not in keys:
-        raise fault("share", f"must be one of {', '.join(keys)}", share)
-    return np.asarray(np.unique(keys[share], return_inverse=True)[1], dtype=np.int64)
+    return np.asarray(np.unique(keys[among("share", share, keys)], return_inverse=True)[1], dtype=np.int64)

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.analyses.work import Arrays
-from stickslip.checks import InputError, counted, fault
+from stickslip.checks import MOST, InputError, counted, fault
 from stickslip.dampers import (
     BetweenPlatforms,
     CrossedCurvedFlat,
@@ -115,7 +115,7 @@ class CycleTable(Table):
 
     steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
     tolerance: Annotated[Positive, Field(description="change of the forces from cycle to cycle, relative to the largest")] = 1e-9
-    cycles: Annotated[int, Field(ge=1, description="the most")] = 100
+    cycles: Annotated[int, Field(ge=1, le=MOST, description="the most")] = 100
     method: Annotated[
         Literal["generalised_alpha", "newmark"] | None, Field(description="with inertia, in time; quasi-static unless given")
     ] = None

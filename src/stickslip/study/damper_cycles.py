@@ -10,11 +10,11 @@ from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWork
 from stickslip.analyses.work import Arrays
-from stickslip.checks import counted
+from stickslip.checks import MOST, counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable, MotionTable
-from stickslip.study.fields import NotNegatives, Positive, Table
+from stickslip.study.fields import NotNegatives, Positive, Seed, Table
 from stickslip.study.units import LENGTH, in_si
 
 if TYPE_CHECKING:
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 class SliderStartsTable(Table):
     """Initial states: the virgin sliders and random offsets."""
 
-    count: Annotated[int, Field(ge=1, description="of initial states")] = 20
+    count: Annotated[int, Field(ge=1, le=MOST, description="of initial states")] = 20
     spread: Annotated[
         Positive | None, LENGTH, Field(description="largest slider offset; twice the pull over the softest kt unless given")
     ] = None
-    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+    seed: Annotated[Seed, Field(description="of the random draws")] = 0
     same: Annotated[Positive, Field(description="difference of forces, relative to the largest, below which cycles are one")] = (
         1e-6
     )
@@ -42,7 +42,7 @@ class EvolutionTable(Table):
         list[NotNegatives],
         Field(min_length=1, description="sets of coefficients: a number each, or one for each line of contact"),
     ]
-    cycles: Annotated[int, Field(ge=1, description="with each set; the last is kept")] = 1
+    cycles: Annotated[int, Field(ge=1, le=MOST, description="with each set; the last is kept")] = 1
     steps: Annotated[int, Field(ge=8, le=1000000, description="of a cycle")] = 1000
 
 

@@ -16,11 +16,11 @@ from stickslip.analyses.performance.design import DesignWork, finished_design, p
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
 from stickslip.analyses.work import Arrays, Progress, Work
-from stickslip.checks import fault, nearest
+from stickslip.checks import MOST, fault, nearest
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Positive, Table, Words
+from stickslip.study.fields import Positive, Seed, Table, Words
 from stickslip.study.tables import Ends
 
 if TYPE_CHECKING:
@@ -39,10 +39,10 @@ class DesignTable(Table):
         Positive | None, Field(description="m/s²: the argument `pull` follows the argument `damper_mass` by this factor")
     ] = None
     force: Annotated[Ends, Field(description="[low, high] of the force level")]
-    levels: Annotated[int, Field(ge=1, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
+    levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
     friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
-    starts: Annotated[int, Field(ge=0, description="drawn start states beside virgin contacts")] = 2
+    starts: Annotated[int, Field(ge=0, le=MOST, description="drawn start states beside virgin contacts")] = 2
     search: Annotated[
         bool, Field(description="search all start states in the worst case of every design, not only of the best")
     ] = False
@@ -52,10 +52,10 @@ class DesignTable(Table):
     ] = None
     no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
     largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
-    designs: Annotated[int, Field(ge=4, description="points of the first look at the design space")] = 16
-    generations: Annotated[int, Field(ge=0, description="of differential evolution from them")] = 0
-    refinements: Annotated[int, Field(ge=0, description="designs of the simplex search that follows")] = 20
-    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+    designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 16
+    generations: Annotated[int, Field(ge=0, le=MOST, description="of differential evolution from them")] = 0
+    refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 20
+    seed: Annotated[Seed, Field(description="of the random draws")] = 0
     harmonics: Annotated[int, Field(ge=1, le=1000, description="H")] = 3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
 

@@ -97,6 +97,8 @@ def sentence(model: type[Table], details: ErrorDetails) -> str:
         return f"{where(path)} must be given, but is missing."
     if kind in ("too_short", "too_long"):
         context = context | {"entries": counted(context.get("min_length") or context["max_length"], "entry", "entries")}
+    if isinstance(context.get("le"), int):
+        return str(fault(where(path), f"must be at most {context['le']}", details["input"]))
     rule = RULES[kind].format(**context) if kind in RULES else details["msg"].removeprefix("Value error, ")
     remedy = (
         nearest(str(details["input"]), context["expected"].replace("'", "").replace(" or ", ", ").split(", "))

@@ -12,6 +12,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
+from stickslip.checks import LARGEST_SEED
+
 Groups = tuple[tuple[str, ...], ...]
 
 
@@ -55,6 +57,8 @@ def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 Ratio = Annotated[float, Field(ge=-1, le=1)]
 

@@ -14,7 +14,7 @@ from pydantic import Field
 from stickslip.analyses.identification.damper_fit import parameters
 from stickslip.analyses.identification.identify import IdentificationWork, usual_unknowns
 from stickslip.analyses.work import Arrays
-from stickslip.checks import InputError, counted, fault, nearest
+from stickslip.checks import MOST, InputError, counted, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, whole_cycles
 from stickslip.measurement.reconstruction import damper_motion
@@ -22,7 +22,7 @@ from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable
-from stickslip.study.fields import Number, Positive, Table
+from stickslip.study.fields import Number, Positive, Seed, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,8 +49,8 @@ class IdentificationTable(Table):
     laser_distance: Annotated[Positive | None, Field(description="from laser 1 to laser 2 along x, m")] = None
     laser_offset: Annotated[Number, Field(description="of the mass centre from laser 1 along x, m")] = 0.0
     errors: Annotated[dict[str, Number], Field(description="of the rig, by the names of RigErrors")] = Field(default_factory=dict)
-    resamples: Annotated[int, Field(ge=8, description="refits for the intervals")] = 24
-    seed: Annotated[int, Field(ge=0, description="of search and refits")] = 0
+    resamples: Annotated[int, Field(ge=8, le=MOST, description="refits for the intervals")] = 24
+    seed: Annotated[Seed, Field(description="of search and refits")] = 0
 
     def rig_errors(self) -> RigErrors:
         """The errors of the rig."""

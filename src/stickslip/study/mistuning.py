@@ -17,7 +17,7 @@ from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, counted
 from stickslip.disk import TunedDisk
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Numbers, Positive, Table
+from stickslip.study.fields import Numbers, Positive, Seed, Table
 from stickslip.study.forced_response import sweep_of
 from stickslip.units import Band
 
@@ -31,7 +31,7 @@ class MistuningTable(Table):
     """What differs from sector to sector. A pattern is one number for all sectors or one for each, relative to the tuned disk."""
 
     count: Annotated[int, Field(ge=1, le=100_000, description="disks, each with scatter of its own")] = 1
-    seed: Annotated[int, Field(ge=0, description="of the random draws; disk k depends on it and on k alone")] = 0
+    seed: Annotated[Seed, Field(description="of the random draws; disk k depends on it and on k alone")] = 0
     sampling: Annotated[
         Literal["random", "sobol"], Field(description="random draws, or a Sobol' sequence that spreads them evenly")
     ] = "random"

@@ -15,7 +15,7 @@ from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.work import Arrays, Work
-from stickslip.checks import InputError, fault, unique
+from stickslip.checks import MOST, InputError, fault, unique
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
 from stickslip.study.forced_response import sweep_of
@@ -30,27 +30,27 @@ class PerformanceTable(Table):
     """The resonance against F_C/F_E, for one or several friction coefficients; sought in the band of [sweep]."""
 
     force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
-    points: Annotated[int, Field(ge=2, description="values of F_C/F_E, in equal ratios")] = 40
+    points: Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")] = 40
     friction: Annotated[
         list[Positive] | None,
         Field(min_length=1, description="coefficients of all contacts; those of the problem unless given"),
     ] = None
     vary: Annotated[Literal["force", "preload"], Field(description="which of the two forces changes")] = "force"
     pull: Annotated[Positive | None, Field(description="F_C of the problem, N; its largest static force unless given")] = None
-    check_every: Annotated[int, Field(ge=1, description="points between two full sweeps that look for new peaks")] = 10
+    check_every: Annotated[int, Field(ge=1, le=MOST, description="points between two full sweeps that look for new peaks")] = 10
 
 
 class BandTable(StartsTable):
     """The lowest and the highest resonance over all start states of the contacts, against F_C/F_E."""
 
     force_ratio: Annotated[Ends, Field(description="[low, high] of F_C/F_E")]
-    points: Annotated[int, Field(ge=2, description="values of F_C/F_E, in equal ratios")] = 6
+    points: Annotated[int, Field(ge=2, le=MOST, description="values of F_C/F_E, in equal ratios")] = 6
     pull: Annotated[Positive | None, Field(description="F_C of the problem, N; its largest static force unless given")] = None
     share: Annotated[
         Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
     ] = "contact"
-    cloud: Annotated[int, Field(ge=0, description="start states sampled at each value")] = 20
-    starts: Annotated[int, Field(ge=0, description="how many of them begin a search")] = 2
+    cloud: Annotated[int, Field(ge=0, le=MOST, description="start states sampled at each value")] = 20
+    starts: Annotated[int, Field(ge=0, le=MOST, description="how many of them begin a search")] = 2
 
 
 def ordered(table: PerformanceTable | BandTable) -> None:

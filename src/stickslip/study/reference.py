@@ -148,7 +148,7 @@ def bound_text(item: Any) -> str:
         case Ge(ge=value):
             return f"≥ {value:g}"
         case Le(le=value):
-            return f"≤ {value:g}"
+            return f"≤ {value}" if isinstance(value, int) else f"≤ {value:g}"
         case _:
             return ""
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field, Tag, WrapValidator, field_validator
 
+from stickslip.checks import MOST
 from stickslip.loads import HIGHEST_POWER
 from stickslip.study.fields import (
     Amplitude,
@@ -125,7 +126,9 @@ class StructureTable(Table):
             "Without it the model is taken whole"
         ),
     ] = None
-    modes: Annotated[int | None, Field(ge=0, description="fixed-interface modes of the reduction, 30 unless given")] = None
+    modes: Annotated[int | None, Field(ge=0, le=MOST, description="fixed-interface modes of the reduction, 30 unless given")] = (
+        None
+    )
 
 
 class DampingTable(Table):
@@ -200,7 +203,12 @@ class SweepTable(Table):
     )
     harmonics: Annotated[
         int,
-        Field(ge=1, le=1000, description='H, highest harmonic; "auto": raised until the rest at the peaks is below `tolerance`'),
+        Field(
+            ge=1,
+            le=1000,
+            description='H, highest harmonic; "auto": raised until the rest at the peaks is below `tolerance`, '
+            "where the contacts start as the problem says",
+        ),
         WrapValidator(lambda value, check: value if value == "auto" else check(value)),
     ] = 5
     tolerance: Annotated[

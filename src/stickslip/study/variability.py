@@ -16,9 +16,9 @@ from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, draw, named_law
 from stickslip.analyses.work import Arrays, Work
-from stickslip.checks import InputError, fault
+from stickslip.checks import MOST, InputError, fault
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Number, Table
+from stickslip.study.fields import Number, Seed, Table
 from stickslip.study.forced_response import sweep_of
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class StartsTable(Table):
     share: Annotated[
         Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
     ] = "element"
-    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+    seed: Annotated[Seed, Field(description="of the random draws")] = 0
 
 
 class BoundsTable(StartsTable):
@@ -43,15 +43,15 @@ class BoundsTable(StartsTable):
     objective: Annotated[
         Literal["amplitude", "loss_factor", "peak"], Field(description="what is bounded: at each frequency, or at the resonance")
     ] = "amplitude"
-    points: Annotated[int, Field(ge=2, description="frequencies over the band")] = 25
-    cloud: Annotated[int, Field(ge=0, description="start states sampled at each frequency")] = 60
-    starts: Annotated[int, Field(ge=0, description="how many of them begin a search")] = 3
+    points: Annotated[int, Field(ge=2, le=MOST, description="frequencies over the band")] = 25
+    cloud: Annotated[int, Field(ge=0, le=MOST, description="start states sampled at each frequency")] = 60
+    starts: Annotated[int, Field(ge=0, le=MOST, description="how many of them begin a search")] = 3
 
 
 class SamplesTable(StartsTable):
     """Responses from many start states instead of one."""
 
-    count: Annotated[int, Field(ge=1, description="start states; the first is virgin unless `law` is given")] = 20
+    count: Annotated[int, Field(ge=1, le=MOST, description="start states; the first is virgin unless `law` is given")] = 20
     method: Annotated[Literal["latin", "random", "corners"], Field(description="how they are drawn")] = "latin"
     law: Annotated[
         str | None, Field(description="continuous distribution of scipy.stats that every variable follows; uniform unless given")
@@ -60,7 +60,7 @@ class SamplesTable(StartsTable):
         default_factory=dict
     )
     points: Annotated[
-        int | None, Field(ge=2, description="solve exactly at so many frequencies of the band, which percentiles need")
+        int | None, Field(ge=2, le=MOST, description="solve exactly at so many frequencies of the band, which percentiles need")
     ] = None
 
 
@@ -68,6 +68,8 @@ def law_of(table: SamplesTable) -> Law | None:
     """The law of the start variables, None for the uniform one."""
     if table.law is None and table.parameters:
         raise fault("parameters", "must go with a law", table.parameters)
+    if table.law is not None and table.method == "corners":
+        raise fault("method", "must be latin or random with a law", table.method, "Corners follow no law.")
     return None if table.law is None else named_law(table.law, table.parameters)
 
 

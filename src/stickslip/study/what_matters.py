@@ -11,14 +11,14 @@ from pydantic import Field
 
 from stickslip.analyses.performance.drawn_peaks import DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
-from stickslip.analyses.performance.what_matters import gathered, planned_draws
+from stickslip.analyses.performance.what_matters import MOST_DRAWS, gathered, planned_draws
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.problem import Problem
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Table
+from stickslip.study.fields import Seed, Table
 from stickslip.study.performance import sweep_over_a_band
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
@@ -38,8 +38,8 @@ class UncertainTable(Table):
     mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
     preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
     slider_offset: Annotated[Two | None, LENGTH, Field(description="start state of every contact; instead of its own")] = None
-    draws: Annotated[int, Field(ge=2, description="a power of two; draws × (ranges + 2) problems are solved")] = 64
-    seed: Annotated[int, Field(ge=0, description="of the random draws")] = 0
+    draws: Annotated[int, Field(ge=2, le=MOST_DRAWS, description="a power of two; draws × (ranges + 2) problems are solved")] = 64
+    seed: Annotated[Seed, Field(description="of the random draws")] = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
 from stickslip.analyses.work import Arrays, Progress, Tell
-from stickslip.checks import Array, InputError, fault, positive, vector
+from stickslip.checks import Array, InputError, between, fault, positive, seed_of, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.solve.platform_cycle import CycleModel, CycleOutcome
@@ -118,8 +118,7 @@ class SteadyCyclesWork:
     steps: int = 1000
 
     def __post_init__(self) -> None:
-        if self.starts < 1:
-            raise fault("starts", "must be at least 1", self.starts)
+        between("starts", self.starts, 1), seed_of(self.seed)
         positive("same", self.same), self.motion.samples(self.steps), self.offsets
 
     @property

@@ -22,7 +22,7 @@ from stickslip.analyses.identification.first_guess import Clues, clues
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.result_checks import checked_cases, never_sliding, remarks
 from stickslip.analyses.work import Arrays
-from stickslip.checks import Array, InputError, fault, nearest
+from stickslip.checks import Array, InputError, between, fault, nearest, seed_of
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, analysis, synthesis
 from stickslip.measurement.records import Record
@@ -145,8 +145,7 @@ class IdentificationWork:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "unknown", self.unknown or usual_unknowns(self.damper))
-        if self.resamples < 8:
-            raise fault("resamples", "must be at least 8", self.resamples)
+        between("resamples", self.resamples, 8), seed_of(self.seed)
         object.__setattr__(self, "cases", checked_cases(self.cases, self.damper, self.errors))
         parameters(self.unknown, self.damper, self.bounds)
         for law in self.laws:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
-from stickslip.harmonic.fourier import fourier
+from stickslip.harmonic.fourier import fineness, fourier
 from stickslip.problem import Problem
 from stickslip.units import Band
 
@@ -63,14 +63,6 @@ def _range(what: str, pair: Any) -> Ends:
     return finite(what, ends[0]), finite(what, ends[1])
 
 
-def at_least(what: str, value: Any, least: int) -> int:
-    """A whole number from `least` on."""
-    number = whole(what, value)
-    if number < least:
-        raise fault(what, f"must be at least {least}", number)
-    return number
-
-
 def output_of(problem: Problem, output: Any) -> int:
     """The number of an output of a problem."""
     of_kind("problem", problem, Problem)
@@ -82,7 +74,7 @@ def output_of(problem: Problem, output: Any) -> int:
 
 def fineness_of(harmonics: Any, samples: Any) -> tuple[int, int]:
     """Harmonics and samples that go together."""
-    fine = whole("harmonics", harmonics), whole("samples", samples)
+    fine = fineness(harmonics, samples)
     fourier(*fine)
     return fine
 

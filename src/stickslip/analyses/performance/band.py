@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, output_of, ratios_of
+from stickslip.analyses.performance.arguments import ends_of, fineness_of, output_of, ratios_of
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
-from stickslip.checks import positive
+from stickslip.checks import between, positive, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rule, Sharing
@@ -67,8 +67,8 @@ def performance_band(
     """
     row, ratios, fineness = output_of(problem, output), ratios_of(force_ratio), fineness_of(harmonics, samples)
     ends = ends_of(resonance_band(HarmonicBalance(problem, *fineness), row) if band is None else band)
-    effort = (at_least("cloud", cloud, 0), at_least("starts", starts, 0))
-    search = (row, *effort, rule, share, at_least("seed", seed, 0), *fineness)
+    effort = (between("cloud", cloud, 0), between("starts", starts, 0))
+    search = (row, *effort, rule, share, seed_of(seed), *fineness)
     work = BoundsWork(problem, ends, force_levels(problem, ratios, pull), "peak", *search)
     return PerformanceBand(band_dataset(work, ratios, all_cases(work, finished, workers, progress)), problem)
 

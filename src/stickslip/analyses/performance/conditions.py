@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.analyses.performance.arguments import at_least, fineness_of
-from stickslip.checks import fault, positive, vector
+from stickslip.analyses.performance.arguments import fineness_of
+from stickslip.checks import between, fault, positive, seed_of, vector
 
 Case = tuple[float, float, int]
 """Force level, friction and start state of one case of a design."""
@@ -47,8 +47,8 @@ def conditions_of(
         raise fault("force", "must be (low, high) with 0 < low <= high", force)
     low, high = (positive("force", level) for level in ends)
     mu, factor = positive("friction", friction[0]), positive("friction_factor", friction[1])
-    starts, levels = at_least("starts", counts[0], 0), at_least("levels", counts[1], 1)
-    output, seed = at_least("output", numbers[0], 0), at_least("seed", numbers[1], 0)
+    starts, levels = between("starts", counts[0], 0), between("levels", counts[1], 1)
+    output, seed = between("output", numbers[0], 0), seed_of(numbers[1])
     if (levels == 1) != (low == high):
         remedy = "One level has (F, F); several need different ends."
         raise fault("levels", "must be 1 where both ends of force are the same, else at least 2", levels, remedy)

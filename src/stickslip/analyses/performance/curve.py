@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, frictions_of, output_of, ratios_of
+from stickslip.analyses.performance.arguments import ends_of, fineness_of, frictions_of, output_of, ratios_of
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import PerformanceWork, Vary, stacked
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
-from stickslip.checks import fault, positive
+from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.units import Band
@@ -100,7 +100,7 @@ def performance_curve(
         raise fault("vary", "must be force or preload", vary)
     ends = None if band is None else ends_of(band)
     own = None if pull is None else positive("pull", pull)
-    settings = (row, at_least("check_every", check_every, 1), *fineness_of(harmonics, samples))
+    settings = (row, between("check_every", check_every, 1), *fineness_of(harmonics, samples))
     work = PerformanceWork(problem, ratios, frictions, vary, ends, own, *settings)
     return gathered(work, all_cases(work, finished, workers, progress))
 

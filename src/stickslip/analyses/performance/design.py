@@ -15,12 +15,12 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.arguments import at_least, made, maker, output_of, ranges_of
+from stickslip.analyses.performance.arguments import made, maker, output_of, ranges_of
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
 from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
-from stickslip.checks import Array, InputError, fault, of_kind
+from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 
@@ -99,7 +99,7 @@ def design_damper(
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
-    more = at_least("generations", generations, 0), at_least("refinements", refinements, 0)
+    more = between("generations", generations, 0), between("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs)
     middle = [0.5 * (low + high) for low, high in work.box]
     output_of(work.problem(middle, conditions.frictions[0]), output)
@@ -115,7 +115,7 @@ def planned_design(
     designs: int,
 ) -> DesignWork:
     """The first look at a design space: points of a Sobol' sequence in the box of the variables."""
-    at_least("designs", designs, 4)
+    between("designs", designs, 4)
     named = ranges_of("variables", variables)
     for name, constraint in of_kind("constraints", constraints, Mapping).items():  # type: ignore[type-abstract]
         if not callable(constraint):

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, made, maker, output_of
+from stickslip.analyses.performance.arguments import ends_of, fineness_of, made, maker, output_of
 from stickslip.analyses.work import Progress
-from stickslip.checks import fault, positive, vector
+from stickslip.checks import between, fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.solve.peak_following import Event, Follower, Following
@@ -53,7 +53,7 @@ def follow_peaks(
     chosen = vector("values", values)
     if chosen.size == 0 or np.unique(chosen).size < chosen.size:
         raise fault("values", "must be different and at least one", chosen.tolist())
-    every, (low, high), fineness = at_least("check_every", check_every, 1), ends_of(band), fineness_of(harmonics, samples)
+    every, (low, high), fineness = between("check_every", check_every, 1), ends_of(band), fineness_of(harmonics, samples)
     make = maker(problem_of)
     row = output_of(made(make, float(chosen[0])), output)
     known: dict[float, tuple[HarmonicBalance, float]] = {}

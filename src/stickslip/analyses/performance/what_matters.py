@@ -13,10 +13,10 @@ import numpy as np
 from scipy.stats import sobol_indices
 
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.arguments import at_least, ends_of, fineness_of, made, maker, output_of, ranges_of
+from stickslip.analyses.performance.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
-from stickslip.checks import Array, fault, positive, whole
+from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def planned_draws(
         raise fault("draws", f"must be a power of two, from 2 to {MOST_DRAWS}", draws)
     ends, (output, seed, *fineness) = ends_of(band), rest
     middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
-    last = (output_of(made(make, **middle), output), at_least("seed", seed, 0), *fineness_of(*fineness))
+    last = (output_of(made(make, **middle), output), seed_of(seed), *fineness_of(*fineness))
     return DrawsWork(make, tuple(box), tuple(box.values()), ends, positive("force", force), int(draws), *last)
 
 

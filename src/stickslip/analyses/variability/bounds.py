@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.cases import all_cases
+from stickslip.analyses.forced_response import force_levels
 from stickslip.analyses.variability.bounds_work import BoundsWork, Target
 from stickslip.analyses.work import Finished, Progress, Workers
-from stickslip.checks import Array, fault, numbers, of_kind, positive
+from stickslip.checks import Array, between, fault, of_kind
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rule, Sharing
 from stickslip.units import Band, listed
@@ -72,9 +73,7 @@ def response_bounds(
     Gradients are exact; extremes are multimodal, so a bound is the best found.
     """
     of_kind("problem", problem, Problem)
-    levels = tuple(positive("force", level) for level in np.atleast_1d(numbers("force", force)))
-    if points < 2:
-        raise fault("points", "must be at least 2", points)
+    levels = force_levels(force)
     frequencies = tuple(float(frequency) for frequency in _frequencies(band, points))
     if objective == "peak" and len(frequencies) < 2:
         raise fault("band", "must be a band for the peak", band)
@@ -85,5 +84,5 @@ def response_bounds(
 
 def _frequencies(band: Band | Sequence[float], points: int) -> Array:
     if isinstance(band, Band):
-        return np.linspace(band.low, band.high, points)
+        return np.linspace(band.low, band.high, between("points", points, 2))
     return np.array(sorted(listed(band)))

@@ -6,18 +6,20 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.performance.arguments import output_of
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.analyses.work import Arrays, Tell
-from stickslip.checks import InputError, fault
+from stickslip.checks import InputError, among, between, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.fourier import fineness
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.extreme_peak import AtPeak
@@ -59,13 +61,13 @@ class BoundsWork:
 
     def __post_init__(self) -> None:
         refuse_discs(self.problem)
-        if self.objective not in ("amplitude", "loss_factor", "peak"):
-            raise fault("objective", "must be amplitude, loss_factor or peak", self.objective)
-        if not 0 <= self.output < len(self.problem.outputs):
-            raise fault("output", f"must be 0 to {len(self.problem.outputs) - 1}", self.output)
+        among("objective", self.objective, get_args(Target))
+        among("rule", self.rule, get_args(Rule))
+        among("share", self.share, get_args(Sharing))
+        output_of(self.problem, self.output)
         for name in ("cloud", "starts"):
-            if getattr(self, name) < 0:
-                raise fault(name, "must be at least 0", getattr(self, name))
+            between(name, getattr(self, name), 0)
+        seed_of(self.seed), fineness(self.harmonics, self.samples)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.work import Progress
+from stickslip.analyses.performance.arguments import output_of
+from stickslip.analyses.work import Progress, told
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
@@ -17,7 +18,7 @@ from stickslip.problem import Problem
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.start_states import element_states
-from stickslip.units import Band
+from stickslip.units import Band, in_order
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,13 +68,12 @@ def friction_freedom(
     slips has no choice, and its interval has no length. The motion is held while an interval is found: neighbours shift it.
     band: a `Band` to continue over, or frequencies in Hz.
     """
-    if not 0 <= output < len(problem.outputs):
-        raise fault("output", f"must be 0 to {len(problem.outputs) - 1}", output)
-    positive("force", force)
+    output, force = output_of(problem, output), positive("force", force)
+    told(progress)
     if isinstance(band, Band):
         listed, exactly = [band.start, band.stop], False
     else:
-        listed, exactly = sorted({positive("A frequency", f) for f in band}), True
+        listed, exactly = sorted(set(in_order(band))), True
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(problem, harmonics, samples)
         if balance.table.coupled.any():

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.work import Progress
-from stickslip.checks import Array, InputError, fault, numbers, of_kind, positive
+from stickslip.analyses.work import Progress, told
+from stickslip.checks import Array, InputError, between, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.fourier import complex_harmonics
@@ -19,7 +19,7 @@ from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.history import march
 from stickslip.solve.newton import Correction
-from stickslip.units import Band
+from stickslip.units import Band, in_order
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,8 +83,9 @@ def response_history(
     of_kind("problem", problem, Problem)
     levels = [positive("force", level) for level in np.atleast_1d(numbers("force", force))]
     frequencies = _steps(band, points)
-    if not levels or not frequencies.size:
-        raise InputError("A history must hold at least one force level and one frequency.")
+    if not levels:
+        raise InputError("force must hold at least one level, but is empty.")
+    told(progress)
     started = time.process_time()
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(problem, harmonics, samples)
@@ -98,8 +99,8 @@ def response_history(
 
 def _steps(band: Band | Sequence[float], points: int) -> Array:
     if isinstance(band, Band):
-        return np.linspace(band.start, band.stop, points)
-    return np.array([positive("A frequency", frequency) for frequency in band])
+        return np.linspace(band.start, band.stop, between("points", points, 1))
+    return np.array(in_order(band))
 
 
 class _Table:

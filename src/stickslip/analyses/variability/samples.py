@@ -12,12 +12,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.forced_response import force_levels, forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
-from stickslip.checks import Array, fault, numbers, of_kind, positive
+from stickslip.checks import Array, of_kind
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
@@ -90,10 +90,8 @@ def response_samples(
     share: one variable per friction "element", per "direction", per "contact", or for "all".
     """
     of_kind("problem", problem, Problem)
-    levels = tuple(positive("force", level) for level in np.atleast_1d(numbers("force", force)))
+    levels = force_levels(force)
     frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(sorted(listed(band)))
-    if not levels:
-        raise fault("force", "must hold at least one level", force)
     settings = (levels, rule, share, harmonics, samples)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)))
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)

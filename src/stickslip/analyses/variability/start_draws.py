@@ -9,9 +9,10 @@ import numpy as np
 from scipy import stats
 from scipy.stats import qmc
 
-from stickslip.checks import Array, fault, nearest
+from stickslip.checks import Array, among, between, fault, nearest, numbers, seed_of
 
 Method = Literal["random", "latin", "corners"]
+METHODS = ("latin", "random", "corners")
 MOST_CORNERS = 12
 """Up to so many variables all 2ⁿ corners are taken; beyond, a seeded subset."""
 
@@ -31,11 +32,11 @@ class Law(Protocol):
 
 def draw(size: int, starts: int | Array, method: Method = "latin", seed: int = 0, law: Law | None = None) -> Array:
     """Start variables (samples, size) in [−1, 1]; a number draws them, without a law the first one zero (virgin)."""
-    if isinstance(starts, np.ndarray | Sequence):
+    among("method", method, METHODS)
+    rng = np.random.default_rng(seed_of(seed))
+    if not isinstance(starts, int | str) and isinstance(starts, np.ndarray | Sequence):
         return _given(starts, size)
-    if starts < 1:
-        raise fault("starts", "must be at least 1", starts)
-    rng = np.random.default_rng(seed)
+    starts = between("starts", starts, 1)
     if law is not None:
         if method == "corners":
             raise fault("method", "must be latin or random with a distribution", method)
@@ -54,9 +55,13 @@ def search_cloud(size: int, count: int, seed: int = 0) -> Array:
 
 
 def _given(starts: Array | Sequence[Sequence[float]], size: int) -> Array:
-    given = np.asarray(starts, dtype=float)
-    if given.ndim != 2 or given.shape[1] != size or not np.all(np.abs(given) <= 1.0):
-        raise fault("starts", f"must have shape (samples, {size}) and lie in [-1, 1]", given.shape)
+    given = numbers("starts", starts)
+    if given.ndim != 2 or given.shape[1] != size or not len(given):
+        raise fault("starts", f"must have shape (samples, {size}), with one sample at least", given.shape)
+    outside = np.argwhere(~(np.abs(given) <= 1.0))
+    if len(outside):
+        row, column = outside[0].tolist()
+        raise fault(f"starts[{row}, {column}]", "must lie in [-1, 1]", float(given[row, column]))
     return given
 
 
@@ -64,21 +69,21 @@ def _shares(rng: np.random.Generator, size: int, count: int, method: Method) -> 
     """Numbers in [0, 1), (count, size)."""
     if method == "latin":
         return np.asarray(qmc.LatinHypercube(size, rng=rng).random(count))
-    if method == "random":
-        return rng.random((count, size))
-    raise fault("method", "must be one of latin, random, corners", method)
+    return rng.random((count, size))
 
 
 def _by_law(law: Law, shares: Array) -> Array:
     """Values in [−1, 1] at shares of a distribution."""
-    low, high = law.support()
+    if not all(callable(getattr(law, name, None)) for name in ("cdf", "ppf", "support")):
+        raise fault("distribution", "must be a law as scipy.stats freezes them, say stats.beta(0.5, 0.5)", law)
+    low, high = (float(end) for end in law.support())
     if not low < high:
         raise fault("distribution", "must have valid parameters and a support", (low, high))
     if np.isfinite(low) and np.isfinite(high):
         return np.asarray(np.clip(2.0 * (law.ppf(shares) - low) / (high - low) - 1.0, -1.0, 1.0))
     below, above = law.cdf(-1.0), law.cdf(1.0)
     if not above > below:
-        raise fault("distribution", "must have weight between -1 and 1", (low, high))
+        raise fault("distribution", "must have weight between -1 and 1", f"one from {low:g} to {high:g} with none there")
     return np.asarray(np.clip(law.ppf(below + (above - below) * shares), -1.0, 1.0))
 
 
