@@ -45,7 +45,7 @@ def test_plan_of_a_band(tmp_path):
 
 def test_plan_of_what_matters(tmp_path):
     """64 draws of five ranges are 7 × 64 problems; a corner of the ranges is the problem with its contacts changed."""
-    plan = read(changed(tmp_path, "what-matters", "slider_offset = [-1e-5, 1e-5]", "slider_offset = [-1e-5, 2e-5]")).plan
+    plan = read(changed(tmp_path, "what-matters", "slider_offset = [-1e-4, 1e-4]", "slider_offset = [-1e-5, 2e-5]")).plan
     work = plan.works[""]
     assert work.points().shape == (64, 7, 5)
     assert "448 problems" in plan.summary

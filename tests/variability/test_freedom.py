@@ -39,3 +39,12 @@ def test_ranking_names_the_contacts_that_matter():
     ranking = friction_freedom(three_mass_wedge(0.0), [145.0, 222.0]).ranking(222.0)
     assert ranking[0][1] > 0.1
     assert {name for name, _ in ranking} == {"blade 1 t1", "blade 2 t1"}
+
+
+def test_ranking_looks_along_the_whole_curve():
+    """Without a frequency each row counts where it carries most, not only at the largest amplitude, where it may slip."""
+    freedom = friction_freedom(three_mass_wedge(0.0), [215.0, 222.0])
+    sizes = dict(zip((215.0, 222.0), freedom.dataset.amplitude.values.tolist(), strict=True))
+    at = {f: dict(freedom.ranking(f)) for f in sizes}
+    for name, share in freedom.ranking():
+        assert share == pytest.approx(max(at[f][name] * sizes[f] for f in sizes) / max(sizes.values()))

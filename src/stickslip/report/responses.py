@@ -59,7 +59,7 @@ def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
 
 
 def bound_sentences(bounds: xr.Dataset) -> list[str]:
-    """Where the bounds of each force level are furthest apart, in m."""
+    """Where the bounds of each force level are furthest apart, and the highest one, in m; of peaks both bounds."""
     lines = [f"bounds over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
     levels = bounds["force_level"].values
     for case in spread(len(levels), MOST_LINES):
@@ -70,9 +70,20 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
             continue
         k = int(np.nanargmax(high - low))
         frequency = float(bounds["frequency"].values[k])
-        at = [frequency, frequency] if np.isfinite(frequency) else bounds["resonance"].values[case, :, k]
-        lines.append(f"  force {level:<8g} {low[k]:12.6g} m at {at[0]:.6g} Hz to {high[k]:12.6g} m at {at[1]:.6g} Hz")
+        at = bounds["resonance"].values[case, :, k]
+        peaks = f"{low[k]:12.6g} m at {at[0]:.6g} Hz to {high[k]:12.6g} m at {at[1]:.6g} Hz"
+        lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
     return lines
+
+
+def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
+    """Both bounds where they are furthest apart, and the highest of all."""
+    frequencies, (low, high) = bounds["frequency"].values, bounds["amplitude"].values[case]
+    top = int(np.nanargmax(high))
+    return (
+        f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} m; "
+        f"highest bound {high[top]:.6g} m at {frequencies[top]:.6g} Hz"
+    )
 
 
 def peak_words(case: xr.Dataset) -> str:

@@ -35,14 +35,16 @@ class FrictionFreedom:
     problem: Problem
 
     def ranking(self, frequency: float | None = None) -> list[tuple[str, float]]:
-        """Rows of contacts and the variability they carry, relative to the amplitude, largest first: at the point nearest to a
-        frequency in Hz, else at the largest amplitude.
+        """Rows of contacts and the variability they carry, largest first: at the point nearest to a frequency in Hz, relative to
+        the amplitude there; else the most they carry anywhere, relative to the largest amplitude.
         """
         d = self.dataset
-        k = int(np.argmax(d["amplitude"].values) if frequency is None else np.argmin(np.abs(d["frequency"].values - frequency)))
-        carried = d["carried"].values[k] / float(d["amplitude"].values[k])
-        rows = d["element_row"].values
-        sums = {name: float(np.abs(carried[rows == name]).sum()) for name in dict.fromkeys(rows.tolist())}
+        amplitude, carried, rows = d["amplitude"].values, np.abs(d["carried"].values), d["element_row"].values
+        if frequency is not None:
+            k = int(np.argmin(np.abs(d["frequency"].values - frequency)))
+            amplitude, carried = amplitude[k : k + 1], carried[k : k + 1]
+        most = float(np.max(amplitude))
+        sums = {name: float(carried[:, rows == name].sum(axis=1).max()) / most for name in dict.fromkeys(rows.tolist())}
         return sorted(sums.items(), key=lambda item: -item[1])
 
     def plot(self, **options: Any) -> Any:
