@@ -127,6 +127,8 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Scatter(kt=-0.1), "must lie between 0 and 1"),
         (lambda: ss.Scatter(sampling="sobel"), "Did you mean 'sobol'"),
         (lambda: planned_population(SIX, AT, 0, ss.Scatter(), None, 1.0, 3, 96), "count must be"),
+        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, 1.0, 3, 96, seed=2**63), "seed must be at most"),
+        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, 1.0, 3, 96, output="a"), "output must be"),
         (lambda: planned_population(SIX.full(), AT, 1, ss.Scatter(), None, 1.0, 3, 96), "must be a tuned one"),
         (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, [1.0, 2.0], 3, 96), "force must be one level"),
     ],

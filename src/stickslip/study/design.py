@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from stickslip.analyses.performance.arguments import made
+from stickslip.analyses.arguments import made
 from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff

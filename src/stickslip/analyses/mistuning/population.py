@@ -12,7 +12,7 @@ from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.work import Finished, Progress, Workers
-from stickslip.checks import InputError, fault
+from stickslip.checks import InputError, between, fault, seed_of
 from stickslip.disk import TunedDisk
 from stickslip.units import Band
 
@@ -107,15 +107,11 @@ def planned_population(
     """The work of the arguments of `mistuned_population`, checked."""
     if not isinstance(disk, TunedDisk):
         raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
-    for name, value, least in (("count", count, 1), ("seed", seed, 0)):
-        if isinstance(value, bool) or int(value) != value or value < least:
-            raise fault(name, f"must be a whole number from {least} on", value)
-    if not 0 <= output < len(disk.outputs):
-        raise fault("output", f"must lie between 0 and {len(disk.outputs) - 1}", output)
+    count, seed, output = between("count", count, 1), seed_of(seed), between("output", output, 0, len(disk.outputs) - 1)
     base = (mistuning or Mistuning()).of(disk.sectors)
     own = tuple(blade_dofs(disk, blade))
     reported = replace(disk, outputs=(disk.outputs[output],))
     sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance)
     if len(sweep.levels) != 1:
         raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
-    return PopulationWork(sweep, reported, base, scatter, int(count), int(seed), own, bool(run_in))
+    return PopulationWork(sweep, reported, base, scatter, count, seed, own, bool(run_in))

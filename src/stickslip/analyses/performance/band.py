@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.analyses.arguments import ends_of, fineness_of, output_of, ratios_of
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.arguments import ends_of, fineness_of, output_of, ratios_of
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.variability.bounds_work import BoundsWork

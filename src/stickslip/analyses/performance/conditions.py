@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.analyses.performance.arguments import fineness_of
+from stickslip.analyses.arguments import fineness_of
 from stickslip.checks import between, fault, positive, seed_of, vector
 
 Case = tuple[float, float, int]

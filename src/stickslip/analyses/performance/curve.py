@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.analyses.arguments import ends_of, fineness_of, frictions_of, output_of, ratios_of
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.arguments import ends_of, fineness_of, frictions_of, output_of, ratios_of
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import PerformanceWork, Vary, stacked
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers

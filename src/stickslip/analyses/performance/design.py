@@ -13,9 +13,9 @@ from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.arguments import made, maker, output_of, ranges_of
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.arguments import made, maker, output_of, ranges_of
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
 from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak

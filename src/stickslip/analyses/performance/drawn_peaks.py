@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from scipy.stats import qmc
 
+from stickslip.analyses.arguments import made
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.arguments import made
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, fault

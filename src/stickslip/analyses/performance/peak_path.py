@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.performance.arguments import ends_of, fineness_of, made, maker, output_of
+from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of
 from stickslip.analyses.work import Progress
 from stickslip.checks import between, fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stickslip.analyses.performance.arguments import Ends
+from stickslip.analyses.arguments import Ends
 from stickslip.checks import InputError, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.solve.linear_peak import linear_peak

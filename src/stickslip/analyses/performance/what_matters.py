@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.stats import sobol_indices
 
+from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole

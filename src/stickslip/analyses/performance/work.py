@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.arguments import ends_of
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.arguments import ends_of
 from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor

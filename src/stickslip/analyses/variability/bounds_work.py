@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import forced_response
-from stickslip.analyses.performance.arguments import output_of
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.analyses.work import Arrays, Tell

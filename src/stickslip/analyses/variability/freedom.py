@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.performance.arguments import output_of
+from stickslip.analyses.arguments import output_of
 from stickslip.analyses.work import Progress, told
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET

@@ -1,4 +1,4 @@
-"""The arguments that analyses of peaks have in common, checked at the front door."""
+"""The arguments that several analyses have in common, checked at the front door."""
 
 from __future__ import annotations
 
