@@ -64,6 +64,18 @@ def test_all_dampers_missing_is_the_free_disk():
     assert all(np.abs(bare.frequencies(stuck=True) - frequency).min() < 1e-6 for frequency in modes)
 
 
+def test_a_disk_without_any_damper_is_linear():
+    """Its response against one solution of a sector's own matrices; the highest value at an end of the band is said so."""
+    found = ss.mistuned_response(SIX, [AT[0] - 0.2, AT[0]], ss.Mistuning(missing=range(1, 7)), force=0.4).dataset
+    bare, C = SIX.disk.at(2), SIX.matrices(2).C
+    for frequency, amplitude in zip(found.frequency.values[0], found.amplitude.values[0], strict=True):
+        omega = 2.0 * np.pi * frequency
+        X = np.linalg.solve((bare.K - omega**2 * bare.M + 1j * omega * C)[:3, :3], [0.0, 0.0, 0.4])
+        assert amplitude == pytest.approx(abs(X[2]), rel=1e-9)
+    told = presentation_of(stamped(found)).sentences(found)[1]
+    assert told.endswith("(the edge of the band: a peak may lie beyond), no dampers")
+
+
 def test_one_missing_damper_is_felt_by_its_neighbours():
     found = ss.mistuned_response(SIX, AT, ss.Mistuning(missing=[3]), force=0.1).dataset
     assert found.sample_message.values[0] == "Converged."

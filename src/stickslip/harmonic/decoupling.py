@@ -201,7 +201,7 @@ def _as_real(*given: NDArray[Any]) -> States:
         return States(
             output, source, shape, receiver, np.full(q.size, REAL_MODE), p.real.copy(), q, np.zeros(q.size), np.empty((0, 0))
         )
-    output, source, shape, receiver = (np.stack([x.real, x.imag], axis=2).reshape(x.shape[0], -1) for x in parts)
+    output, source, shape, receiver = (np.stack([x.real, x.imag], axis=2).reshape(x.shape[0], 2 * x.shape[1]) for x in parts)
     kind, real, squares, imaginary = np.tile([WAVE_FIRST, WAVE_SECOND], q.size), *(np.repeat(x, 2) for x in (p.real, q, p.imag))
     return States(output, source, shape, receiver, kind, real, squares, imaginary, np.empty((0, 0)))
 

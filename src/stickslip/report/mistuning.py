@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import counted
+from stickslip.checks import Array, counted
 from stickslip.plots.files import Figures
 from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.report.presentation import Presentation
@@ -22,13 +22,15 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """The tuned disk, the amplification and the worst blade."""
     solved = dataset.isel(sample=dataset["worst_blade"].values > 0)
     tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
-    lines = [f"tuned disk of {dataset.attrs['sectors']} blades: {1e6 * tuned:.4g} µm at {place:.5g} Hz"]
+    edge = _edge(dataset["tuned_frequency"].values, place)
+    lines = [f"tuned disk of {dataset.attrs['sectors']} blades: {1e6 * tuned:.4g} µm at {place:.5g} Hz{edge}"]
     ratio = solved["amplification"].values
     if not np.isfinite(ratio).any():
         return [*lines, "no amplification: every sample or the tuned disk failed"]
     top = solved.isel(sample=int(ratio.argmax()))
     blade = int(top["worst_blade"])
-    where = f"blade {blade} at {float(top['blade_peak_frequency'].sel(blade=blade)):.5g} Hz"
+    place = float(top["blade_peak_frequency"].sel(blade=blade))
+    where = f"blade {blade} at {place:.5g} Hz{_edge(top['frequency'].values, place)}"
     lines.append(f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}")
     if ratio.size > 1:
         middle, high = np.percentile(ratio, [50, 95])
@@ -41,9 +43,18 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
+def _edge(frequencies: Array, place: float) -> str:
+    """What to add where the highest value stands at an end of several frequencies: the peak itself may lie beyond."""
+    known = frequencies[np.isfinite(frequencies)]
+    at_end = np.unique(known).size > 1 and bool(np.isclose(place, [known.min(), known.max()], rtol=1e-12, atol=0.0).any())
+    return " (the edge of the band: a peak may lie beyond)" if at_end else ""
+
+
 def _busiest(sample: xr.Dataset) -> str:
     """The damper that takes out the most energy there."""
     damper = int(sample["busiest_damper"])
+    if bool(sample["damper_missing"].all()):
+        return ", no dampers"
     if not damper:
         return ", all dampers stuck"
     work = float(sample["damper_work"].sel(blade=damper))
