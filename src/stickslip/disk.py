@@ -16,7 +16,7 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array, InputError, fault
+from stickslip.checks import Array, InputError, fault, several, unique, whole
 from stickslip.contact.point import Contact
 from stickslip.contact.start import TractionRatio
 from stickslip.loads import BaseMotion, Force, Output
@@ -43,7 +43,7 @@ class TunedDisk(Problem):
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):
             raise InputError("A tuned disk must have a cyclic structure. Make it by `cyclic` or `sector_chain`.")
-        if isinstance(self.engine_order, float) or not 0 <= self.engine_order <= self.sectors:
+        if not _is_whole(self.engine_order) or not 0 <= self.engine_order <= self.sectors:
             rule = f"must be a whole number and lie between 0 and the number of sectors, {self.sectors}"
             raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
         if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
@@ -143,13 +143,14 @@ class TunedDisk(Problem):
         disk; `with_structure` and `with_contacts` then detune it.
         """
         sectors = range(1, self.sectors + 1)
+        chosen = sectors if reported is None else sectors_of("reported", reported, self.sectors) or sectors
         waves = [self.matrices(n).C for n in range(self.sectors // 2 + 1)]
         structure = full_structure(self.disk, np.array(waves))
         return FullDisk(
             structure,
             tuple(self._contact(contact, j) for j in sectors for contact in self.contacts),
             tuple(self._force(force, j) for j in sectors for force in self.forces),
-            tuple(self._output(output, j) for j in (reported or sectors) for output in self.outputs),
+            tuple(self._output(output, j) for j in chosen for output in self.outputs),
             f"{self.title}, all {self.sectors} sectors",
             tuple(replace(spring, direction=self._named(spring.direction, j)) for j in sectors for spring in self.mean_springs),
             self.sectors,
@@ -218,6 +219,16 @@ class FullDisk(Problem):
         return [(turns[n], LinearSystem(M[n], C[n], K[n], B[:, n], outputs[:, n])) for n in range(N)]
 
 
+def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:
+    """Sectors of a disk, each from 1 to `sectors` and given once."""
+    found = tuple(whole(what, sector) for sector in several(what, given))
+    unknown = [sector for sector in found if not 1 <= sector <= sectors]
+    if unknown:
+        raise fault(what, f"must hold sectors from 1 to {sectors}", unknown)
+    unique(what, found)
+    return found
+
+
 def full_structure(disk: CyclicStructure, dampings: NDArray[np.complex128] | None = None) -> Structure:
     """All sectors of a disk as one real structure, names "SECTOR/NODE.DIRECTION"; dampings: C of each nodal diameter."""
     assert disk.masses is not None
@@ -225,6 +236,10 @@ def full_structure(disk: CyclicStructure, dampings: NDArray[np.complex128] | Non
     M, K = (circulant(waves, disk.sectors) for waves in (disk.masses, disk.stiffnesses))
     C = None if dampings is None or not dampings.any() else circulant(dampings, disk.sectors)
     return Structure(M, K, tuple(sector_name(j, dof) for j in range(1, disk.sectors + 1) for dof in disk.dofs), C)
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def _is_circulant(matrix: Array, sectors: int) -> bool:

@@ -79,6 +79,8 @@ def _refuse_foreign(path: Path) -> None:
             start = file.read(len(_HDF5_SIGNATURE))
     except FileNotFoundError:
         raise fault("The results file", "must exist", str(path), "`stickslip run STUDY --out DIR` writes one.") from None
+    except IsADirectoryError:
+        raise fault("The results file", "must be readable", str(path), "It is a folder: give the results.nc in it.") from None
     except OSError as error:
         raise fault("The results file", "must be readable", str(path), f"({error.strerror})") from None
     if start != _HDF5_SIGNATURE:

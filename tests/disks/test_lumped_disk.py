@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.analyses.time_response import time_response
 from stickslip.checks import InputError
 from stickslip.contact.start import MeanTraction, TractionRatio
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.rigs import lumped_blisk
+from stickslip.rigs import lumped_blisk, octopus_blisk
 from stickslip.solve.continuation import first_point
 
 
@@ -125,6 +126,17 @@ def test_time_integration_asks_for_the_full_disk():
         ),
         (lambda: lumped_blisk("X"), "case must be"),
         (lambda: lumped_blisk(sectors=1), "sectors must be at least 2"),
+        (lambda: lumped_blisk(sectors=2.5), "sectors must be a whole number"),
+        (lambda: lumped_blisk(sectors=100_000), "sectors must be at most 1000"),
+        (lambda: lumped_blisk(engine_order="2"), "engine_order must be a whole number"),
+        (lambda: lumped_blisk(engine_order=True), "engine_order must be a whole number"),
+        (lambda: lumped_blisk(platform_angle=90.0), "platform_angle must lie in"),
+        (lambda: lumped_blisk().full(reported=3), "reported must be a tuple or list"),
+        (lambda: lumped_blisk().full(reported=["a"]), "reported must be a whole number"),
+        (lambda: lumped_blisk().full(reported=[25]), "reported must hold sectors from 1 to 24"),
+        (lambda: nodal_diameters(None), "disk must be a TunedDisk"),
+        (lambda: octopus_blisk(sector=3), "sector must be a BliskSector"),
+        (lambda: octopus_blisk("analytic", ktx=1e7), "must be left out beside the published set 'analytic'"),
     ],
 )
 def test_wrong_input(make, words):

@@ -137,6 +137,9 @@ def test_the_result_draws(tmp_path):
         (lambda: CYLINDER.tangential_displacement(61.0, 100.0, 0.6), "must not exceed mu N"),
         (lambda: LineContact(1e-2, 1e-3, flat=1e-3).peak_pressure(1.0), "must be 0"),
         (lambda: static_normal_load(147.0, 90.0), r"\[0, 90\)"),
+        (lambda: LineContact(27.6e-3, 5e-3).normal_stiffness(0.0), "load must be positive"),
+        (lambda: LineContact(27.6e-3, 5e-3).normal_stiffness("a"), "load must hold numbers"),
+        (lambda: contact_stiffness(1, 2), "contact must be a LineContact"),
     ],
 )
 def test_wrong_input(make, words):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import positive
+from stickslip.checks import of_kind, positive, vector
 from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact
 
 if TYPE_CHECKING:
@@ -36,7 +36,8 @@ def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None =
     """
     import xarray as xr
 
-    N = np.array([positive("load", load) for load in np.atleast_1d(np.asarray(loads, dtype=float))])
+    of_kind("contact", contact, LineContact)
+    N = np.array([positive("load", load) for load in vector("loads", loads)])
     across, along = contact.tangential_stiffness(N)
     normal = np.array([formula(contact, N) for formula in NORMAL_STIFFNESS.values()])
     variables: dict[str, Any] = {

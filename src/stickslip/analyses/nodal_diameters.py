@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.checks import between, of_kind
 from stickslip.disk import FullDisk, TunedDisk
 from stickslip.problem import Problem
 
@@ -34,7 +35,8 @@ def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
     """Natural frequencies of the first `modes` modes of every nodal diameter 0..N//2; rigid motions of free dampers left out."""
     import xarray as xr
 
-    frequencies = np.full((2, disk.sectors // 2 + 1, modes), np.nan)
+    of_kind("disk", disk, TunedDisk)
+    frequencies = np.full((2, disk.sectors // 2 + 1, between("modes", modes, 1)), np.nan)
     for state in range(2):
         for n in range(frequencies.shape[1]):
             found = disk.modes(n, stuck=state == 1).frequencies

@@ -14,7 +14,7 @@ from math import cos, pi, radians
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, finite, not_negative, positive
+from stickslip.checks import Array, fault, finite, not_negative, numbers, positive
 
 MILLIMETRE = 1e-3
 NODES = 400
@@ -66,14 +66,14 @@ class LineContact:
     def peak_pressure(self, load: ArrayLike) -> Array:
         """p₀ = 2P/(π b) of a cylinder, Pa."""
         self._cylinder("peak_pressure")
-        return np.asarray(2.0 * _loads(load) / self.length / (pi * self.half_width(load)))
+        return np.asarray(2.0 * _pressed(load) / self.length / (pi * self.half_width(load)))
 
     def normal_stiffness(self, load: ArrayLike) -> Array:
         """k_n(N) = π E L/(4(1 − ν²) ln(2L/b)) [N/m]: dN/dδ of every profile whose contact has the half width b.
 
         For the cylinder this is Allara (JSV 320, 2009), k_n = π E L/(2(1 − ν²) ln (2L/b)²) with ln (·)² = 2 ln(·).
         """
-        return np.asarray(0.5 * pi * self.plane_modulus * self.length / np.log(2.0 * self.length / self._narrow(load)))
+        return np.asarray(0.5 * pi * self.plane_modulus * self.length / np.log(2.0 * self.length / self._narrow(_pressed(load))))
 
     def approach(self, load: ArrayLike) -> Array:
         """δ(N) = ∫ dN/k_n [m]; cylinder: δ = 2(1 − ν²)/(π E) P (1 + 2 ln(2L/b))."""
@@ -139,7 +139,7 @@ def harris_approach(load: ArrayLike, length: float) -> Array:
 
 def harris_stiffness(load: ArrayLike, length: float) -> Array:
     """dN/dδ of Harris's formula, N/m; load [N], length [m]."""
-    return np.asarray(_loads(load) / (0.9 * harris_approach(load, length)))
+    return np.asarray(_pressed(load) / (0.9 * harris_approach(load, length)))
 
 
 def brandlein_approach(load: ArrayLike, length: float) -> Array:
@@ -149,7 +149,7 @@ def brandlein_approach(load: ArrayLike, length: float) -> Array:
 
 def brandlein_stiffness(load: ArrayLike, length: float) -> Array:
     """dN/dδ of Brändlein's formula, N/m; load [N], length [m]."""
-    return np.asarray(_loads(load) / (0.925 * brandlein_approach(load, length)))
+    return np.asarray(_pressed(load) / (0.925 * brandlein_approach(load, length)))
 
 
 NORMAL_STIFFNESS: dict[str, Callable[[LineContact, ArrayLike], Array]] = {
@@ -221,9 +221,17 @@ class SphereContact:
 
 
 def _loads(load: ArrayLike) -> Array:
-    loads = np.asarray(load, dtype=float)
+    loads = numbers("load", load)
     if not np.all(np.isfinite(loads)) or np.any(loads < 0.0):
         raise fault("load", "must be finite and not negative (N)", np.ravel(loads).tolist()[:4])
+    return loads
+
+
+def _pressed(load: ArrayLike) -> Array:
+    """Loads that press: without one there is no contact, and no stiffness."""
+    loads = _loads(load)
+    if np.any(loads == 0.0):
+        raise fault("load", "must be positive (N)", np.ravel(loads).tolist()[:4])
     return loads
 
 

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from stickslip.checks import Array, InputError, fault, finite, not_negative, positive
+from stickslip.checks import Array, InputError, between, fault, finite, not_negative, positive
+from stickslip.structure.cyclic import MOST_SECTORS
 from stickslip.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
 from stickslip.structure.sector_surface import SectorSurface, sector_surface
 from stickslip.structure.solid import Material, Solid, box_mesh, solid
@@ -68,8 +69,7 @@ class BliskSector:
         )
         for key in (*lengths, "root_thickness", "tip_thickness", "damper_radius", "damper_length"):
             positive(key, getattr(self, key))
-        if self.sectors < 3:
-            raise fault("sectors", "must be at least 3", self.sectors)
+        object.__setattr__(self, "sectors", between("sectors", self.sectors, 3, MOST_SECTORS))
         if not self.hub_radius < self.rim_radius:
             raise fault("rim_radius", f"must lie above the hub radius {self.hub_radius:g} m", self.rim_radius)
         if not 0.0 <= finite("platform_angle", self.platform_angle) < 90.0:

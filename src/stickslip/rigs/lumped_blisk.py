@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.checks import fault
+from stickslip.checks import fault, finite
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset, Start
@@ -46,6 +46,8 @@ def lumped_blisk(
     """
     if case not in ("W", "R"):
         raise fault("case", 'must be "W" (wedge) or "R" (cylinder that rolls)', case)
+    if not 0.0 <= finite("platform_angle", platform_angle) < 90.0:
+        raise fault("platform_angle", "must lie in [0, 90) degrees", platform_angle)
     rolls = case == "R"
     law, rule = Macroslip(kt, mu, kn), start or SliderOffset()
     lever, radius = (0.2, ROLLER_RADIUS) if rolls else (0.02, 0.0)

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.checks import Array, fault, nearest, positive
+from stickslip.checks import Array, fault, nearest, of_kind, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, Direction, Motion, contact_in_space, node
 from stickslip.contact.start import Start
@@ -74,7 +74,10 @@ def octopus_blisk(
         raise fault("contact", "must be a known set", contact, nearest(str(contact), PUBLISHED))
     if normal_stiffness not in NORMAL_STIFFNESS:
         raise fault("normal_stiffness", "must be a known formula", normal_stiffness, nearest(normal_stiffness, NORMAL_STIFFNESS))
-    shape = replace(sector or BliskSector(), platform_angle=platform_angle)
+    if contact != "measured" and (ktx, kty) != (None, None):
+        raise fault("ktx and kty", f"must be left out beside the published set {contact!r}", {"ktx": ktx, "kty": kty})
+    base = BliskSector() if sector is None else of_kind("sector", sector, BliskSector)
+    shape = replace(base, platform_angle=platform_angle)
     shape = shape if rotation is None else replace(shape, rotation=rotation)
     shape = shape if stagger is None else replace(shape, stagger=stagger)
     tangential = PUBLISHED[contact]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from stickslip.checks import Array, InputError, fault, square
+from stickslip.checks import Array, InputError, between, fault, square
 from stickslip.structure.assembly import assemble
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Structure
@@ -22,6 +22,8 @@ from stickslip.structure.matrices import Structure
 Waves = NDArray[np.complex128]
 """A matrix for each nodal diameter 0..N//2, (N//2 + 1, m, m)."""
 
+MOST_SECTORS = 1000
+"""Of a disk; no machine has as many blades on one."""
 NEXT = "next/"
 """Prefix of the names of the following sector's degrees of freedom: "next/pad_1.x"."""
 
@@ -89,8 +91,7 @@ def cyclic(
     damping: Damping | None = None,
 ) -> CyclicStructure:
     """The disk of Hermitian matrices for nodal diameters 0..N//2, each (N//2 + 1, m, m)."""
-    if sectors < 2:
-        raise fault("sectors", "must be at least 2", sectors)
+    sectors = between("sectors", sectors, 2, MOST_SECTORS)
     M, K = (_hermitian(what, waves, sectors, len(dofs)) for what, waves in (("M", masses), ("K", stiffnesses)))
     C = None if dampings is None else _hermitian("C", dampings, sectors, len(dofs))
     lowest = min(float(np.linalg.eigvalsh(mass)[0]) for mass in M)
@@ -105,7 +106,7 @@ def sector_chain(sector: Structure, sectors: int, K_next: ArrayLike, M_next: Arr
     K_next, M_next (m, m): the force on a sector per motion and acceleration of the following one; the preceding one acts by
     their transposes, K_n = K + K_next exp(−i 2π n/N) + K_nextᵀ exp(+i 2π n/N). Couplings are undamped unless a rule is set.
     """
-    size = sector.size
+    size, sectors = sector.size, between("sectors", sectors, 2, MOST_SECTORS)
     couple = {
         "K": square("K_next", K_next, size),
         "M": np.zeros((size, size)) if M_next is None else square("M_next", M_next, size),

@@ -13,9 +13,9 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
-from stickslip.checks import Array, InputError, fault, nearest, vector
+from stickslip.checks import Array, InputError, fault, finite, nearest, several, vector
 from stickslip.contact.point import Contact
-from stickslip.disk import FullDisk, TunedDisk
+from stickslip.disk import FullDisk, TunedDisk, sectors_of
 from stickslip.loads import Output
 from stickslip.structure.cyclic import sector_name
 from stickslip.structure.damping import ModalDamping
@@ -43,16 +43,18 @@ class Mistuning:
     pull: ArrayLike = 0.0
     missing: Sequence[int] = ()
 
+    def __post_init__(self) -> None:
+        for name in RELATIVE:
+            vector(f"Mistuning, {name}", getattr(self, name))
+        object.__setattr__(self, "missing", tuple(several("Mistuning, missing", self.missing)))
+
     def of(self, sectors: int) -> Mistuning:
         """The same as arrays of `sectors` entries; every deviation above −1."""
         found = {name: vector(f"Mistuning, {name}", getattr(self, name), sectors) for name in RELATIVE}
         for name, deviation in found.items():
             if deviation.size and deviation.min() <= -1.0:
                 raise fault(f"Mistuning, {name}", "must be above -1, relative to the tuned disk", float(deviation.min()))
-        unknown = [sector for sector in self.missing if not 1 <= sector <= sectors]
-        if unknown:
-            raise fault("Mistuning, missing", f"must hold sectors from 1 to {sectors}", unknown)
-        return Mistuning(**found, missing=tuple(sorted({int(sector) for sector in self.missing})))
+        return Mistuning(**found, missing=tuple(sorted(sectors_of("Mistuning, missing", self.missing, sectors))))
 
     def on_top_of(self, base: Mistuning) -> Mistuning:
         """Both together, of arrays: factors multiply."""
@@ -102,7 +104,7 @@ class Scatter:
 
     def __post_init__(self) -> None:
         for name in (*RELATIVE, "missing"):
-            value = getattr(self, name)
+            value = finite(f"Scatter, {name}", getattr(self, name))
             if not 0.0 <= value < 1.0:
                 raise fault(f"Scatter, {name}", "must lie between 0 and 1", value)
         if self.sampling not in SAMPLING:
@@ -188,7 +190,7 @@ def blade_dofs(disk: TunedDisk, blade: Sequence[str] | None = None) -> list[str]
         outputs = {dof for output in disk.outputs for dof in Output.of(output).direction}
         blade = [*{dof.rsplit(".", 1)[0]: None for dof in names if dof in outputs or dof.startswith("mode/")}]
     nodes = {dof.rsplit(".", 1)[0] for dof in names}
-    for name in blade:
+    for name in several("blade", blade):
         if name not in nodes and name not in names:
             raise fault("blade", "must name nodes or degrees of freedom of a sector", name, nearest(name, [*nodes, *names]))
     found = [dof for dof in names if dof in blade or dof.rsplit(".", 1)[0] in blade]

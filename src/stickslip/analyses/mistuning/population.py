@@ -12,7 +12,7 @@ from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.work import Finished, Progress, Workers
-from stickslip.checks import InputError, between, fault, seed_of
+from stickslip.checks import InputError, between, fault, of_kind, seed_of, whole
 from stickslip.disk import TunedDisk
 from stickslip.units import Band
 
@@ -108,7 +108,9 @@ def planned_population(
     if not isinstance(disk, TunedDisk):
         raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
     count, seed, output = between("count", count, 1), seed_of(seed), between("output", output, 0, len(disk.outputs) - 1)
-    base = (mistuning or Mistuning()).of(disk.sectors)
+    of_kind("scatter", scatter, Scatter)
+    base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
+    harmonics = whole("harmonics", harmonics, "A forced response of the tuned disk tells how many are enough.")
     own = tuple(blade_dofs(disk, blade))
     reported = replace(disk, outputs=(disk.outputs[output],))
     sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance)
