@@ -88,7 +88,7 @@ def test_missing_file_is_said(tmp_path):
 
 
 def test_folder_is_no_file(tmp_path):
-    with pytest.raises(InputError, match="must be readable.*results.nc in it"):
+    with pytest.raises(InputError, match=r"must be readable.*results\.nc in it"):
         open_results(tmp_path)
 
 
