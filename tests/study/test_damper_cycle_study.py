@@ -87,6 +87,7 @@ def test_an_evolution_from_a_study(tmp_path):
     (tmp_path / "study.toml").write_text(EVOLUTION_TEMPLATE.replace("steps = 500 ", "steps = 100 "))
     found = finished(tmp_path / "study.toml", tmp_path / "out")
     np.testing.assert_allclose(found.friction[:, 0], [0.3, 0.5, 0.7, 0.9, 1.1, 1.2])
+    assert list(found.outcome.values) == 4 * ["not_steady"] + 2 * ["jammed"]
     assert float(found.loop_energy[3]) > 5.0 * float(found.loop_energy[-1])  # beyond the cone the damper wedges: a small loop
     (tmp_path / "wrong.toml").write_text(EVOLUTION_TEMPLATE.replace("[0.3, 0.5,", "[[0.3, 0.2], 0.5,"))
     with pytest.raises(InputError, match="friction must have 3 entries"):

@@ -35,7 +35,7 @@ def _hysteresis(axes: Any, dataset: xr.Dataset) -> None:
     for axis, (name, colour) in enumerate(zip(("horizontal", "vertical"), CONTACTS, strict=False)):
         motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
         if np.ptp(motion) > 0.0:
-            axes.plot(_closed(motion) / um, _closed(force), color=colour, label=name)
+            axes.plot(closed(motion) / um, closed(force), color=colour, label=name)
     axes.set(title="Platform to platform", xlabel="relative motion in µm", ylabel="force on the right platform in N")
     axes.legend()
 
@@ -44,7 +44,7 @@ def _forces(axes: Any, dataset: xr.Dataset) -> None:
     """Vector diagram: the ends of the force at each contact through the cycle, T over N, in its friction cone."""
     for contact, name, colour, mu in _contacts(dataset):
         normal = dataset.normal_force.values[:, contact]
-        axes.plot(_closed(dataset.friction_force.values[:, contact]), _closed(normal), color=colour, label=name)
+        axes.plot(closed(dataset.friction_force.values[:, contact]), closed(normal), color=colour, label=name)
         if np.isfinite(mu):
             top = normal.max()
             axes.plot([-mu * top, 0.0, mu * top], [top, 0.0, top], color=colour, linewidth=0.8, linestyle=":")
@@ -76,10 +76,10 @@ def _plane(axes: Any, dataset: xr.Dataset) -> None:
     pull, sides = float(dataset.attrs["pull"]), dataset.side.values
     left, right = (dataset.friction_force.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right"))
     limits = [dataset.slip_limit.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right")]
-    axes.plot(_closed(left), _closed(right), color=CONTACTS[0])
+    axes.plot(closed(left), closed(right), color=CONTACTS[0])
     for sign in (-1.0, 1.0):
-        axes.plot(_closed(sign * limits[0]), _closed(right), color=GREY, linewidth=0.9)
-        axes.plot(_closed(left), _closed(sign * limits[1]), color=GREY, linewidth=0.9, linestyle="--")
+        axes.plot(closed(sign * limits[0]), closed(right), color=GREY, linewidth=0.9)
+        axes.plot(closed(left), closed(sign * limits[1]), color=GREY, linewidth=0.9, linestyle="--")
     axes.set(title="Friction of both sides; grey: where a side slips", xlabel="T left / pull", ylabel="T right / pull")
 
 
@@ -108,5 +108,7 @@ def _contacts(dataset: xr.Dataset) -> list[tuple[int, str, str, float]]:
     return [(i, name, CONTACTS[i % len(CONTACTS)], float(friction[i])) for i, name in enumerate(names)]
 
 
-def _closed(values: np.ndarray) -> np.ndarray:
-    return np.append(values, values[0])
+def closed(values: np.ndarray) -> np.ndarray:
+    """With the first value at the end, unless that is a leap: a cycle that does not repeat is drawn as it is, open."""
+    leap, usual = abs(values[0] - values[-1]), np.max(np.abs(np.diff(values)), initial=0.0)
+    return np.append(values, np.nan if leap > 2.0 * usual else values[0])

@@ -8,7 +8,9 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from stickslip.plots.look import STICK, house_style, plain
+from stickslip.checks import counted
+from stickslip.plots.damper_cycle import closed
+from stickslip.plots.look import STICK, house_style, legend, plain
 from stickslip.results_told import spread
 from stickslip.units import um
 
@@ -34,22 +36,29 @@ def damper_cycles(dataset: xr.Dataset) -> Figure:
 def cycle_names(dataset: xr.Dataset) -> list[str]:
     """What tells the cycles apart: how many starts lead to each, or its friction."""
     if "starts" in dataset:
-        return [f"{count} starts" for count in dataset.starts.values]
+        return [counted(int(count), "start") for count in dataset.starts.values]
     return [", ".join(f"{mu:g}" for mu in dict.fromkeys(row)) for row in dataset.friction.values]
+
+
+def _numbered(dataset: xr.Dataset) -> list[str]:
+    """The number of each cycle and what tells it apart: loops are found again below the bars."""
+    return [plain(f"{number}: {name}") for number, name in zip(dataset.cycle.values, cycle_names(dataset), strict=True)]
 
 
 def _loops(axes: Any, dataset: xr.Dataset) -> None:
     motion, force = dataset.platform_motion.values, dataset.force_on_right.values
     axis = int(np.argmax(np.ptp(motion[0], axis=0)))
     shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(motion)))
-    for x, f, shade in zip(motion[..., axis], force[..., axis], shades, strict=True):
-        axes.plot(np.append(x, x[0]) / um, np.append(f, f[0]), color=shade, linewidth=1.2)
+    names = _numbered(dataset)
+    for x, f, shade, name in zip(motion[..., axis], force[..., axis], shades, names, strict=True):
+        axes.plot(closed(x) / um, closed(f), color=shade, linewidth=1.2, label=name)
+    legend(axes)
     direction = ("horizontal", "vertical")[axis]
     axes.set(title="Platform to platform", xlabel=f"{direction} motion in µm", ylabel=f"{direction} force in N")
 
 
 def _bars(axes: Any, dataset: xr.Dataset, values: np.ndarray[Any, Any], words: str) -> None:
-    names = [plain(name) for name in cycle_names(dataset)]
+    names = _numbered(dataset)
     axes.bar(range(len(names)), values, color=STICK)
     named = spread(len(names), MOST_NAMES)
     axes.set_xticks(named, [names[place] for place in named], rotation=60, ha="right")

@@ -9,7 +9,6 @@ import pandas as pd
 
 from stickslip.checks import counted
 from stickslip.plots.damper_cycles import cycle_names, damper_cycles
-from stickslip.report.damper_cycle import FAILED
 from stickslip.report.presentation import Presentation
 
 if TYPE_CHECKING:
@@ -31,13 +30,14 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """Starts that led nowhere; cycles of an evolution that failed (one need not be steady: friction goes on changing)."""
+    """Starts that led nowhere; cycles of an evolution with steps that were not solved (one need not be steady: friction goes on
+    changing; that it jams is a finding)."""
     if "starts" in dataset:
         failed = int(dataset.attrs["failed"])
         return [f"{counted(failed, 'initial state')} led to no steady cycle."] if failed else []
-    names, outcomes = cycle_names(dataset), dataset.outcome.values
-    told = zip(names, outcomes, dataset.message.values, strict=True)
-    return [f"{name}: {message}" for name, outcome, message in told if outcome in FAILED and outcome != "not_steady"]
+    unsolved = (dataset.iterations.values < 0).any(axis=-1)
+    told = zip(cycle_names(dataset), unsolved, dataset.message.values, strict=True)
+    return [f"{name}: {message}" for name, failed, message in told if failed]
 
 
 def figures(dataset: xr.Dataset) -> Figures:
@@ -52,6 +52,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "cycle": dataset.cycle.values,
             "starts" if "starts" in dataset else "friction": cycle_names(dataset),
             "energy [µJ]": 1e6 * dataset.loop_energy.values,
+            "friction work [µJ]": 1e6 * dataset.friction_work.sum("contact").values,
+            "stored [µJ]": 1e6 * dataset.stored_energy.values,
             "rotation [mrad]": 1e3 * dataset.rotation.values,
             "largest N [N]": dataset.normal_force.max(["sample", "contact"]).values,
             "outcome": dataset.outcome.values,

@@ -43,8 +43,8 @@ class CycleOutcome(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class SteadyCycle:
-    """The last cycle: record (rotations in rad), platform motion d (steps, rows), state at its end, cycles marched, outcome, and
-    the change of the forces from the cycle before, relative to the largest force."""
+    """The last cycle: record from the state before its first step on (rotations in rad), platform motion d (steps, rows), state
+    at its end, cycles marched, outcome, and the change of the forces from the cycle before, relative to the largest force."""
 
     record: Record
     drive: Array
@@ -52,6 +52,10 @@ class SteadyCycle:
     cycles: int
     outcome: CycleOutcome
     change: float
+
+    def path(self, model: CycleModel) -> Record:
+        """The record with the state at the end, (steps + 1, ...): along it work is done, whether the cycle closes or not."""
+        return _joined(self.record, _in_radians(model, standing(model, self.state)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,17 +147,19 @@ def steady_cycle(
     shape = (model.B.shape[0], state.intercept.size, model.load.size)
     carry = _carrier(model, marching, steps)
     if _settle(model, drive, state) > 0:
-        return SteadyCycle(new_record(steps, *shape), drive, state, 0, CycleOutcome.NOT_CONVERGED, np.inf)
+        unsolved = new_record(steps, *shape)
+        unsolved.iterations[:] = -1
+        return SteadyCycle(unsolved, drive, state, 0, CycleOutcome.NOT_CONVERGED, np.inf)
     path = Path(np.roll(drive, -1, axis=0), np.ones(steps))
     previous, record, change = new_record(steps, *shape), new_record(steps, *shape), np.inf
     for cycle in range(1, marching.cycles + 1):
-        previous, record = record, previous
+        previous, record, before = record, previous, standing(model, state)
         if carry(path, state, record) > 0:
-            return SteadyCycle(_shown(model, record), drive, state, cycle, CycleOutcome.NOT_CONVERGED, change)
+            return SteadyCycle(_shown(model, before, record), drive, state, cycle, CycleOutcome.NOT_CONVERGED, change)
         change = float(np.max(np.abs(record.force - previous.force)) / (np.max(np.abs(record.force)) + 1e-300))
         if cycle > 1 and change <= marching.tolerance:
-            return SteadyCycle(_shown(model, record), drive, state, cycle, CycleOutcome.STEADY, change)
-    return SteadyCycle(_shown(model, record), drive, state, marching.cycles, CycleOutcome.NOT_STEADY, change)
+            return SteadyCycle(_shown(model, before, record), drive, state, cycle, CycleOutcome.STEADY, change)
+    return SteadyCycle(_shown(model, before, record), drive, state, marching.cycles, CycleOutcome.NOT_STEADY, change)
 
 
 def _carrier(model: CycleModel, marching: Marching, steps: int):  # type: ignore[no-untyped-def]
@@ -196,8 +202,34 @@ def _copied(state: PlatformState) -> PlatformState:
     return PlatformState(*(part.copy() for part in state))
 
 
-def _shown(model: CycleModel, record: Record) -> Record:
-    """The record from sample 0 on, with rotations in rad: it was filled from sample 1 to sample 0 of the next cycle."""
-    motion, w, force, intercept, limit = (np.roll(part, 1, axis=0) for part in record[:5])
+def standing(model: CycleModel, state: PlatformState) -> Record:
+    """A state as a record of one sample; nothing is solved: friction is what the sliders hold."""
+    table = model.table
+    w = model.B @ state.motion + state.drive
+    normal = np.maximum(
+        table.normal_stiffness * np.repeat(w[table.normal_row], np.diff(table.normal_first)) + table.normal_constant, 0.0
+    )
+    traction = state.intercept + table.stiffness * np.repeat(w, np.diff(table.friction_first))
+    force = np.add.reduceat(np.append(traction, 0.0), table.friction_first[:-1])
+    force[table.normal_row] = np.add.reduceat(normal, table.normal_first[:-1])
+    loads = np.append(0.0, np.cumsum(normal))
+    limit = table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit
+    iterations = np.zeros(1, dtype=np.int64)
+    return Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
+
+
+def _shown(model: CycleModel, before: Record, record: Record) -> Record:
+    """The record from sample 0 on, with rotations in rad: it was filled from sample 1 to sample 0 of the next cycle. Sample 0 is
+    the state before the first step, which a cycle that does not close has left for good; its iterations are the last step's."""
+    shown = Record._make(part[:-1] for part in _joined(before, record))
+    return _in_radians(model, shown._replace(iterations=np.roll(record.iterations, 1)))
+
+
+def _joined(first: Record, then: Record) -> Record:
+    return Record._make(np.concatenate(parts) for parts in zip(first, then, strict=True))
+
+
+def _in_radians(model: CycleModel, record: Record) -> Record:
+    motion = record.motion.copy()
     motion[:, 2] /= model.length
-    return Record(motion, w, force, intercept, limit, np.roll(record.iterations, 1))
+    return record._replace(motion=motion)

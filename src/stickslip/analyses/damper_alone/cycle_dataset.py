@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from stickslip.checks import Array, Index
 from stickslip.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.solve.platform_cycle import CycleModel, Marching, SteadyCycle
+from stickslip.solve.platform_march import Record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,13 +122,21 @@ def _states(model: CycleModel, march: SteadyCycle) -> Variables:
 
 
 def _energies(model: CycleModel, march: SteadyCycle) -> Variables:
-    """Loop energy ∮ F dx on the platforms and friction work, which must agree."""
-    work = slip_work(model, march)
-    loop = float(-_loop(forces_on_platforms(model, march)[0], platform_motion(model, march)).sum())
+    """Loop energy ∫ F dx on the platforms: friction work and, where the cycle does not close, what is stored in the end."""
+    path, work = march.path(model), slip_work(model, march)
+    motion = platform_motion(model, march)
+    loop = _work(path.force @ model.left, np.append(motion, motion[:1], axis=0))
+    stored = float(np.diff(stored_energy(model, path)[[0, -1]])[0])
     return {
         "friction_work": (("contact",), work, "J", "friction work of a cycle"),
         "loop_energy": ((), loop, "J", "energy that the damper takes from the platforms in a cycle"),
-        "energy_error": ((), _relative(loop - work.sum(), loop), "1", "loop energy less friction work, relative"),
+        "stored_energy": ((), stored, "J", "energy that contacts, rig and pull hold after the cycle less that before it"),
+        "energy_error": (
+            (),
+            _relative(loop - work.sum() - stored, loop),
+            "1",
+            "loop energy less friction work and stored energy, relative",
+        ),
     }
 
 
@@ -148,31 +158,48 @@ def forces_on_platforms(model: CycleModel, march: SteadyCycle) -> tuple[Array, A
 
 def slip_work(model: CycleModel, march: SteadyCycle) -> Array:
     """Friction work of each contact over the cycle, Σ T δ(slip) over its elements, trapezoidal, (contacts,) [J]."""
-    table, record = model.table, march.record
-    found = np.zeros(table.normal_row.size)
-    for c, normal in enumerate(table.normal_row):
-        for row in range(table.first_row[c], table.first_row[c + 1]):
-            for e in range(table.friction_first[row], table.friction_first[row + 1]) if row != normal else ():
-                y = record.intercept[:, e]
-                traction = y + table.stiffness[e] * record.w[:, row]
-                slid = (np.roll(y, 1) - y) / table.stiffness[e]
-                found[c] += float(np.sum(0.5 * (traction + np.roll(traction, 1)) * slid))
-    return found
+    path, table = march.path(model), model.table
+    traction = _tractions(model, path)
+    slid = -np.diff(path.intercept, axis=0) / table.stiffness
+    work = np.sum(0.5 * (traction[1:] + traction[:-1]) * slid, axis=0)
+    return np.array([work[elements].sum() for elements in _elements(model)])
+
+
+def stored_energy(model: CycleModel, path: Record) -> Array:
+    """½ Σ T²/kt + ½ Σ N²/kn over the elements, ½ qᵀKq of the platform's rig, less the work of the pull, (samples,) [J]."""
+    table, size = model.table, np.ones(model.load.size)
+    size[2] = model.length
+    motion = path.motion * size
+    press = np.repeat(path.w[:, table.normal_row], np.diff(table.normal_first), axis=1)
+    normal = np.maximum(table.normal_stiffness * press + table.normal_constant, 0.0)
+    elastic = (_tractions(model, path) ** 2 / table.stiffness).sum(axis=1) + (normal**2 / table.normal_stiffness).sum(axis=1)
+    return np.asarray(0.5 * (elastic + np.sum(motion @ model.matrices[2] * motion, axis=1)) - motion @ model.load)
 
 
 def contact_states(model: CycleModel, march: SteadyCycle) -> Index:
-    """What each contact does at each sample, (steps, contacts): open where no element carries load, slip where one slides."""
-    table, record = model.table, march.record
-    found = np.full((record.w.shape[0], table.normal_row.size), STICK)
-    slid = np.roll(record.intercept, 1, axis=0) - record.intercept
-    for c, normal in enumerate(table.normal_row):
-        rows = [row for row in range(table.first_row[c], table.first_row[c + 1]) if row != normal]
-        elements = np.concatenate([np.arange(table.friction_first[r], table.friction_first[r + 1]) for r in rows])
+    """What each contact does at each sample, (steps, contacts): open where no element carries load, slip where one slides; at
+    sample 0 in the step that ends the cycle."""
+    path, table = march.path(model), model.table
+    force, slid = path.force[1:], -np.diff(path.intercept, axis=0)
+    found = np.full((slid.shape[0], table.normal_row.size), STICK)
+    for c, (normal, elements) in enumerate(zip(table.normal_row, _elements(model), strict=True)):
         moved = np.any(slid[:, elements] != 0.0, axis=1)
-        sense = np.sign(record.force[:, rows[0]])
-        found[moved, c] = np.where(sense[moved] >= 0.0, SLIP_UP, SLIP_DOWN)
-        found[record.force[:, normal] <= 0.0, c] = OPEN
-    return found
+        row = next(row for row in range(table.first_row[c], table.first_row[c + 1]) if row != normal)
+        found[moved, c] = np.where(force[moved, row] >= 0.0, SLIP_UP, SLIP_DOWN)
+        found[force[:, normal] <= 0.0, c] = OPEN
+    return np.roll(found, 1, axis=0)
+
+
+def _tractions(model: CycleModel, path: Record) -> Array:
+    """Friction force of each element, (samples, elements) [N]."""
+    table = model.table
+    return np.asarray(path.intercept + table.stiffness * np.repeat(path.w, np.diff(table.friction_first), axis=1))
+
+
+def _elements(model: CycleModel) -> list[slice]:
+    """The friction elements of each contact."""
+    table = model.table
+    return [slice(table.friction_first[a], table.friction_first[b]) for a, b in pairwise(table.first_row)]
 
 
 def _limits(model: CycleModel, march: SteadyCycle) -> Array:
@@ -187,9 +214,9 @@ def _shares(states: Index) -> Array:
     return np.stack([kind.mean(axis=0) for kind in kinds], axis=1)
 
 
-def _loop(force: Array, motion: Array) -> Array:
-    """∮ F dx of each column, trapezoidal."""
-    return np.asarray(np.sum(0.5 * (force + np.roll(force, 1, axis=0)) * (motion - np.roll(motion, 1, axis=0)), axis=0))
+def _work(force: Array, motion: Array) -> float:
+    """∫ F dx along a path, trapezoidal."""
+    return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(motion, axis=0)))
 
 
 def _relative(difference: float, size: float) -> float:
