@@ -41,8 +41,8 @@ def test_the_template_runs_to_a_report(tmp_path, capsys):
     ("old", "new", "message"),
     [
         ("mu = [0.40, 0.22, 0.32]", "mu = [0.4, 0.2]", "mu must have 3 entries"),
-        ("foot_distance = 14e-3", "foot_spacing = 14e-3", "foot_spacing"),
-        ("vertical = 30e-6", "vertical = 0.0", "A platform motion must move"),
+        ("foot_distance = 14e-3", "foot_spacing = 14e-3", "Known: left_distance, right_distance, foot_distance"),
+        ("vertical = 30e-6", "vertical = 0.0", "A platform motion must move.*Give a horizontal or a vertical"),
         ("pull = 50.0", "pull = -50.0", "pull"),
         ('shape = "three_point"', 'shape = "four_point"', "shape"),
         ("# frequency = 5.0", "frequency = 5.0", "method"),

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, Index, fault, not_negative, symmetric, vector
+from stickslip.checks import Array, Index, fault, not_negative, of_kind, several, symmetric, vector
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, Direction
@@ -98,13 +98,15 @@ class BetweenPlatforms:
     title: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "laws", tuple(self.laws))
+        _damper(self.damper)
+        object.__setattr__(self, "laws", several("laws", self.laws))
         if len(self.laws) != len(self.points):
             names = ", ".join(point.name for point in self.points)
             raise fault("laws", f"must be {len(self.points)}, one for each of {names}", len(self.laws))
         if not any(np.asarray(self.damper.pull)[:2]):
             raise fault("pull", "must press the damper against the platforms", np.asarray(self.damper.pull).tolist())
         for law, point in zip(self.laws, self.points, strict=True):
+            of_kind(f"The law of {point.name}", law, Law)  # type: ignore[type-abstract]
             if not law.has_normal:
                 raise fault(f"The law of {point.name}", "must have a normal stiffness", repr(law), "Give it kn.")
 
@@ -119,7 +121,7 @@ class BetweenPlatforms:
         title: str = "",
     ) -> BetweenPlatforms:
         """One macroslip law a line of contact: kt, kn [N/m], mu, each a number or one entry per line."""
-        count = len(plane_points(damper))
+        count = len(plane_points(_damper(damper)))
         columns = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn), ("mu", mu))]
         laws = tuple(Macroslip(float(t), float(m), float(n)) for t, n, m in zip(*columns, strict=True))
         return cls(damper, laws, right, title)
@@ -182,6 +184,12 @@ class BetweenPlatforms:
     def with_pull(self, pull: float) -> BetweenPlatforms:
         """A copy with another pull, N, along y."""
         return replace(self, damper=replace(self.damper, pull=(0.0, pull, 0.0)))
+
+
+def _damper(damper: Damper) -> Damper:
+    if not isinstance(damper, Damper):
+        raise fault("damper", "must be a Damper", damper, "A shape becomes one by shape.damper(pull=...).")
+    return damper
 
 
 def _with_mu(law: Law, mu: float) -> Law:

@@ -8,7 +8,7 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.checks import Array, between, fault, finite, numbers, positive, whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class PlatformMotion:
         if values.ndim != 2 or values.shape[0] != 2 or values.shape[1] % 2 == 0 or not np.all(np.isfinite(values)):
             raise fault("Harmonics of a platform motion", "must be finite, of shape (2, 2H+1)", np.shape(values))
         if not np.any(values[:, 1:]):
-            raise fault("A platform motion", "must move", "all harmonics are zero")
+            raise fault("A platform motion", "must move", "all harmonics are zero", "Give a horizontal or a vertical amplitude.")
         object.__setattr__(self, "harmonics", values)
 
     @property
@@ -38,7 +38,7 @@ class PlatformMotion:
         """The motion at t_n = 2πn/(steps ω), (steps, 2) [m]."""
         values = np.asarray(self.harmonics)
         highest = (values.shape[1] - 1) // 2
-        if steps < max(8, 4 * highest):
+        if whole("steps", steps) < max(8, 4 * highest):
             raise fault("steps", f"must be at least {max(8, 4 * highest)} for this motion", steps)
         angles = 2.0 * np.pi * ((np.arange(steps)[:, None] * np.arange(1, highest + 1)) % steps) / steps
         return np.asarray(values[:, 0] + np.cos(angles) @ values[:, 1::2].T + np.sin(angles) @ values[:, 2::2].T)
@@ -63,7 +63,11 @@ def elliptic(horizontal: float, vertical: float, phase: float = 90.0) -> Platfor
 
 def measured(x: ArrayLike, y: ArrayLike, harmonics: int = 30) -> PlatformMotion:
     """The motion of one recorded cycle in equal time steps, x and y (n,) [m], smoothed to so many harmonics."""
-    signals = np.asarray([x, y], dtype=float)
+    between("harmonics", harmonics, 1)
+    across, up = numbers("x", x), numbers("y", y)
+    if across.shape != up.shape:
+        raise fault("x and y of a measured cycle", "must have equal length", f"of shapes {across.shape} and {up.shape}")
+    signals = np.array([across, up])
     if signals.ndim != 2 or signals.shape[1] <= 2 * harmonics or not np.all(np.isfinite(signals)):
         raise fault("A measured cycle", f"must be finite and have more than {2 * harmonics} samples of x and y", signals.shape)
     spectrum = np.fft.rfft(signals, axis=1)[:, : harmonics + 1] / signals.shape[1]

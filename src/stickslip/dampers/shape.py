@@ -61,6 +61,8 @@ class Shape(ABC):
         for key in positives:
             positive(key, getattr(self, key))
         for key in ("left_angle", "right_angle"):
+            if isinstance(getattr(self, key), str):
+                raise fault(key, "must be a number", getattr(self, key))
             if not 0.0 <= finite(key, getattr(self, key)) < 90.0:
                 raise fault(key, "must lie in [0, 90) degrees", getattr(self, key))
         if self.left_angle + self.right_angle <= 0.0:

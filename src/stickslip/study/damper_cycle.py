@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -12,7 +12,7 @@ from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.analyses.work import Arrays
-from stickslip.checks import MOST, InputError, counted, fault
+from stickslip.checks import MOST, counted, fault
 from stickslip.dampers import (
     BetweenPlatforms,
     CrossedCurvedFlat,
@@ -70,10 +70,12 @@ class DamperTable(Table):
     def rig(self, units: Units) -> BetweenPlatforms:
         """The damper between its platforms, in SI."""
         values = in_si(self, units)
-        try:
-            shape = SHAPES[self.shape](left_angle=self.left_angle, right_angle=self.right_angle, **self.dimensions)  # type: ignore[call-arg]
-        except TypeError as error:
-            raise InputError(f"dimensions must be arguments of the shape {self.shape!r}, but are not: {error}.") from None
+        known = [field.name for field in fields(SHAPES[self.shape]) if not field.name.endswith("_angle")]  # type: ignore[arg-type]
+        for key in self.dimensions:
+            if key not in known:
+                rule = f"must be dimensions of the shape {self.shape!r}"
+                raise fault("[damper] dimensions", rule, key, f"Known: {', '.join(known)}.")
+        shape = SHAPES[self.shape](left_angle=self.left_angle, right_angle=self.right_angle, **self.dimensions)  # type: ignore[call-arg]
         k = values["platform_stiffness"]
         right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])
         damper = shape.damper(pull=values["pull"])

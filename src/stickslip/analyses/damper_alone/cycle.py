@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
 from stickslip.analyses.work import Arrays, Tell
-from stickslip.checks import Array, fault, positive, vector
+from stickslip.checks import Array, between, fault, of_kind, positive, vector
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.jamming import jamming
@@ -81,6 +81,7 @@ def damper_cycle(
     `frequency` [Hz]. steps: of a cycle. start: slider offsets [m], a number or one per friction element, or the state of another
     cycle (`DamperCycle.state`): a loading history is a chain of cycles.
     """
+    of_kind("rig", rig, BetweenPlatforms), of_kind("motion", motion, PlatformMotion)
     marching = _marching(method, frequency, tolerance, cycles)
     model = CycleModel.of(rig)
     state = start if isinstance(start, PlatformState) else model.virgin(vector("start", start, model.table.stiffness.size))
@@ -92,8 +93,7 @@ def _marching(method: Method | None, frequency: float | None, tolerance: float, 
     if (method is None) != (frequency is None):
         rule = "must go with a method in time, and a method with a frequency"
         raise fault("frequency", rule, frequency, "A quasi-static cycle needs neither.")
-    if cycles < 1:
-        raise fault("cycles", "must be at least 1", cycles)
+    between("cycles", cycles, 1)
     return Marching(
         positive("tolerance", tolerance), cycles, method, 0.0 if frequency is None else positive("frequency", frequency)
     )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
 from stickslip.analyses.work import Arrays, Progress, Tell
-from stickslip.checks import Array, InputError, between, fault, positive, seed_of, vector
+from stickslip.checks import Array, InputError, between, fault, of_kind, positive, seed_of, several, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.solve.platform_cycle import CycleModel, CycleOutcome
@@ -118,6 +118,7 @@ class SteadyCyclesWork:
     steps: int = 1000
 
     def __post_init__(self) -> None:
+        of_kind("rig", self.rig, BetweenPlatforms), of_kind("motion", self.motion, PlatformMotion)
         between("starts", self.starts, 1), seed_of(self.seed)
         positive("same", self.same), self.motion.samples(self.steps), self.offsets
 
@@ -180,7 +181,7 @@ def damper_evolution(
 ) -> DamperEvolution:
     """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
     cycles, which starts from the state that the set before left. progress(share, text) is told."""
-    work = EvolutionWork(rig, motion, tuple(friction), steps, cycles)
+    work = EvolutionWork(rig, motion, several("friction", friction), steps, cycles)
     return work.gathered(all_cases(work, None, 1, progress)[0])
 
 
@@ -195,6 +196,8 @@ class EvolutionWork:
     cycles: int = 1
 
     def __post_init__(self) -> None:
+        of_kind("rig", self.rig, BetweenPlatforms), of_kind("motion", self.motion, PlatformMotion)
+        between("cycles", self.cycles, 1)
         if not self.friction:
             raise fault("friction", "must hold at least one set of coefficients", [])
         for mu in self.friction:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import Array, InputError, positive
+from stickslip.checks import Array, InputError, of_kind, positive, whole
 from stickslip.dampers.between_platforms import RIGHT, BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
@@ -40,6 +40,8 @@ def harmonic_cycle(
     The motion grows from stuck contacts on, each time from the solution before, by steps that fit. Raises `InputError` where
     none does.
     """
+    of_kind("rig", rig, BetweenPlatforms), of_kind("motion", motion, PlatformMotion)
+    whole("harmonics", harmonics), whole("samples", samples)
     omega = 2.0 * np.pi * positive("frequency", frequency)
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(platform_problem(rig, motion), harmonics, samples)
