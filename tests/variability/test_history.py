@@ -56,5 +56,5 @@ def test_carried_sliders_start_the_same_solution():
 def test_wrong_input_is_refused(history):
     with pytest.raises(InputError, match="level must be one of"):
         history.change(7.0)
-    with pytest.raises(InputError, match="at least one force level"):
+    with pytest.raises(InputError, match="force must hold at least one level"):
         response_history(single_mass(), [0.1], [])
