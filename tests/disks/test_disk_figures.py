@@ -5,6 +5,7 @@ import pytest
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.nodal_diameters import nodal_diameters
+from stickslip.contact.stiffness import static_normal_load
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
 from stickslip.plots.forced_response import figures_of
 from stickslip.report.disk import disk as disk_section
@@ -65,3 +66,12 @@ def test_nodal_diameters_of_the_lumped_disk():
     whole = disk.full().frequencies(stuck=False)
     whole = whole[whole > 1.0]
     assert np.unique(np.round(whole, 6)) == pytest.approx(np.unique(np.round(found, 6)), abs=2e-6)
+
+
+def test_figures_say_what_they_show(dataset):
+    """The static normal load of a line by the equilibrium of the damper; what rings and colours mean; the unit of the level."""
+    assert dataset.attrs["static_normal_load"] == pytest.approx(static_normal_load(147.0, 20.0), rel=1e-12)
+    axes = mean_normal_load(dataset).axes[0]
+    assert "F_C/(2 cos α)" in [entry.get_text() for entry in axes.get_legend().get_texts()]
+    assert axes.get_xlabel() == "force level in N"
+    assert "shares of the period" in damper_ring(dataset).get_suptitle()

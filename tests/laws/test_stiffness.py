@@ -123,7 +123,10 @@ def test_mindlin():
 def test_the_result_draws(tmp_path):
     result = contact_stiffness(CYLINDER, np.linspace(5.0, 200.0, 20), at=84.9)
     assert result.dataset.normal_stiffness.attrs["units"] == "N/m"
-    result.plot().savefig(tmp_path / "stiffness.png")
+    figure = result.plot()
+    figure.savefig(tmp_path / "stiffness.png")
+    labels = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
+    assert sum(label.startswith("tangential") for label in labels) == 2
 
 
 @pytest.mark.parametrize(

@@ -52,14 +52,15 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """A forced response with what the figures of its disk need; of any other problem as it is.
 
     disk_frequency; where the rig has a surface, disk_points (node, axis) [m], disk_quads (quad, corner) and disk_shape (node,
-    axis, part), the first stuck mode at the excited nodal diameter, largest motion 1; attributes sectors and engine_order.
+    axis, part), the first stuck mode at the excited nodal diameter, largest motion 1; attributes sectors, engine_order
+    and, where dampers are pulled at, static_normal_load F_C/(2 cos α) [N].
     """
     if isinstance(problem, FullDisk | TunedDisk):
         dataset = dataset.assign_attrs(sectors=problem.sectors, engine_order=problem.engine_order)
     if not isinstance(problem, TunedDisk):
         return dataset
     found = nodal_diameters(problem).dataset.rename(state="disk_state", mode="disk_mode")
-    dataset = dataset.assign(disk_frequency=found["disk_frequency"])
+    dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
     if problem.surface is None:
         return dataset
     n = problem.engine_order % problem.sectors
@@ -76,6 +77,16 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
             {"units": "1", "long_name": "first stuck mode of the excited nodal diameter"},
         ),
     )
+
+
+def _static_normal_load(disk: TunedDisk) -> dict[str, float]:
+    """N̄ = F_C/(2 cos α) of a contact line [N], by the equilibrium of a damper between two equal lines that one force pulls at."""
+    pulls = [force for force in disk.forces if force.static]
+    normals = [contact.normal for contact in disk.contacts]
+    if len(pulls) != 1 or not normals or any(normal is None for normal in normals):
+        return {}
+    along = sum(n.get(dof, 0.0) * c for n in normals if n is not None for dof, c in pulls[0].direction.items())
+    return {"static_normal_load": float(0.5 * pulls[0].static * len(normals) / along)} if along > 0.0 else {}
 
 
 def has_disk(dataset: xr.Dataset) -> bool:

@@ -14,13 +14,20 @@ if TYPE_CHECKING:
 
 
 def stiffness_over_load(dataset: xr.Dataset) -> Figure:
-    """Normal stiffness by every formula, the initial tangential ones dashed, and the load of interest."""
+    """Normal stiffness by every formula, the initial tangential ones dotted (across) and dashed (along), the load of interest."""
     load, at = dataset["load"].values, float(dataset.attrs["load_of_interest"])
     with house_style():
         figure = Figure(figsize=(7.6, 4.2), layout="constrained")
         axes = figure.add_subplot()
         for formula, colour in zip(dataset["formula"].values, CONTACTS, strict=False):
             axes.plot(load, dataset["normal_stiffness"].sel(formula=formula) / 1e6, color=colour, label=f"normal, {formula}")
+        axes.plot(
+            load,
+            dataset["tangential_across"] / 1e6,
+            color="black",
+            linestyle=":",
+            label="tangential, across the line (initial): on Allara's",
+        )
         axes.plot(
             load, dataset["tangential_along"] / 1e6, color=GREY, linestyle="--", label="tangential, along the line (initial)"
         )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array
 from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, headed, house_style, level_colours, plain, state_colour
 from stickslip.results_told import told
-from stickslip.results_view import level_text
+from stickslip.results_view import level_text, levels_in_newtons
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 EXAGGERATION = 0.06
 """Largest displacement in a picture, relative to the radius of the disk."""
+RINGS = (
+    "A piece is a damper, its arcs the contacts; colours mix shares of the period at the\n"
+    "largest amplitude, the mean of the tangential directions"
+)
+"""What the figure of dampers shows."""
 MOST_RINGS = 12
 """Force levels in the figure of dampers."""
 
@@ -82,7 +87,7 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
     dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
     columns = min(levels, 4)
     with house_style():
-        figure = Figure(figsize=(2.6 * columns + 0.4, 2.9 * -(-levels // columns)), layout="constrained")
+        figure = Figure(figsize=(max(2.6 * columns + 0.4, 7.0), 2.9 * -(-levels // columns) + 0.4), layout="constrained")
         panels = figure.subplots(-(-levels // columns), columns, squeeze=False).ravel()
         for case, axes in enumerate(panels):
             axes.set_axis_off()
@@ -91,8 +96,7 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
                 axes.set_title(level_text(dataset, case))
         handles = [Wedge((0.0, 0.0), 1.0, 0.0, 90.0, facecolor=c, edgecolor=GREY) for c in (STICK, SLIP, OPEN)]
         figure.legend(handles, ["stick", "slip", "open"], loc="outside lower center", ncols=3)
-        if chosen.words:
-            headed(figure, "Dampers around the disk", chosen.words)
+        headed(figure, "Dampers around the disk", f"{RINGS}\n{chosen.words}".strip())
     return figure
 
 
@@ -161,7 +165,11 @@ def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Figu
 
 
 def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Figure:
-    """Mean normal load of each contact line at the largest amplitude over the force level; reference: F_C/(2 cos α), N."""
+    """Mean normal load of each contact line at the largest amplitude over the force level.
+
+    reference: F_C/(2 cos α) [N]; that of the disk unless given.
+    """
+    reference = dataset.attrs.get("static_normal_load") if reference is None else reference
     names = [re.sub(r"\s+\d+$", "", str(name)) for name in dataset["contact"].values]
     lines = list(dict.fromkeys(names))[: len(CONTACTS)]
     levels = dataset["force_level"].values
@@ -182,9 +190,8 @@ def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Fig
             axes.plot(levels, mean[i], "o-", ms=4, color=colour, label=plain(line))
         if reference is not None:
             axes.axhline(reference, color=GREY, lw=1.0, ls="--", label="F_C/(2 cos α)")
-        axes.set(
-            title="Mean normal load under vibration (band: first harmonic)", xlabel="force level", ylabel="N in N", xscale="log"
-        )
+        level = "force level in N" if levels_in_newtons(dataset) else "force level, times the forces of the problem"
+        axes.set(title="Mean normal load under vibration (band: first harmonic)", xlabel=level, ylabel="N in N", xscale="log")
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
     return figure
 
