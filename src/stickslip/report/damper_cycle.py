@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.plots.damper_cycle import damper_cycle
 from stickslip.report.presentation import Presentation
 
@@ -30,8 +31,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """The outcome, where there is no steady sliding cycle."""
-    return [str(dataset.attrs["message"])] if dataset.attrs["outcome"] in FAILED else []
+    """The outcome, where there is no steady sliding cycle, or one beyond the theory of small motions."""
+    failed = dataset.attrs["outcome"] in FAILED or float(dataset.rotation) > LARGEST_ROTATION
+    return [str(dataset.attrs["message"])] if failed else []
 
 
 def figures(dataset: xr.Dataset) -> Figures:

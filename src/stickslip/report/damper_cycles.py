@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.checks import counted
 from stickslip.plots.damper_cycles import cycle_names, damper_cycles
 from stickslip.report.presentation import Presentation
@@ -32,12 +33,13 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 def failures(dataset: xr.Dataset) -> list[str]:
     """Starts that led nowhere; cycles of an evolution with steps that were not solved (one need not be steady: friction goes on
     changing; that it jams is a finding)."""
+    names, messages, far = cycle_names(dataset), dataset.message.values, dataset.rotation.values > LARGEST_ROTATION
     if "starts" in dataset:
         failed = int(dataset.attrs["failed"])
-        return [f"{counted(failed, 'initial state')} led to no steady cycle."] if failed else []
-    unsolved = (dataset.iterations.values < 0).any(axis=-1)
-    told = zip(cycle_names(dataset), unsolved, dataset.message.values, strict=True)
-    return [f"{name}: {message}" for name, failed, message in told if failed]
+        lost = [f"{counted(failed, 'initial state')} led to no steady cycle."] if failed else []
+        return lost + [f"{name}: {message}" for name, bad, message in zip(names, far, messages, strict=True) if bad]
+    failing = far | (dataset.iterations.values < 0).any(axis=-1)
+    return [f"{name}: {message}" for name, bad, message in zip(names, failing, messages, strict=True) if bad]
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+LARGEST_ROTATION = 0.1
+"""Rotation of the damper, peak to peak [rad], up to which directions and arms may be those at rest: arms change by 0.5 %."""
+
+
 @dataclass(frozen=True, eq=False)
 class DamperCycle:
     """One cycle: `dataset` (labelled, with units), the rig, the motion, the march that made it."""
@@ -120,7 +124,15 @@ def _sentence(march: SteadyCycle, cause: str) -> str:
         CycleOutcome.JAMMED: f"The damper is jammed: {cause}",
         CycleOutcome.NOT_CONVERGED: f"Newton's method failed in cycle {march.cycles}; more steps a cycle may help.",
     }
-    return words[march.outcome]
+    return words[march.outcome] + _turned(march)
+
+
+def _turned(march: SteadyCycle) -> str:
+    """A warning where the damper turns further than a theory of small motions holds."""
+    rotation = float(np.ptp(march.record.motion[:, 2]))
+    if rotation <= LARGEST_ROTATION:
+        return ""
+    return f" It turns by {rotation:.3g} rad, but the theory holds up to {LARGEST_ROTATION:g}: check the motion's unit (m)."
 
 
 def march_arrays(march: SteadyCycle) -> Arrays:
