@@ -149,13 +149,15 @@ def _losses() -> tuple[type[BaseException], ...]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Dask writes a traceback about each lost connection, which ends here in one sentence."""
-    logger = logging.getLogger(f"{PACKAGE}.client")
-    before = logger.level
-    logger.setLevel(logging.CRITICAL)
+    loggers = [logging.getLogger(name) for name in (PACKAGE, f"{PACKAGE}.client")]
+    before = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        logger.setLevel(before)
+        for logger, level in zip(loggers, before, strict=True):
+            logger.setLevel(level)
 
 
 def _count(client: Any) -> int:
