@@ -1,4 +1,7 @@
-"""Near the limit: what one Newton iteration costs, beside the parts of it that no Python around them could make cheaper."""
+"""Near the limit: what one Newton iteration costs, beside the parts of it that no Python around them could make cheaper.
+
+The parts are repeated inside compiled loops, so that they hold no call from Python, which costs as much as one mass does.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,14 @@ from typing import Any
 import numpy as np
 from cases import BY_NAME, HARMONICS, SAMPLES
 from channel import Answer
+from numba import njit
 from problems import problem_of
 from scipy.linalg import lapack
 
 from stickslip import rigs
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.contact_forces import contact_forces
+from stickslip.harmonic.receptance import driven_states, frequency_gains, motion, receptance
 from stickslip.solve.continuation import StepControl, first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.newton import correct
@@ -51,30 +56,46 @@ def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
     state, omega = point.evaluation.state, point.point.omega
     target, unknown = np.empty_like(state.residual), np.zeros_like(state.unknown)
     own, coupling, cross = np.empty_like(state.own), np.empty_like(state.coupling), np.empty_like(state.cross)
-    active = np.flatnonzero(state.unknown)
+    modes, active = balance.system.modes, np.flatnonzero(state.unknown)
     factors = balance.factorise(point.evaluation, _plane(balance, point))
     matrix = np.asfortranarray(np.eye(factors.size + 1) + 1e-3 * np.random.default_rng(1).normal(size=(factors.size + 1,) * 2))
 
-    def forces() -> None:
-        contact_forces(balance.table, balance.tables, state.w, target, unknown, own, coupling, cross)
-
-    def motion() -> None:
-        balance.linear.motion(state.forces, omega, point.point.level)
-
-    def receptance() -> None:
-        balance.linear.receptance(omega, balance.harmonics, active, active)
-
-    def factor() -> None:
-        lapack.dgetrf(matrix)
-
+    blocks = (state.w, target, unknown, own, coupling, cross)
     found = {
-        "contact_sweep": best_time(forces),
-        "motion": best_time(motion),
-        "receptance": best_time(receptance) if active.size else 0.0,
-        "factorisation": best_time(factor),
+        "contact_sweep": time_of_one(_sweeps, balance.table, balance.tables, *blocks),
+        "motion": time_of_one(_motions, modes, state.forces, omega, point.point.level),
+        "receptance": time_of_one(_receptances, modes, state.gains, omega, active) if active.size else 0.0,
+        "factorisation": best_time(partial(lapack.dgetrf, matrix)),
     }
     whole = _iteration_time(balance, point)
     return found | {"parts": sum(found.values()), "iteration": whole, "ratio": whole / sum(found.values())}
+
+
+@njit
+def _sweeps(times, table, tables, w, target, unknown, own, coupling, cross):
+    for _ in range(times):
+        contact_forces(table, tables, w, target, unknown, own, coupling, cross)
+
+
+@njit
+def _motions(times, modes, forces, omega, level):
+    total = 0.0
+    for _ in range(times):
+        total += motion(modes, frequency_gains(modes, omega, (forces.shape[1] - 1) // 2), forces, omega, level)[0, 0]
+    return total
+
+
+@njit
+def _receptances(times, modes, gains, omega, active):
+    total = 0.0
+    for _ in range(times):
+        total += receptance(modes, driven_states(modes, gains, omega, active), active)[0, 0, 0, 0]
+    return total
+
+
+def time_of_one(repeated: Callable[..., Any], *arguments: Any, times: int = 20) -> float:
+    """CPU seconds of one repetition inside a compiled loop: that of many more, less that of one."""
+    return (best_time(partial(repeated, times + 1, *arguments)) - best_time(partial(repeated, 1, *arguments))) / times
 
 
 def _iteration_time(balance: HarmonicBalance, point: CurvePoint) -> float:

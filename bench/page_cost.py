@@ -41,8 +41,8 @@ def limit(found: dict[str, Any]) -> str:
 
 What a Newton iteration cannot do without, at the point of a sweep with the most unknowns: one sweep of the contact laws with
 its derivative, the motion of contacts and outputs, their receptance at every harmonic, and one dense factorisation of the
-unknown rows as LAPACK does it here. Beside it the whole iteration (evaluate, assemble, factorise, solve) and the ratio of it
-to the sum of the parts.
+unknown rows as LAPACK does it here; each repeated in a compiled loop, so that no call from Python is counted. Beside it the
+whole iteration (evaluate, assemble, factorise, solve) and the ratio of it to the sum of the parts.
 
 {markdown(head, rows)}
 

@@ -6,6 +6,10 @@ carries a digest of all kernel sources: a change anywhere compiles anew, and an 
 A Ctrl-C that comes while a kernel runs is handled at the next Python code. With numba's own code that is where it makes the
 result: it unpickles the class of each array and calls that of each named tuple, does not look whether these fail, and the process
 ends with a segmentation fault. Here results are made without running Python code; the Ctrl-C then meets the caller.
+
+A kernel is compiled with all that it calls, so what many kernels hold is compiled many times. Kernels therefore have no entry for
+callers in C, and numba's sentence on shapes that do not fit, which writes both out in text, is a short one; it is so in the whole
+process, for kernels of others too.
 """
 
 from __future__ import annotations
@@ -15,14 +19,18 @@ import os
 import shutil
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
-from numba import njit, types
+from numba import types
 from numba.core import boxing, pythonapi
+from numba.np import arrayobj
 
-__all__ = ["njit"]
+__all__ = ["inlined", "kernel"]
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parent
 _FOLDERS = ("contact", "harmonic", "solve", "time")
@@ -36,7 +44,7 @@ def _digest() -> str:
     digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted(path for folder in _FOLDERS for path in (_PACKAGE / folder).glob("*.py")):
         source = path.read_bytes()
-        if b"@njit" in source:
+        if b"@kernel" in source:
             digest.update(path.name.encode() + source)
     return digest.hexdigest()[:16]
 
@@ -91,3 +99,20 @@ def _named_tuple(kind: Any, value: Any, context: Any) -> Any:
 
 
 pythonapi._boxers.functions |= {types.Array: _array, types.NamedTuple: _named_tuple, types.NamedUniTuple: _named_tuple}
+
+
+def kernel(function: _Function) -> _Function:
+    """A compiled function; what is compiled is kept for later processes."""
+    return numba.njit(cache=True, no_cfunc_wrapper=True)(function)  # type: ignore[call-overload, no-any-return]
+
+
+def inlined(function: _Function) -> _Function:
+    """A function written into the kernels that call it, instead of compiled by itself."""
+    return numba.njit(inline="always")(function)  # type: ignore[return-value]
+
+
+def _other_shape(source: Any, target: Any) -> None:
+    raise ValueError("an array has another shape than the slice that it is assigned to")
+
+
+arrayobj.raise_with_shape_context = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)(_other_shape)  # type: ignore[call-overload]

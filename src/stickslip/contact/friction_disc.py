@@ -16,7 +16,7 @@ from stickslip.checks import Array, Index, fault
 from stickslip.contact.law import Elements, Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.period import OPEN, RATIO, STICK
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 PERIODS = 200
 """Periods after which a contact that has not become periodic is given up."""
@@ -65,7 +65,7 @@ class FrictionDisc(Law):
         return replace(self._one_direction.elements(2, normal), coupled=True)
 
 
-@njit(cache=True)
+@kernel
 def disc_period(
     kinds: Index,
     values: Array,
@@ -94,31 +94,33 @@ def disc_period(
         state[d] = -kt * values[d]
         if kinds[d] == RATIO:
             state[d] = values[d] * limit[last] - kt * u[d, last]
-            change[d, 2] = values[d] * slope[last] * E[last]
-            change[d, d] = -kt * E[last]
+            for j in range(columns):
+                change[d, 2, j] = values[d] * slope[last] * E[last, j]
+                change[d, d, j] = -kt * E[last, j]
     acted = kinds[0] == RATIO or kinds[1] == RATIO
     acted = _project(kt, u, limit, slope, E, last, state, change, map_, derive) or acted
     size = max(np.max(limit), kt * np.max(np.abs(u)))
     for period in range(PERIODS):
         before, before_change = state.copy(), change.copy()
-        map_[:, :] = np.eye(2)
+        map_[0, 0], map_[0, 1], map_[1, 0], map_[1, 1] = 1.0, 0.0, 0.0, 1.0
         slipped = False
         for n in range(samples):
             hit = _project(kt, u, limit, slope, E, n, state, change, map_, derive)
             event[n] = OPEN if limit[n] <= 0.0 else (SLIP if hit else STICK)
             slipped = slipped or hit
-            y[:, n] = state
+            y[0, n], y[1, n] = state[0], state[1]
             if derive:
                 tangents[n] = change
         acted = acted or slipped
-        if not slipped or np.max(np.abs(state - before)) <= TOLERANCE * size:
+        settled = abs(state[0] - before[0]) <= TOLERANCE * size and abs(state[1] - before[1]) <= TOLERANCE * size
+        if not slipped or settled:
             return period + 1, acted
         if period % JUMP == JUMP - 1:
             _jump(map_, before, before_change, state, change)
     return -1, acted
 
 
-@njit(cache=True)
+@kernel
 def _jump(map_: Array, before: Array, before_change: Array, state: Array, change: Array) -> None:
     """From y to y + (I − A)⁻¹ (Φ(y) − y), A = dΦ/dy of the last period, and the derivative likewise; slow creep ends at once.
 
@@ -138,7 +140,7 @@ def _jump(map_: Array, before: Array, before_change: Array, state: Array, change
             change[1, part, j] = before_change[1, part, j] + (a * y - c * x) / determinant
 
 
-@njit(cache=True)
+@kernel
 def _project(
     kt: float,
     u: Array,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 OFFSET, RATIO, MEAN = 0, 1, 2
 """Codes of the start rules, as `stickslip.contact.start` gives them."""
@@ -23,7 +23,7 @@ HELD, STATIC, SLIPPING = 0, 1, 2
 """How much of a row is unknown: nothing (λ known in advance), its harmonic 0, or all harmonics."""
 
 
-@njit(cache=True)
+@kernel
 def stick_interval(ku: Array, limit: Array) -> tuple[float, float]:
     """[LO, HI] of the intercept y over samples 0..Nt−1 in this order. ku = kt u [N], limit L [N], (Nt,)."""
     low, high = -np.inf, np.inf
@@ -34,7 +34,7 @@ def stick_interval(ku: Array, limit: Array) -> tuple[float, float]:
     return low, high
 
 
-@njit(cache=True)
+@kernel
 def start_intercept(kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float) -> float:
     """y of the start rule, before it is clipped to [LO, HI]: offset −kt s, ratio m L_last − kt u_last, mean T̄ − kt ū."""
     if kind == OFFSET:
@@ -44,7 +44,7 @@ def start_intercept(kind: int, value: float, kt: float, ku: Array, limit: Array,
     return value - mean
 
 
-@njit(cache=True)
+@kernel
 def friction_period(
     kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float, y: Array, event: Index
 ) -> tuple[int, int, float]:

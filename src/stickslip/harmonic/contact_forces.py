@@ -13,10 +13,10 @@ from stickslip.contact.friction_disc import disc_period
 from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 
-@njit(cache=True)
+@kernel
 def contact_forces(
     table: ContactTable, tables: Fourier, w: Array, target: Array, unknown: Index, own: Array, normal: Array, cross: Array
 ) -> None:
@@ -46,7 +46,7 @@ def contact_forces(
                 )
 
 
-@njit(cache=True)
+@kernel
 def _normal_forces(
     table: ContactTable, c: int, z: Array, tables: Fourier, target: Array, own: Array, loads: Array, slopes: Array
 ) -> int:
@@ -86,7 +86,7 @@ def _normal_forces(
     return SLIPPING if opened else HELD
 
 
-@njit(cache=True)
+@kernel
 def _friction_forces(
     table: ContactTable,
     r: int,
@@ -133,17 +133,22 @@ def _friction_forces(
     return unknown
 
 
-@njit(cache=True)
+@kernel
 def _cubic_forces(k3: float, motion: Array, tables: Fourier, target: Array, own: Array, normal: Array) -> int:
     """λ̂ = P (k3 u³) of a cubic spring and its derivative P 3 k3 u² E; every harmonic is unknown at all times."""
     u = tables.E @ motion
-    target[:] = tables.P @ (k3 * u**3)
-    own[:, :] = tables.P @ (np.reshape(3.0 * k3 * u**2, (u.size, 1)) * tables.E)
+    force, slope = np.empty_like(u), np.empty_like(tables.E)
+    for n in range(u.size):
+        force[n] = k3 * u[n] ** 3
+        for j in range(slope.shape[1]):
+            slope[n, j] = 3.0 * k3 * u[n] ** 2 * tables.E[n, j]
+    target[:] = tables.P @ force
+    own[:, :] = tables.P @ slope
     normal[:, :] = 0.0
     return SLIPPING
 
 
-@njit(cache=True)
+@kernel
 def _disc_forces(
     table: ContactTable,
     c: int,
@@ -188,7 +193,7 @@ def _disc_forces(
                 block[0] = tangents[0, d, part]
 
 
-@njit(cache=True)
+@kernel
 def element_limits(
     table: ContactTable, e: int, normal_first: int, loads: Array, slopes: Array, limit: Array, slope: Array
 ) -> None:
@@ -202,7 +207,7 @@ def element_limits(
             slope[n] += mu * slopes[k, n]
 
 
-@njit(cache=True)
+@kernel
 def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, own: Array, normal: Array) -> None:
     """Derivative of a constant y = factor L_k − kt u_k (k = sample; −1: y = value − kt ū): harmonic 0 alone."""
     if sample < 0:
@@ -213,7 +218,7 @@ def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, o
         normal[0, j] += factor * slope[sample] * E[sample, j]
 
 
-@njit(cache=True)
+@kernel
 def _add_events(
     kt: float, event: Index, slope: Array, tables: Fourier, own_sums: Array, normal_sums: Array, own: Array, normal: Array
 ) -> None:
@@ -241,13 +246,13 @@ def _add_events(
         n = end
 
 
-@njit(cache=True)
+@kernel
 def _event_slope(event: Index, slope: Array, k: int) -> float:
     """d(s L)/dz at an event sample."""
     return 0.0 if event[k] == OPEN else event[k] * slope[k]
 
 
-@njit(cache=True)
+@kernel
 def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int, tables: Fourier) -> None:
     """`add_run` over samples first..last−1 counted on past the end of the period."""
     if last <= samples:
@@ -259,7 +264,7 @@ def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int,
         add_run(sums, weight, 0, last - samples, tables.cosines, tables.sines)
 
 
-@njit(cache=True)
+@kernel
 def _add_stick(
     kt: float, event: Index, slope: Array, k: int, first: int, last: int, tables: Fourier, own: Array, normal: Array
 ) -> None:

@@ -13,7 +13,7 @@ from stickslip.contact.period import OPEN, STICK, friction_period
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 SLIP = 1
 
@@ -49,7 +49,7 @@ def contact_cycle(table: ContactTable, tables: Fourier, w: Array) -> ContactCycl
     return ContactCycle(displacement, force, state, slip_work, slider[0], slider[1])
 
 
-@njit(cache=True)
+@kernel
 def _fill_cycle(
     table: ContactTable, displacement: Array, mean: Array, force: Array, state: Index, slip_work: Array, slider: Array
 ) -> None:
@@ -93,7 +93,7 @@ def _fill_cycle(
                         state[r, n] = STICK if event[n] == STICK else SLIP
 
 
-@njit(cache=True)
+@kernel
 def _fill_disc(
     table: ContactTable,
     c: int,
@@ -123,7 +123,7 @@ def _fill_disc(
         slip_work[r] += 0.5 * (limit[n] + limit[n - 1]) * slipped
 
 
-@njit(cache=True)
+@kernel
 def _slip_work(kt: float, y: Array, limit: Array) -> float:
     """Σ L |Δs| of one element, s = −y/kt the slider; L taken at the middle of each step."""
     work = 0.0

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, between, fault
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 
 class Fourier(NamedTuple):
@@ -54,7 +54,7 @@ def fourier(harmonics: int, samples: int) -> Fourier:
     return Fourier(E, P, cosines, sines)
 
 
-@njit(cache=True)
+@kernel
 def add_run(sums: Array, weight: float, first: int, last: int, cosines: Array, sines: Array) -> None:
     """sums[0] += weight Σ cos mθ_n, sums[1] += weight Σ sin mθ_n over samples first..last−1."""
     for m in range(sums.shape[1]):
@@ -62,7 +62,7 @@ def add_run(sums: Array, weight: float, first: int, last: int, cosines: Array, s
         sums[1, m] += weight * (sines[m, last] - sines[m, first])
 
 
-@njit(cache=True)
+@kernel
 def add_product_sums(matrix: Array, sums: Array, samples: int) -> None:
     """matrix += Σ_n g_n P_n E_nᵀ from the sums of g_n cos mθ_n and g_n sin mθ_n: a Toeplitz and a Hankel part."""
     harmonics = (matrix.shape[0] - 1) // 2

@@ -16,6 +16,7 @@ from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, 
 from stickslip.harmonic.receptance import (
     Complex,
     Modes,
+    add,
     change,
     driven_states,
     frequency_gains,
@@ -23,8 +24,9 @@ from stickslip.harmonic.receptance import (
     motion_slope,
     pulled,
     receptance,
+    scale,
 )
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 
 class System(NamedTuple):
@@ -89,7 +91,7 @@ class Direction(NamedTuple):
     rate: float
 
 
-@njit(cache=True)
+@kernel
 def _size(values: Array) -> float:
     total = 0.0
     for value in values.flat:
@@ -97,7 +99,7 @@ def _size(values: Array) -> float:
     return float(np.sqrt(total))
 
 
-@njit(cache=True)
+@kernel
 def _load_size(system: System, omega: float) -> float:
     """Size of the harmonic load at force level one, from that of each power of ω in it."""
     size, power = 0.0, 1.0
@@ -107,7 +109,7 @@ def _load_size(system: System, omega: float) -> float:
     return size
 
 
-@njit(cache=True)
+@kernel
 def _dot(a: Array, b: Array) -> float:
     total = 0.0
     for i in range(a.shape[0]):
@@ -116,7 +118,7 @@ def _dot(a: Array, b: Array) -> float:
     return total
 
 
-@njit(cache=True)
+@kernel
 def evaluate(system: System, forces: Array, omega: float, level: float) -> State:
     """Motion, residual and derivatives at a point."""
     system.effort[0] += 1
@@ -128,21 +130,23 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
     own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
     cross = np.empty((coupled, columns, columns))
     contact_forces(system.table, system.tables, w, target, unknown, own, coupling, cross)
-    residual = forces - target
+    residual = np.empty((rows, columns))
     for r in range(rows):
-        target[r] += system.stiffness[r] * w[r]
+        for i in range(columns):
+            residual[r, i] = forces[r, i] - target[r, i]
+            target[r, i] += system.stiffness[r] * w[r, i]
     scale = max(_size(target), level * _load_size(system, omega), system.least_scale)
     return State(forces, gains, w, residual, unknown, own, coupling, cross, _size(residual) / scale)
 
 
-@njit(cache=True)
+@kernel
 def gap(border: Border, state: State, omega: float, level: float) -> float:
     """How far the path condition is from being met."""
     reached = border.slope * (level if border.by_level else omega) - border.target
     return reached + _dot(border.weight, state.w) if border.weight.shape[0] else reached
 
 
-@njit(cache=True)
+@kernel
 def factorise(system: System, state: State, omega: float, level: float, border: Border) -> Bordered:
     """J on the unknowns, bordered by the derivative by the parameter and the path condition."""
     system.effort[1] += 1
@@ -170,14 +174,14 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
 
 
-@njit(cache=True)
+@kernel
 def _pushed(system: System, state: State, offsets: Index, dw: Array) -> Array:
     result = np.empty(offsets[-1])
     pushed(offsets, system.normal, system.partner, state.own, state.coupling, state.cross, dw, result)
     return result
 
 
-@njit(cache=True)
+@kernel
 def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
     """Put the unknowns of a solution into λ (rows, 2H+1)."""
     for r in range(forces.shape[0]):
@@ -186,7 +190,7 @@ def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
             forces[r, i] = solution[first + i]
 
 
-@njit(cache=True)
+@kernel
 def newton_step(
     system: System, state: State, omega: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float]:
@@ -216,7 +220,7 @@ def newton_step(
     return step, right[0, size] if border.weight.shape[0] else -short / border.slope
 
 
-@njit(cache=True)
+@kernel
 def tangent(system: System, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
     size = bordered.offsets[-1]
@@ -226,7 +230,8 @@ def tangent(system: System, state: State, omega: float, level: float, by_level: 
     forces = np.zeros(state.forces.shape)
     _spread(bordered, right[0], forces)
     rate = right[0, size]
-    dw = rate * motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
+    dw = motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
+    scale(dw, rate)
     if size:
-        dw += change(system.modes, state.gains, forces, omega)
+        add(dw, 1.0, change(system.modes, state.gains, forces, omega))
     return Direction(forces, dw, rate)

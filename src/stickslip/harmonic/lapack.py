@@ -14,7 +14,7 @@ from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 for _name in ("dgetrf", "dgetrs"):
     # A symbol by name, not an address: kernels that call it can be cached.
@@ -30,7 +30,7 @@ _dgetrs: Any = types.ExternalFunction(
 _TRANSPOSED = ord("T")
 
 
-@njit(cache=True)
+@kernel
 def lu_factor(matrix: Array) -> NDArray[np.int32]:
     """Overwrite a matrix (N, N) with its factors; the pivots (N,)."""
     size, info = np.array([matrix.shape[0]], dtype=np.int32), np.zeros(1, dtype=np.int32)
@@ -39,7 +39,7 @@ def lu_factor(matrix: Array) -> NDArray[np.int32]:
     return pivots
 
 
-@njit(cache=True)
+@kernel
 def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
     """Overwrite right-hand sides (k, N) with the solutions of A x = b."""
     transposed = np.array([_TRANSPOSED], dtype=np.uint8)
@@ -58,7 +58,7 @@ def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
     )
 
 
-@njit(cache=True)
+@kernel
 def orientation(lu: Array, pivots: NDArray[np.int32]) -> float:
     """Sign of the determinant of a factorised matrix; 0 when it is singular."""
     sign = 1.0

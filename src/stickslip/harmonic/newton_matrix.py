@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 
-@njit(cache=True)
+@kernel
 def unknown_entries(unknown: Index, columns: int) -> tuple[Index, NDArray[np.bool_]]:
     """Where the unknowns of each row start in the system (rows + 1), and which entries of λ (rows, 2H+1) they are.
 
@@ -30,7 +30,7 @@ def unknown_entries(unknown: Index, columns: int) -> tuple[Index, NDArray[np.boo
     return offsets, mask
 
 
-@njit(cache=True)
+@kernel
 def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index]:
     """Unknown rows; the rows whose motion they depend on (own, normal, coupled); where each row stands in these, or −1."""
     rows = unknown.size
@@ -50,7 +50,7 @@ def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index
     return np.flatnonzero(unknown != HELD), moved, place
 
 
-@njit(cache=True)
+@kernel
 def related_rows(table: ContactTable) -> tuple[Index, Index]:
     """The normal row that loads each tangential row, and the row it shares a friction disc with; −1 for none."""
     normal, partner = np.full(table.first_row[-1], -1), np.full(table.first_row[-1], -1)
@@ -64,7 +64,7 @@ def related_rows(table: ContactTable) -> tuple[Index, Index]:
     return normal, partner
 
 
-@njit(cache=True)
+@kernel
 def _add_block(block: Array, E: Array, G: Array, column: int) -> None:
     """block += E times the real form of the receptance G[:, :, column] of each harmonic; G (2, H+1, columns)."""
     size, width = block.shape
@@ -77,7 +77,7 @@ def _add_block(block: Array, E: Array, G: Array, column: int) -> None:
             block[i, 2 * h] += cosine * imaginary + sine * real
 
 
-@njit(cache=True)
+@kernel
 def newton_matrix(
     offsets: Index,
     normal: Index,
@@ -105,7 +105,7 @@ def newton_matrix(
             matrix[k, k] += 1.0
 
 
-@njit(cache=True)
+@kernel
 def pushed(
     offsets: Index, normal: Index, partner: Index, own: Array, coupling: Array, cross: Array, dw: Array, result: Array
 ) -> None:

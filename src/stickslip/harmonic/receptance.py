@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE, BLOCK_FIRST, BLOCK_SECOND, WAVE_FIRST, WAVE_SECOND = range(8)
 
@@ -47,13 +47,13 @@ class Modes(NamedTuple):
     last: Index
 
 
-@njit(cache=True)
+@kernel
 def _not_zero(value: complex) -> complex:
     """An undamped resonance met exactly has no finite motion: NaN, to which nothing converges."""
     return value if value != 0.0 else complex(np.nan, np.nan)
 
 
-@njit(cache=True)
+@kernel
 def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
     """Gains at s, (2, m): of each state, and to it from its partner."""
     gains = np.zeros((2, kind.size), dtype=np.complex128)
@@ -78,7 +78,7 @@ def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Comple
     return gains
 
 
-@njit(cache=True)
+@kernel
 def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
     """Derivatives by s of the gains of states that are driven by none after them."""
     slopes = np.zeros_like(gains)
@@ -100,7 +100,7 @@ def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r:
     return slopes
 
 
-@njit(cache=True)
+@kernel
 def frequency_gains(modes: Modes, omega: float, harmonics: int) -> Complex:
     """Gains at every harmonic of a frequency, (H+1, 2, m)."""
     gains = np.empty((harmonics + 1, 2, modes.kind.size), dtype=np.complex128)
@@ -110,7 +110,7 @@ def frequency_gains(modes: Modes, omega: float, harmonics: int) -> Complex:
     return gains
 
 
-@njit(cache=True)
+@kernel
 def _respond(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex) -> None:
     """state = Γ(s) load at harmonic h, both (m, k); from the last state to the first, since these may drive those."""
     driven, last = modes.above.shape[0] > 0, modes.last[h]
@@ -130,7 +130,7 @@ def _respond(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, st
         j = i - 1
 
 
-@njit(cache=True)
+@kernel
 def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex, slope: Complex) -> None:
     """slope = dΓ/ds load at harmonic h, all (m, 1); state = Γ load. For driven states Γ = (I − s T)⁻¹, dΓ/ds = Γ T Γ."""
     a, b = modes.first[h], modes.last[h]
@@ -150,7 +150,7 @@ def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Compl
     _respond(modes, h, s, gains, turned, slope)
 
 
-@njit(cache=True)
+@kernel
 def _states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: bool) -> Array:
     """States (m, 2H+1) under loads on them in real storage (m, 2H+1), or their derivative by ω."""
     size = modes.kind.size
@@ -172,13 +172,13 @@ def _states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: b
     return found
 
 
-@njit(cache=True)
+@kernel
 def _one_structure(modes: Modes) -> bool:
     """Whether all harmonics see the same states."""
     return bool(modes.last[0] - modes.first[0] == modes.kind.size)
 
 
-@njit(cache=True)
+@kernel
 def _seen(modes: Modes, state: Array) -> Array:
     """Motion (rows, 2H+1) of states (m, 2H+1)."""
     if _one_structure(modes):
@@ -192,7 +192,7 @@ def _seen(modes: Modes, state: Array) -> Array:
     return result
 
 
-@njit(cache=True)
+@kernel
 def _load(modes: Modes, forces: Array, omega: float, level: float) -> Array:
     """What drives the states: loads at a level and forces λ."""
     excited = _excited(modes, omega)
@@ -203,47 +203,67 @@ def _load(modes: Modes, forces: Array, omega: float, level: float) -> Array:
     return load
 
 
-@njit(cache=True)
+@kernel
+def scale(values: Array, factor: float) -> None:
+    """values *= factor; as an expression of arrays this would compile to many times the code."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            values[i, j] *= factor
+
+
+@kernel
+def add(values: Array, factor: float, more: Array) -> None:
+    """values += factor more."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            values[i, j] += factor * more[i, j]
+
+
+@kernel
 def _excited(modes: Modes, omega: float) -> Array:
     """How the harmonic loads at force level one drive the states at a frequency, (m, 2H+1)."""
     excited: Array = modes.dynamic[-1].copy()
     for k in range(modes.dynamic.shape[0] - 2, -1, -1):
-        excited = omega * excited + modes.dynamic[k]
+        scale(excited, omega)
+        add(excited, 1.0, modes.dynamic[k])
     return excited
 
 
-@njit(cache=True)
+@kernel
 def _excited_slope(modes: Modes, omega: float) -> Array:
     """Derivative of `_excited` by ω."""
     slope = np.zeros_like(modes.static)
     for k in range(modes.dynamic.shape[0] - 1, 0, -1):
-        slope = omega * slope + k * modes.dynamic[k]
+        scale(slope, omega)
+        add(slope, float(k), modes.dynamic[k])
     return slope
 
 
-@njit(cache=True)
+@kernel
 def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
     """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
     return _seen(modes, _states(modes, omega, gains, _load(modes, forces, omega, level), False))
 
 
-@njit(cache=True)
+@kernel
 def motion_slope(modes: Modes, gains: Complex, forces: Array, omega: float, level: float, by_level: bool) -> Array:
     """Derivative of the motion (rows, 2H+1) by the force level, or by ω, at fixed λ."""
     load = _excited(modes, omega) if by_level else _load(modes, forces, omega, level)
     slope = _states(modes, omega, gains, load, not by_level)
     if not by_level and modes.dynamic.shape[0] > 1:
-        slope += _states(modes, omega, gains, level * _excited_slope(modes, omega), False)
+        add(slope, level, _states(modes, omega, gains, _excited_slope(modes, omega), False))
     return _seen(modes, slope)
 
 
-@njit(cache=True)
+@kernel
 def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
     """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ (contact rows, 2H+1)."""
-    return _seen(modes, _states(modes, omega, gains, -np.dot(modes.receiver.T, forces), False))
+    load = np.dot(modes.receiver.T, forces)
+    scale(load, -1.0)
+    return _seen(modes, _states(modes, omega, gains, load, False))
 
 
-@njit(cache=True)
+@kernel
 def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) -> Array:
     """States under unit λ of contact rows `columns`: (m, 2, H+1, columns), real and imaginary part."""
     size, width = modes.kind.size, columns.size
@@ -261,7 +281,7 @@ def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) ->
     return found
 
 
-@njit(cache=True)
+@kernel
 def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
     """G' to motion rows `rows` from the driven contact rows: (rows, 2, H+1, columns)."""
     harmonics, width = driven.shape[2], driven.shape[3]
@@ -282,7 +302,7 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
     return result
 
 
-@njit(cache=True)
+@kernel
 def pulled(modes: Modes, driven: Array, weighted: Array) -> Array:
     """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
     state = np.dot(modes.shape.T, weighted)

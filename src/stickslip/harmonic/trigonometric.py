@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 CANDIDATES = 4
 """How many of the best samples are refined."""
 
 
-@njit(cache=True)
+@kernel
 def series(motion: Array, angle: float) -> tuple[float, float, float]:
     """x, x' and x'' by angle, for real storage (2H+1,)."""
     value, first, second = motion[0], 0.0, 0.0
@@ -24,7 +24,7 @@ def series(motion: Array, angle: float) -> tuple[float, float, float]:
     return value, first, second
 
 
-@njit(cache=True)
+@kernel
 def largest_absolute(motion: Array) -> tuple[float, Array]:
     """max over time of |x(t)| for real storage (2H+1,), and its gradient by the storage.
 

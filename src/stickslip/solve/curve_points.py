@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, Point
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 from stickslip.solve.newton import correct, fixed
 
 
@@ -25,7 +25,7 @@ class Metric:
         return float(np.sqrt(np.vdot(self.weight * dw, dw) + self.parameter * dp * dp))
 
 
-@njit(cache=True)
+@kernel
 def moving_sizes(w: Array, rows: int) -> tuple[float, float]:
     """Root sums of squares of the motion of contacts and of outputs, without their means."""
     squares = [0.0, 0.0]

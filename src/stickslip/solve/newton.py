@@ -21,7 +21,7 @@ from stickslip.harmonic.iteration import (
     newton_step,
     tangent,
 )
-from stickslip.kernels import njit
+from stickslip.kernels import inlined, kernel
 
 TOLERANCE = 1e-12
 """Residual relative to the contact forces, or to the harmonic load, at which a point counts as solved."""
@@ -95,7 +95,7 @@ class _Found(NamedTuple):
     singular: bool
 
 
-@njit(cache=True)
+@kernel
 def _newton(
     system: System,
     forces: Array,
@@ -142,13 +142,13 @@ def _newton(
     return _Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
 
 
-@njit(cache=True)
+@kernel
 def _moved(border: Border, omega: float, level: float, amount: float) -> tuple[float, float]:
     """ω and level with the parameter changed."""
     return (omega, level + amount) if border.by_level else (omega + amount, level)
 
 
-@njit(cache=True)
+@inlined
 def _full_step(
     system: System, state: State, omega: float, level: float, border: Border, step: Array, amount: float
 ) -> tuple[float, State]:
@@ -159,7 +159,7 @@ def _full_step(
     return 1.0, evaluate(system, state.forces + step, after, raised)
 
 
-@njit(cache=True)
+@inlined
 def _search(
     system: System,
     state: State,

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 from stickslip.solve.platform_states import find_states
 from stickslip.solve.platform_step import Bodies, Room, room, solve_step
 from stickslip.time.methods import Coefficients
@@ -73,7 +73,7 @@ def new_record(steps: int, rows: int, elements: int, size: int) -> Record:
     return Record(motion, w, force, intercept, limit, np.zeros(steps, dtype=np.int64))
 
 
-@njit(cache=True)
+@kernel
 def carry_quasi_static(
     bodies: Bodies, table: ContactTable, load: Array, path: Path, state: PlatformState, record: Record, few: bool
 ) -> int:
@@ -93,7 +93,7 @@ def carry_quasi_static(
     return 0
 
 
-@njit(cache=True)
+@kernel
 def _quasi_static_step(
     bodies: Bodies,
     table: ContactTable,
@@ -136,7 +136,7 @@ def _quasi_static_step(
     return total
 
 
-@njit(cache=True)
+@kernel
 def _jump(bodies: Bodies, table: ContactTable, drive: Array, right: Array, state: PlatformState, q: Array, work: Room) -> int:
     """Where no equilibrium lies near the last one, the damper snaps to another: look from starts that fill a box of the size of
     its motion under the load (a lattice of the generalised golden ratio). Returns Newton's iterations, −1 when none is found."""
@@ -155,13 +155,13 @@ def _jump(bodies: Bodies, table: ContactTable, drive: Array, right: Array, state
     return -1
 
 
-@njit(cache=True)
+@kernel
 def _keep(record: Record, k: int, state: PlatformState, work: Room, iterations: int) -> None:
     record.motion[k], record.w[k], record.force[k] = state.motion, work.w, work.force
     record.intercept[k], record.limit[k], record.iterations[k] = work.intercept, work.limit, iterations
 
 
-@njit(cache=True)
+@kernel
 def carry_in_time(
     bodies: Bodies, table: ContactTable, load: Array, path: Path, inertia: Inertia, state: PlatformState, record: Record
 ) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 TOLERANCE = 1e-9
 """Force and moment out of balance, relative to the pull."""
@@ -66,7 +66,7 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
     )
 
 
-@njit(cache=True)
+@kernel
 def _forces(e: Elements, q: Array, x: float, y: float, anchor: Array, tension: Array, total: Array, on_right: Array) -> None:
     """Fill slider tensions (elements,), the sum on the damper (3,), and the force on the right platform (2,)."""
     total[:], on_right[:] = 0.0, 0.0
@@ -88,7 +88,7 @@ def _forces(e: Elements, q: Array, x: float, y: float, anchor: Array, tension: A
             on_right[1] -= fy
 
 
-@njit(cache=True)
+@kernel
 def carry(e: Elements, compliance: Array, pull: float, path: Array, q: Array, anchor: Array, shown: Array) -> int:
     """Carry the damper along a path (steps, 2); fills (steps, 5): force on the right platform, x, y, rotation of the damper.
     q (3,) and the sliders' anchors are changed in place. Returns 1 where a step finds no balance."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 from stickslip.solve.platform_step import UNIT, Bodies
 from stickslip.time.contact_step import solve_in_place
 
@@ -28,7 +28,7 @@ def enumerable(table: ContactTable) -> bool:
     return bool(contacts <= MOST_CONTACTS and plain and single and not np.any(table.constant_limit))
 
 
-@njit(cache=True)
+@kernel
 def find_states(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, near: Array, q: Array) -> bool:
     """The equilibrium nearest to the motion `near` goes into q; False where no combination of states has one."""
     contacts, size = table.normal_row.size, q.size
@@ -56,7 +56,7 @@ def find_states(bodies: Bodies, table: ContactTable, drive: Array, right: Array,
     return best < np.inf
 
 
-@njit(cache=True)
+@kernel
 def _force_rows(bodies: Bodies, table: ContactTable, drive: Array, before: Array, code: int, rows: Array) -> None:
     """Forces as rows · (q, 1), in the states of the code: digits to base 4 are stick, slip up, slip down, open."""
     size = rows.shape[1] - 1
@@ -73,7 +73,7 @@ def _force_rows(bodies: Bodies, table: ContactTable, drive: Array, before: Array
         rows[t, size] = kt * drive[t] + before[c] if state == 0 else sense * table.friction[c] * rows[n, size]
 
 
-@njit(cache=True)
+@kernel
 def _agrees(bodies: Bodies, table: ContactTable, drive: Array, before: Array, code: int, q: Array, slack: float) -> bool:
     """Whether the motion q leads to the states of the code."""
     for c in range(table.normal_row.size):

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 from stickslip.time.contact_law import Slopes, contact_law
 from stickslip.time.contact_step import solve_in_place
 
@@ -57,7 +57,7 @@ class Room(NamedTuple):
     matrix: Array
 
 
-@njit(cache=True)
+@kernel
 def room(rows: int, elements: int, size: int) -> Room:
     """Fresh arrays."""
     slopes = Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
@@ -74,7 +74,7 @@ def room(rows: int, elements: int, size: int) -> Room:
     )
 
 
-@njit(cache=True)
+@kernel
 def residual_of(bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Array, room: Room) -> float:
     """Fill w, forces, intercepts, limits, slopes and A q + φ Bᵀf − g; returns its norm."""
     rows, size = bodies.B.shape
@@ -98,7 +98,7 @@ def residual_of(bodies: Bodies, table: ContactTable, q: Array, drive: Array, rig
     return float(np.sqrt(square))
 
 
-@njit(cache=True)
+@kernel
 def _scale(bodies: Bodies, right: Array, room: Room) -> float:
     total = 0.0
     for i in range(right.size):
@@ -108,7 +108,7 @@ def _scale(bodies: Bodies, right: Array, room: Room) -> float:
     return float(np.sqrt(total) + 1e-300)
 
 
-@njit(cache=True)
+@kernel
 def _direction(bodies: Bodies, room: Room) -> None:
     """Newton's change of q; with a growing part of the stuck matrix where the tangent one is singular."""
     rows, size = bodies.B.shape
@@ -138,7 +138,7 @@ def _direction(bodies: Bodies, room: Room) -> None:
         room.change[i] = 0.0
 
 
-@njit(cache=True)
+@kernel
 def solve_step(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, q: Array, room: Room) -> int:
     """Solve one step from the start in q (n,), which becomes the solution. Returns the iterations, −1 where Newton fails."""
     size = residual_of(bodies, table, q, drive, right, before, room)

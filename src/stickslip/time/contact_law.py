@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 
 
 class ContactState(NamedTuple):
@@ -58,7 +58,7 @@ def no_slopes(rows: int) -> Slopes:
     return Slopes(*(np.zeros(rows) for _ in range(4)))
 
 
-@njit(cache=True)
+@kernel
 def contact_law(table: ContactTable, w: Array, before: Array, intercept: Array, limit: Array, slopes: Slopes) -> None:
     """λ̂ and its derivatives at motion w (rows,), from intercepts `before`; fills the new intercepts and the limits."""
     for c in range(table.normal_row.size):
@@ -76,7 +76,7 @@ def contact_law(table: ContactTable, w: Array, before: Array, intercept: Array, 
                 _friction_row(table, r, w[r], z, before, intercept, limit, slopes)
 
 
-@njit(cache=True)
+@kernel
 def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes) -> None:
     """N − K_c z = Σ c_e over the closed elements − Σ k_e z over the open ones."""
     total, slope = 0.0, 0.0
@@ -90,7 +90,7 @@ def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes)
     slopes.target[row], slopes.own[row] = total, slope
 
 
-@njit(cache=True)
+@kernel
 def _limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
     """L = μ Σ N + L0 of friction element e, and dL/dz."""
     load, slope = 0.0, 0.0
@@ -102,7 +102,7 @@ def _limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
     return table.friction[e] * load + table.constant_limit[e], table.friction[e] * slope
 
 
-@njit(cache=True)
+@kernel
 def _friction_row(
     table: ContactTable, r: int, u: float, z: float, before: Array, intercept: Array, limit: Array, slopes: Slopes
 ) -> None:
@@ -124,7 +124,7 @@ def _friction_row(
     slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
 
 
-@njit(cache=True)
+@kernel
 def _disc_rows(
     table: ContactTable, r: int, w: Array, z: float, before: Array, intercept: Array, limit: Array, slopes: Slopes
 ) -> None:

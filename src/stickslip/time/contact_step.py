@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 from stickslip.time.contact_law import ContactState, Neighbours, Slopes, contact_law
 
 TOLERANCE = 1e-11
@@ -26,7 +26,7 @@ PATIENCE = 5
 SINGULAR = 1e-13
 
 
-@njit(cache=True)
+@kernel
 def _slope(slopes: Slopes, near: Neighbours, G: Array, r: int, s: int) -> float:
     """−∂λ̂_r/∂λ_s, with w = w_free − Gλ."""
     value = slopes.own[r] * G[r, s]
@@ -37,14 +37,14 @@ def _slope(slopes: Slopes, near: Neighbours, G: Array, r: int, s: int) -> float:
     return float(value)
 
 
-@njit(cache=True)
+@kernel
 def _active_rows(slopes: Slopes) -> Index:
     """The rows of which λ̂ is not constant."""
     active = (slopes.own != 0.0) | (slopes.coupling != 0.0) | (slopes.cross != 0.0)
     return np.flatnonzero(active)
 
 
-@njit(cache=True)
+@kernel
 def _change(residual: Array, slopes: Slopes, near: Neighbours, G: Array, change: Array) -> bool:
     """Newton's change of λ (rows,); False where the system of the rows that slip or open is singular."""
     change[:] = -residual
@@ -67,7 +67,7 @@ def _change(residual: Array, slopes: Slopes, near: Neighbours, G: Array, change:
     return True
 
 
-@njit(cache=True)
+@kernel
 def solve_in_place(matrix: Array, right: Array) -> bool:
     """Gaussian elimination with row exchange; the solution replaces `right`. False for a singular matrix."""
     size = right.size
@@ -92,7 +92,7 @@ def solve_in_place(matrix: Array, right: Array) -> bool:
     return True
 
 
-@njit(cache=True)
+@kernel
 def _residual(
     table: ContactTable, G: Array, free: Array, before: Array, trial: ContactState, slopes: Slopes, residual: Array
 ) -> float:
@@ -103,7 +103,7 @@ def _residual(
     return float(np.sqrt(np.sum(residual * residual)))
 
 
-@njit(cache=True)
+@kernel
 def solve_contacts(
     table: ContactTable,
     near: Neighbours,

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import njit
+from stickslip.kernels import kernel
 from stickslip.time.contact_law import ContactState, Neighbours, contact_law, no_slopes
 from stickslip.time.contact_step import solve_contacts
 from stickslip.time.model import StepMatrices
@@ -55,7 +55,7 @@ class PeriodWork(NamedTuple):
     failed: int
 
 
-@njit(cache=True)
+@kernel
 def _times(matrix: Array, vector: Array) -> Array:
     """matrix · vector, a diagonal matrix being stored as one column."""
     if matrix.shape[1] == 1 and vector.size != 1:
@@ -80,7 +80,7 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     state.acceleration[:] = np.where(resolved, force / np.where(resolved, matrices.mass, 1.0), 0.0)
 
 
-@njit(cache=True)
+@kernel
 def march_period(
     table: ContactTable, near: Neighbours, matrices: StepMatrices, loads: Loads, state: State, history: History
 ) -> PeriodWork:
@@ -123,7 +123,7 @@ def march_period(
     return PeriodWork(given, viscous, iterations, -1)
 
 
-@njit(cache=True)
+@kernel
 def _record(
     table: ContactTable, matrices: StepMatrices, state: State, before: Array, limit: Array, column: int, history: History
 ) -> None:
