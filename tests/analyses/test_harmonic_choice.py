@@ -1,5 +1,7 @@
 """The choice of H: it sees what two small H that agree with each other hide."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,8 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.checks import InputError
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.rigs import chain_of_three, single_blade, single_mass
+from stickslip.loads import Output
+from stickslip.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.left_out import left_out, resolved
 from stickslip.units import hertz
@@ -42,7 +45,8 @@ def test_the_chosen_number_is_right_to_the_tolerance():
     choice = sufficient_harmonics(rig, (500.0, 580.0), [20.0], tolerance=2e-3)
     assert 13 <= choice.harmonics <= 25
     assert choice.left_out <= 2e-3
-    assert "stuck mode" in choice.sentence
+    assert f"harmonic {choice.harmonics} at " in choice.sentence, "not the fifth, which moves most and is not enough"
+    assert "near the stuck mode at" in choice.sentence
     chosen, many = point(rig, 543.45, 20.0, choice.harmonics), HarmonicBalance(rig, 31, 256)
     true = amplitude(many, resolved(many, chosen[1]).evaluation)
     assert amplitude(*chosen) == pytest.approx(true, rel=4e-3)
@@ -59,6 +63,39 @@ def test_a_tighter_tolerance_asks_for_more_and_gives_a_better_answer():
     assert numbers == sorted(numbers)
     assert numbers[0] < numbers[2]
     assert errors[2] < 1e-3
+
+
+def test_samples_are_doubled_until_their_error_is_below_the_tolerance():
+    problem = single_mass()
+    choices = [sufficient_harmonics(problem, (0.08, 0.32), [1.0], tolerance) for tolerance in (2e-3, 1e-4, 3e-5)]
+    assert [choice.samples for choice in choices] == [256, 512, 1024]
+    assert [choice.sampling[:12] for choice in choices] == ["", "512 samples:", "1024 samples"]
+    peaks = [
+        forced_response(problem, hertz(0.08, 0.32), harmonics=7, samples=Nt).peaks()["amplitude"].max() for Nt in (512, 8192)
+    ]
+    assert peaks[0] == pytest.approx(peaks[1], rel=1e-4)
+
+
+def test_an_output_that_does_not_move_chooses_nothing():
+    problem = chain_of_three()
+    still = replace(problem, outputs=(*problem.outputs, Output("none", {problem.structure.dofs[0]: 1e-12})))
+    alone, both = (sufficient_harmonics(each, (0.127, 0.32), [1.0], 1e-3) for each in (problem, still))
+    assert both == alone
+
+
+def test_samples_that_do_not_suffice_are_said_and_too_few_refused():
+    choice = sufficient_harmonics(single_mass(), (0.08, 0.32), [1.0], 1e-7)
+    assert choice.samples >= 8192
+    assert "samples are the most tried" in choice.sentence
+    with pytest.raises(InputError, match="samples must be at least 8"):
+        sufficient_harmonics(single_mass(), (0.08, 0.32), [1.0], samples=7)
+
+
+def test_a_peak_that_more_harmonics_move_away_is_swept_for():
+    """On a disk of the case W the peak at 3 harmonics leads to none at 8, where the curve has two peaks."""
+    choice = sufficient_harmonics(lumped_blisk(case="W", engine_order=2), (140.0, 156.0), [0.4], samples=264)
+    assert choice.harmonics >= 8
+    assert choice.left_out <= 2e-3
 
 
 def test_a_stuck_contact_needs_no_more_than_the_least():

@@ -100,3 +100,19 @@ def test_wrong_use_is_refused():
         ss.sensitivity(None, 1.0, {})
     with pytest.raises(ss.InputError, match="frequency must be positive"):
         ss.sensitivity(masses(**MASSES), -1.0, {})
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        (
+            {"mu": ss.Parameter(0.5, lambda mu: ss.rigs.blade_and_wedge(mu=mu))},
+            "'mu' must make the problem itself",
+        ),
+        ({"mu": 0.4}, "'mu' must be a Parameter, but is 0.4"),
+        ([], "parameters must be a Mapping"),
+    ],
+)
+def test_parameters_of_something_else_are_refused(parameters, said):
+    with pytest.raises(ss.InputError, match=said):
+        ss.sensitivity(ss.rigs.blade_and_wedge(mu=0.4), 330.0, parameters, force=30.0)

@@ -63,6 +63,17 @@ def _range(what: str, pair: Any) -> Ends:
     return finite(what, ends[0]), finite(what, ends[1])
 
 
+def point_of(what: str, given: Any, ranges: Mapping[str, Ends]) -> tuple[float, ...]:
+    """A value within its range for every name, in the order of the ranges."""
+    if not isinstance(given, Mapping) or set(given) != set(ranges):
+        raise fault(what, f"must give {', '.join(ranges)}, and nothing else", given)
+    point = {name: finite(f"{what}, {name}", given[name]) for name in ranges}
+    for name, (low, high) in ranges.items():
+        if not low <= point[name] <= high:
+            raise fault(f"{what}, {name}", f"must be {low:g} to {high:g}", point[name])
+    return tuple(point.values())
+
+
 def output_of(problem: Problem, output: Any) -> int:
     """The number of an output of a problem."""
     of_kind("problem", problem, Problem)

@@ -135,8 +135,8 @@ def forced_response(
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there and reached by continuation.
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
-    the contacts that is left out at the peaks is below `tolerance` of the whole. samples: per period, at least 4H + 2; of a
-    disk raised to the next number with which the delay from sector to sector is whole.
+    the contacts that is left out at the peaks is below `tolerance` of the whole, and likewise samples. samples: per period, at
+    least 4H + 2; of a disk raised to the next number with which the delay from sector to sector is whole.
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. finished: keeps the curve of each force level as soon as it
     is there, and gives it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work
@@ -178,14 +178,13 @@ class ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
         (frequencies, exactly), levels = _frequencies(band), force_levels(force)
-        Nt = whole("samples", samples)
-        Nt += -Nt % problem.sample_multiple
+        Nt = _with_whole_delays(whole("samples", samples), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
         sentence = ""
         if harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
-            harmonics, Nt, sentence = choice.harmonics, choice.samples, choice.sentence
+            harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
         H = whole("harmonics", harmonics, 'Or write "auto".')
         fourier(H, Nt)
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance)
@@ -242,6 +241,11 @@ def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     if isinstance(band, Band):
         return [band.start, band.stop], False
     return sorted(listed(band)), True
+
+
+def _with_whole_delays(samples: int, problem: Problem) -> int:
+    """The next number of samples with which delays between sectors are whole."""
+    return samples + -samples % problem.sample_multiple
 
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
