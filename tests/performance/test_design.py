@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.performance import worst_peak
+from stickslip.analyses.performance.conditions import conditions_of
+from stickslip.analyses.performance.design import planned_design, sensitivities
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
+from stickslip.plots.design import design_space
+from stickslip.report.design import failures, sentences, tables
 
 KD = 0.5
 
@@ -119,8 +124,6 @@ def test_a_design_that_jams_is_refused_before_it_is_computed():
 
 def test_designs_without_a_peak_in_some_condition_are_named_and_come_last(monkeypatch):
     """Start states from which no peak is solved are failures of the design, by force level, friction and start."""
-    from stickslip.analyses.performance import worst_peak
-    from stickslip.report.design import failures, sentences, tables
 
     def fails_with_much_friction(search, mu, level, start, *rest):
         if search.variables["load"] > 3.0:
@@ -143,3 +146,67 @@ def test_designs_without_a_peak_in_some_condition_are_named_and_come_last(monkey
 def test_no_design_is_computed_twice():
     value = small(friction_factor=1.0).dataset.value.values[:, 0]
     assert np.unique(value).size == value.size
+
+
+def test_a_peak_is_followed_to_a_drawn_start_state_where_no_curve_of_it_can_be_solved(monkeypatch):
+    """The way there in steps ends on the peak that the leap finds where it succeeds, but for another cusp of the samples."""
+    conditions = conditions_of((8.0, 8.0), (0.4, 1.0), "amplitude", (1, 1), (0, 0), (3, 128))
+
+    def worst():
+        return worst_peak.worst_peak(lambda mu: ss.rigs.blade_and_wedge(mu=mu), {}, conditions, ())
+
+    leapt, climbed, calls = worst(), worst_peak._Search._climbed, []
+
+    def no_leap(search, balance, known):
+        calls.append(balance)
+        return None if len(calls) == 1 else climbed(search, balance, known)
+
+    monkeypatch.setattr(worst_peak._Search, "_swept", lambda *_: None)
+    monkeypatch.setattr(worst_peak._Search, "_climbed", no_leap)
+    followed = worst()
+    assert len(calls) > 2
+    assert (leapt.start, followed.start, followed.failed) == (1, 1, ())
+    assert followed.size == pytest.approx(leapt.size, rel=60.0 / 128**2)
+    monkeypatch.setattr(worst_peak._Search, "_climbed", lambda *_: None)
+    assert worst().failed == ((8.0, 0.4, 1),)
+
+
+def test_known_designs_are_computed_first_and_compared():
+    found = small(friction_factor=1.0, known=[{"load": 7.0}], refinements=4).dataset
+    assert found.value.values[0] == pytest.approx([7.0])
+    assert found.attrs["known"] == 1
+    assert found.sizes["design"] > 9
+    told = next(line for line in sentences(found) if "known design load = 7" in line)
+    assert f"{100.0 * (1.0 - float(found.optimum_peak / found.worst_peak[0])):.0f} % lower" in told
+    labels = [text.get_text() for text in design_space(found).axes[0].get_legend().get_texts()]
+    assert "known" in labels
+
+
+@pytest.mark.parametrize(
+    ("known", "words"),
+    [
+        ([{"load": 9.0}], "known, load must be 1 to 8, but is 9"),
+        ([{"mass": 2.0}], "known must give load, and nothing else"),
+        ({"load": 2.0}, "known must be"),
+        ([2.0], "known must give load"),
+        ([{"load": float("nan")}], "known, load must be"),
+    ],
+)
+def test_wrong_known_designs_are_said(known, words):
+    with pytest.raises(ss.InputError, match=words):
+        small(known=known)
+
+
+def test_a_sensitivity_beside_a_refused_design_is_that_of_the_other_side():
+    """At the edge of what does not jam, the slope of the worst peak towards smaller angles."""
+
+    class Edge(NoJamming):
+        def __call__(self, trial):
+            return 1.0 if trial.variables["load"] <= 3.0 else -1.0
+
+    conditions = conditions_of((1.0, 1.0), (0.4, 1.0), "amplitude", (0, 1), (0, 0), (1, 256))
+    work = planned_design(one_mass, {"load": (1.0, 8.0)}, conditions, {"edge": Edge()}, 4)
+    size, below = (work.worst([load]).size for load in (3.0, 2.86))
+    assert not np.isfinite(work.worst([3.14]).size)
+    slope = sensitivities(work, np.array([3.0]), size, np.array([7.0]))[0]
+    assert slope == pytest.approx((size - below) / 0.14 * 3.0 / size, rel=1e-9)

@@ -115,12 +115,34 @@ def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_
     assert curve.detached_frequency.values[0, 3] == pytest.approx(315.86, abs=0.02)
 
 
+def test_no_climb_of_a_sweep_leaves_its_curve():
+    """With 1024 samples a climb from 32.3 µm/N at 315.90 Hz leads to 39.7 µm/N at 316.11 Hz, on the closed curve."""
+    level, ends = 60.0 / 3.0 / 2.0 ** (1.0 / 3.0), (2.0 * np.pi * 280.0, 2.0 * np.pi * 390.0)
+    found = swept_summits(HarmonicBalance(ss.rigs.blade_and_wedge(60.0, 35.0, 0.2), 5, 1024), level, ends, 0)[0]
+    assert max(summit.amplitude for summit in found) / level == pytest.approx(32.768e-6, rel=1e-4)  # of a forced response
+
+
 def test_a_peak_apart_is_told_and_marked(wedge_that_lifts):
     curve = wedge_that_lifts[1]
-    assert any("3.821 to 4.312: higher peaks, up to 4.068e-05 m/N, lie on a curve apart" in words for words in sentences(curve))
+    assert any("3.821 to 4.312: higher peaks, up to 40.68 µm/N, lie on a curve apart" in words for words in sentences(curve))
     assert np.isfinite(tables(curve)["performance curves"]["apart from the curve [m/N]"]).sum() == 2
     legend = performance_curves(curve).axes[0].get_legend()
-    assert [text.get_text() for text in legend.get_texts()] == ["as built", "apart from the curve"]
+    words = ["as built", "apart from the curve", "another peak is the highest"]
+    assert sorted(text.get_text() for text in legend.get_texts()) == sorted(words)
+
+
+def test_what_happened_to_peaks_is_gathered_in_a_line_and_told_one_by_one_in_the_table(wedge_that_lifts):
+    curve = wedge_that_lifts[1]
+    words = [str(event) for event in curve.event.values[0]]
+    born = sum("appeared" in event or "split off" in event for event in words)
+    gathered = [line for line in sentences(curve) if " born" in line]
+    assert born > 10
+    assert len(gathered) == 1
+    assert f"F_C/F_E 3 to 4.866: peaks {born} born" in gathered[0]
+    table = tables(curve)["peaks along the curves"]
+    assert all(
+        f"{row['at Hz']:.5g} Hz: {row['what happened']}" in event for (_, row), event in zip(table.iterrows(), words, strict=True)
+    )
 
 
 def test_what_F_C_is():

@@ -91,7 +91,21 @@ def test_following_agrees_with_the_sweeps_that_check_it(damped):
 def test_events_are_told_in_the_order_of_the_ratio():
     """A curve may be followed downwards, or in parts from the middle."""
     events = [
-        SimpleNamespace(low=a, high=b, frequency=2.0, words=w) for a, b, w in ((9.0, 5.0, "c"), (1.0, 2.0, "a"), (3.0, 4.0, "b"))
+        SimpleNamespace(kind="born", low=a, high=b, frequency=2.0, words=w)
+        for a, b, w in ((9.0, 5.0, "c"), (1.0, 2.0, "a"), (3.0, 4.0, "b"))
     ]
-    told = _told(SimpleNamespace(events=events, checks=[], solves=0, iterations=0))["event"]
-    assert [words[-1] for words in told] == ["a", "b", "c"]
+    told = _told(SimpleNamespace(events=events, checks=[], solves=0, iterations=0))
+    assert [words[-1] for words in told["event"]] == ["a", "b", "c"]
+    assert (told["event_low"].tolist(), told["event_high"].tolist()) == ([1.0, 3.0, 5.0], [2.0, 4.0, 9.0])
+
+
+def test_values_far_apart_are_swept():
+    """A peak that cannot be followed from one value to the next is found there by a sweep, as a forced response finds it."""
+    rig = ss.rigs.single_mass(damping=0.01, kt=0.5)
+    ratios = logspace(0.5, 5.0, 3)
+    curve = performance_curve(rig, ratios, harmonics=1, samples=1024)
+    peak = (
+        ss.forced_response(rig, ss.hertz(0.1, 0.3), force=1.0 / ratios[1], harmonics=1, samples=1024).peaks()["amplitude"].max()
+    )
+    assert curve.dataset.amplitude.values[0, 1] == pytest.approx(peak, rel=1e-4)
+    assert curve.optimum()["optimum_amplitude_per_force"] == pytest.approx(5.871, rel=0.01)

@@ -8,6 +8,7 @@ from stickslip.checks import InputError
 from stickslip.report.presentation import presentation_of
 from stickslip.results import open_results, save, stamped
 from stickslip.study import read
+from stickslip.study.design import RigDesign
 from stickslip.study.templates import write_new
 
 
@@ -33,6 +34,15 @@ def test_plan_of_a_design(tmp_path):
     assert work.limits == ("no jamming", "no lift-off")
     problem = work.problem_of(friction=0.3, damper_mass=0.05, platform_angle=30.0)
     assert sum(force.static for force in problem.forces) == pytest.approx(150.0)
+    assert {contact.law.mu for contact in problem.contacts} == {0.3}
+
+
+def test_the_pull_of_a_design_follows_the_damper_mass_whatever_the_rig_calls_it():
+    """The two dampers of the single blade are pulled by dead weights, given in kg."""
+    stiffness = {"flat_kt": 25e6, "flat_kn": 65e6, "flat_mu": 0.6, "cylinder_kt": 45e6, "cylinder_kn": 260e6, "cylinder_mu": 0.4}
+    small = {"modes": 10, "flat_points": 4, "cylinder_elements": 1}
+    problem = RigDesign("single_blade", stiffness | small, acceleration=900.0)(friction=0.3, damper_mass=0.06)
+    assert [abs(force.static) for force in problem.forces if force.static] == pytest.approx([54.0, 54.0])
     assert {contact.law.mu for contact in problem.contacts} == {0.3}
 
 
@@ -92,6 +102,19 @@ def test_plan_of_what_matters(tmp_path):
         ("design", 'rig = "blade_and_wedge"', 'rig = "blade_and_wedg"', "Did you mean 'blade_and_wedge'"),
         ("design", "damper_mass = [0.02, 0.1]", "damper_mas = [0.02, 0.1]", "Did you mean 'damper_mass'"),
         ("design", "[15.0, 60.0]", "[60.0, 15.0]", "low below high"),
+        (
+            "design",
+            "known = [{ damper_mass = 0.06,",
+            "known = [{ damper_mass = 0.6,",
+            "known, damper_mass must be 0.02 to 0.1, but is 0.6",
+        ),
+        ("design", "known = [{ damper_mass = 0.06, ", "known = [{ ", "known must give damper_mass, platform_angle"),
+        (
+            "design",
+            "{ damper_mass = [0.02, 0.1], ",
+            "{ ",
+            "acceleration must go with damper_mass and a rig whose dampers are pulled",
+        ),
         ("design", 'no_jamming = "platform_angle"', 'no_jamming = "kt"', "must name a variable"),
     ],
 )
@@ -110,7 +133,7 @@ def test_performance_curves_are_told_after_a_round_trip_to_disk(tmp_path):
     assert {name: len(draw(dataset).axes) for name, draw in told.figures(dataset).items()} == {
         "performance_curve": 3,
         "performance_inertance": 3,
-        "dissipation": 1,
+        "dissipation": 2,
     }
 
 

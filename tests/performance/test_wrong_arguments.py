@@ -53,6 +53,7 @@ WRONG = {
     "parameters": [{}, 3, {"limit": (2.0, 1.0)}, {"limit": (1.0, 2.0, 3.0)}, {"limit": "ab"}, {"limi": (1.0, 2.0), "x": 3}],
     "variables": [{}, 3, {"limit": (2.0, 1.0)}, {"limit": (1.0, 2.0, 3.0)}, {"limit": "ab"}, {"other": (1.0, 2.0)}],
     "constraints": [3, {"a": 3}],
+    "known": [3, "ab", [3], [{}], [{"limit": math.nan}], [{"limit": "a"}], [{"limit": 1e9}], {"limit": 1.0}],
     "workers": [0, "a"],
 }
 OWN = {

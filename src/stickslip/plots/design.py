@@ -12,6 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, STICK, house_style, plain
+from stickslip.results_view import unit_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +29,8 @@ def design_space(dataset: xr.Dataset) -> Figure:
         panels = figure.subplots(len(pairs) + 1, 1, height_ratios=[*[panel] * len(pairs), below - 0.3])
         for axes, (i, j) in zip(panels[:-1], pairs, strict=True):
             points = _panel(axes, dataset, i, j, names)
-        figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {dataset['worst_peak'].attrs['units']}")
+        units = dataset["worst_peak"].attrs["units"].replace("m", unit_for(float(dataset["optimum_peak"])).name, 1)
+        figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {units}")
         _bars(panels[-1], dataset, names)
     return figure
 
@@ -41,14 +43,17 @@ def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tu
 
 
 def _panel(axes: Axes, dataset: xr.Dataset, i: int, j: int, names: list[str]) -> PathCollection:
-    value, size = dataset["value"].values, dataset["worst_peak"].values
+    unit = unit_for(float(dataset["optimum_peak"])).metres
+    value, size = dataset["value"].values, dataset["worst_peak"].values / unit
     allowed = dataset["allowed"].values == 1
     other = value[:, j] if i != j else size
     norm = Normalize(float(size[allowed].min()), float(np.quantile(size[allowed], 0.9)))
     axes.scatter(value[~allowed, i], other[~allowed], marker="x", color=FAILED, s=26, label="breaks a constraint")
     points = axes.scatter(value[allowed, i], other[allowed], c=size[allowed], s=34, edgecolor="white", linewidth=0.4, norm=norm)
+    if given := int(dataset.attrs.get("known", 0)):
+        axes.plot(value[:given, i], other[:given], "s", color="black", markerfacecolor="none", markersize=9, label="known")
     best = dataset["optimum"].values
-    height = best[j] if i != j else float(dataset["optimum_peak"])
+    height = best[j] if i != j else float(dataset["optimum_peak"]) / unit
     axes.plot(best[i], height, "*", color="black", markersize=13, markeredgecolor="white", label="best")
     low, high = dataset["near_low"].values, dataset["near_high"].values
     if i != j:

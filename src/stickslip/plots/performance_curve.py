@@ -6,11 +6,27 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, beside, house_style, level_colours, plain
+from stickslip.plots.look import (
+    CONTACTS,
+    GREY,
+    MOST_ENTRIES,
+    MOST_PANELS,
+    OPEN,
+    SLIP,
+    STICK,
+    beside,
+    house_style,
+    level_colours,
+    plain,
+)
+from stickslip.results_told import spread
+from stickslip.results_view import unit_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,41 +53,70 @@ def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitud
     return figure
 
 
-def dissipation(dataset: xr.Dataset, case: int = 0) -> Figure:
-    """The share of each contact in the energy that the contacts dissipate per cycle, along one curve."""
-    energy = np.nan_to_num(dataset["dissipated"].values[case])
+def dissipation(dataset: xr.Dataset) -> Figure:
+    """The share of each contact in the energy that the contacts dissipate per cycle, a panel for each curve."""
+    cases = spread(dataset.sizes["case"], MOST_PANELS)
+    energy = np.nan_to_num(dataset["dissipated"].values)
+    order = np.argsort(-energy.sum(axis=(0, 1)), kind="stable")
+    with house_style():
+        figure = Figure(figsize=(7.6, 0.8 + 2.5 * len(cases)), layout="constrained")
+        panels = figure.subplots(len(cases), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, case in zip(panels, cases, strict=True):
+            _shares(axes, dataset, energy[case], order)
+            axes.set(ylabel="share of the dissipation", ylim=(0.0, 1.0))
+            axes.set_title(f"Which contact dissipates, {_name(dataset, case)}")
+        panels[-1].set(xscale="log", xlabel="F_C/F_E")
+        _numbered(panels[-1].xaxis)
+        beside(panels[0])
+    return figure
+
+
+def _shares(axes: Axes, dataset: xr.Dataset, energy: np.ndarray, order: np.ndarray) -> None:
+    """Contacts in the given order, those that have no colour left as one."""
     total = energy.sum(axis=1, keepdims=True)
     shares = np.divide(energy, total, out=np.zeros_like(energy), where=total > 1e-9 * total.max(initial=0.0))
-    order = np.argsort(-energy.sum(axis=0))
     shown, rest = order[: len(CONTACTS) - 1], order[len(CONTACTS) - 1 :]
     parts = [*shares[:, shown].T, *([shares[:, rest].sum(axis=1)] if rest.size else [])]
     names = [str(dataset["contact"].values[c]) for c in shown] + (["others"] if rest.size else [])
-    with house_style():
-        figure = Figure(figsize=(7.6, 3.6), layout="constrained")
-        axes = figure.add_subplot()
-        axes.stackplot(dataset["force_ratio"].values, parts, colors=CONTACTS[: len(parts)], labels=[plain(n) for n in names])
-        axes.set(xscale="log", xlabel="F_C/F_E", ylabel="share of the dissipation", ylim=(0.0, 1.0))
-        axes.set_title("Which contact dissipates")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-    return figure
+    axes.stackplot(dataset["force_ratio"].values, parts, colors=CONTACTS[: len(parts)], labels=[plain(n) for n in names])
 
 
 def performance_band(dataset: xr.Dataset) -> Figure:
     """Lowest and highest peak per force over the start states, with that of virgin contacts; below, where those two peaks are."""
-    x, virgin = dataset["force_ratio"].values, dataset["virgin_amplitude_per_force"].values
+    x, heights = dataset["force_ratio"].values, dataset["amplitude_per_force"].values
+    unit = unit_for(float(np.nanmax(heights, initial=0.0)))
     with house_style():
         figure = Figure(figsize=(7.6, 5.4), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
-        top.fill_between(x, *dataset["amplitude_per_force"].values.T, color=CONTACTS[4], alpha=0.25, label="all start states")
-        top.plot(x, virgin, ":", color="black", label="virgin contacts")
+        top.fill_between(x, *heights.T / unit.metres, color=CONTACTS[4], alpha=0.25, label="all start states")
         for bound, (colour, words) in enumerate(((CONTACTS[0], "lowest"), (CONTACTS[5], "highest"))):
-            top.plot(x, dataset["amplitude_per_force"].values[:, bound], ".-", color=colour, label=words)
+            top.plot(x, heights[:, bound] / unit.metres, ".-", color=colour, label=words)
             bottom.plot(x, dataset["frequency"].values[:, bound], ".-", color=colour)
-        top.set(xscale="log", yscale=_scale(dataset["amplitude_per_force"].values), ylabel="peak per force in m/N")
+        virgin = dataset["virgin_amplitude_per_force"].values / unit.metres
+        top.plot(x, virgin, ":", color="black", label="virgin contacts")
+        top.set(xscale="log", yscale=_scale(heights), ylabel=f"peak per force in {unit.name}/N")
         bottom.set(xlabel="F_C/F_E", ylabel="frequency in Hz")
-        top.set_title(f"Band of the performance curve: {plain(dataset.attrs['title'])}")
+        for axis in (bottom.xaxis, *([top.yaxis] if top.get_yscale() == "log" else [])):
+            _numbered(axis)
+        top.set_title(plain(dataset.attrs["title"]))
         top.legend()
     return figure
+
+
+def _name(dataset: xr.Dataset, case: int) -> str:
+    """What a curve is called."""
+    mu = float(dataset["friction"].values[case])
+    return "as built" if np.isnan(mu) else f"μ = {mu:g}"
+
+
+def _numbered(axis: Axis) -> None:
+    """A logarithmic axis with plain numbers at 1, 2 and 5, where these have room: over not more than three decades."""
+    low, high = axis.get_view_interval()
+    if high > 1e3 * low:
+        return
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _scale(heights: np.ndarray) -> Literal["log", "linear"]:
@@ -85,17 +130,16 @@ def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> np.ndarray:
 
 
 def _curve(top: Axes, bottom: Axes, dataset: xr.Dataset, case: int, quantity: str, colour: str, collapsed: bool) -> None:
-    x, mu = _abscissa(dataset, case, collapsed), float(dataset["friction"].values[case])
+    x = _abscissa(dataset, case, collapsed)
     height, frequency = dataset[quantity].values[case], dataset["frequency"].values[case]
-    top.plot(x, height, color=colour, label="as built" if np.isnan(mu) else f"μ = {mu:g}")
+    top.plot(x, height, color=colour, label=_name(dataset, case))
     bottom.plot(x, frequency, color=colour)
     share = dataset["detached_amplitude_per_force"].values[case] / dataset["amplitude_per_force"].values[case]
     if np.isfinite(share).any() and "amplitude" in quantity:
-        words = None if any(line.get_marker() == "D" for line in top.lines) else "apart from the curve"
-        top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label=words)
-    swapped = np.flatnonzero(np.diff(dataset["branch"].values[case]) != 0)
+        top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label="apart from the curve")
+    swapped = np.flatnonzero(np.abs(np.diff(dataset["branch"].values[case])) > 0)  # not where a peak is missing, NaN
     for k in swapped:
-        top.axvline(np.sqrt(x[k] * x[k + 1]), color=colour, linewidth=0.6, linestyle=":")
+        top.axvline(np.sqrt(x[k] * x[k + 1]), color=colour, linewidth=0.9, linestyle=":", label="another peak is the highest")
     if np.isfinite(height).any():
         best = int(np.nanargmin(height))
         top.plot(x[best], height[best], "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
@@ -115,18 +159,22 @@ def _finish(top: Axes, bottom: Axes, strips: Axes, dataset: xr.Dataset, quantity
     units = "" if attributes["units"] == "1" else f" in {attributes['units'].replace('s2', 's²')}"
     scale = _scale(dataset[quantity].values)
     top.set(xscale="log", yscale=scale, ylabel=f"{attributes['long_name']}{units}".replace("relative", "\nrelative"))
-    top.set_title(f"Performance curve: {plain(dataset.attrs['title'])}")
+    top.set_title(plain(dataset.attrs["title"]))
+    _numbered(strips.xaxis)
+    if scale == "log":
+        _numbered(top.yaxis)
     for key, style in LIMITS.items():
         bottom.axhline(float(dataset[f"{key}_frequency"].values[0]), color=GREY, linestyle=style, linewidth=0.9)
     bottom.set(ylabel="frequency in Hz")
-    strips.set(xlabel="μ F_C/F_E" if collapsed else "F_C/F_E", yticks=[])
+    strips.set(xlabel="μ F_C/F_E" if collapsed else "F_C/F_E")
+    rows = spread(dataset.sizes["case"], MOST_ENTRIES)
+    strips.set_yticks([-case for case in rows], [_name(dataset, case) for case in rows], fontsize=8)
     strips.grid(visible=False)
-    handles, _ = top.get_legend_handles_labels()
     lines = [Line2D([], [], color=GREY, linestyle=LIMITS[key], label=words) for key, words in LIMIT_WORDS.items()]
     patches = [
         Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=words)
         for words, colour in zip(REGION_WORDS, REGION_COLOURS, strict=True)
     ]
-    beside(top, handles)
+    beside(top)
     bottom.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
     strips.legend(handles=patches, loc="lower left", bbox_to_anchor=(1.0, 0.0), borderaxespad=0.0)

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 STEPS = 20
 """Shares of the period are drawn in steps of 1/STEPS: one colour for every mixture of stick, slip and open."""
 LOOP_SAMPLES = 128
+"""Samples that a loop keeps where all samples of all loops would be more than `NUMBERS_OF_CYCLES`."""
 MOST_TOLD = 12
 """Cases whose loops, states and shares are drawn."""
 LOOPS_OF_A_POINT = 8
@@ -199,7 +200,9 @@ def _contacts(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
     """States along the curve and the loop at the peak, one entry a contact row."""
     slip, open_ = (along_curve(dataset, f"share_{state}", case) for state in ("slip", "open"))
     rows = contact_rows(dataset)
-    step = max(1, dataset.sizes["sample"] // LOOP_SAMPLES)
+    samples = dataset.sizes["sample"]
+    many = 2 * MOST_TOLD * len(rows) * samples > NUMBERS_OF_CYCLES
+    step = max(1, samples // LOOP_SAMPLES) if many else 1
     motion, force = dataset.loop_motion.values[case, :, :, ::step] / metres, dataset.loop_force.values[case, :, :, ::step]
     return {
         "states": [mixture_index(slip[:, r.contact, r.direction], open_[:, r.contact, r.direction]) for r in rows],

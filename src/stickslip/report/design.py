@@ -9,7 +9,9 @@ import numpy as np
 
 from stickslip.plots.design import design_space
 from stickslip.plots.files import Figures
+from stickslip.report.numbers import percent
 from stickslip.report.presentation import Presentation
+from stickslip.results_view import length_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,24 +21,37 @@ if TYPE_CHECKING:
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The best design, how flat it is, and what matters."""
     names = [str(name) for name in dataset["variable"].values]
-    units = dataset["worst_peak"].attrs["units"]
-    lines = [f"worst resonance of the best design: {float(dataset['optimum_peak']):.4g} {units}"]
+    lines = [f"worst resonance of the best design: {_size(dataset, 'optimum_peak')}"]
     for k, name in enumerate(names):
         low, high, slope = (float(dataset[key].values[k]) for key in ("near_low", "near_high", "sensitivity"))
+        change = f"1 % more of it changes the worst resonance by {slope:+.2g} %" if np.isfinite(slope) else "others are refused"
         lines.append(
-            f"  {name} = {float(dataset['optimum'].values[k]):.4g}; designs within 5 % have {low:.4g} to {high:.4g}; "
-            f"1 % more of it changes the worst resonance by {slope:+.2g} %"
+            f"  {name} = {float(dataset['optimum'].values[k]):.4g}; designs within 5 % have {low:.4g} to {high:.4g}; {change}"
         )
+    lines += [f"  known design {_compared(dataset, k)}" for k in range(int(dataset.attrs.get("known", 0)))]
     searched = float(dataset["searched_peak"])
     if np.isfinite(searched):
         more = searched / float(dataset["optimum_peak"]) - 1.0
-        lines.append(
-            f"over all start states a search finds {searched:.4g} {units} there, {100.0 * more:+.2g} % of the drawn ones"
-        )
+        found = f"{_size(dataset, 'searched_peak')} there, {percent(more)} more" if more > 1e-6 else "nothing higher there"
+        lines.append(f"over all start states a search finds {found}")
     refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
     partly = int(np.count_nonzero((dataset["allowed"].values == 1) & (dataset["failed"].values > 0)))
     lines.append(f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint")
     return [*lines, f"{partly} met the constraints only where a peak was solved and come last"] if partly else lines
+
+
+def _size(dataset: xr.Dataset, name: str) -> str:
+    """A peak with its unit, "12.3 µm" or "12.3 µm per unit level"."""
+    return f"{length_text(float(dataset[name]))}{dataset[name].attrs['units'].removeprefix('m')}"
+
+
+def _compared(dataset: xr.Dataset, design: int) -> str:
+    """A known design beside the best one."""
+    one, words = dataset.isel(design=design), ", ".join(_variables(dataset, design))
+    if not float(one["allowed"]):
+        return f"{words}: breaks a constraint"
+    less = 1.0 - float(dataset["optimum_peak"]) / float(one["worst_peak"])
+    return f"{words}: {_size(one, 'worst_peak')}; the best is {percent(less)} lower"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import dissipation, performance_curves
 from stickslip.report.presentation import Presentation
+from stickslip.results_view import length_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,13 +28,16 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         if not np.isfinite(one["optimum_ratio"]):
             lines.append(f"{name}: no resonance was found")
             continue
-        ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "beyond the range" for key in ("plateau_low", "plateau_high")]
+        ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "where the values end" for key in ("plateau_low", "plateau_high")]
         lines.append(
-            f"{name}: lowest resonance {one['optimum_amplitude_per_force']:.4g} m/N at F_C/F_E = {one['optimum_ratio']:.4g} and "
-            f"{one['optimum_frequency']:.5g} Hz; within 10 % of it from {ends[0]} to {ends[1]}"
+            f"{name}: lowest resonance {length_text(one['optimum_amplitude_per_force'])}/N at "
+            f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
+            f"within 10 % of it from {ends[0]} to {ends[1]}"
         )
+        if np.any(np.isclose(one["optimum_ratio"], dataset["force_ratio"].values[[0, -1]])):
+            lines[-1] += "; this is an end of the values: it may be lower beyond"
         lines += [f"  {name}: {words}" for words in _detached(dataset, case)]
-        lines += [f"  {name}: {words}" for words in dataset["event"].values[case] if words]
+        lines += [f"  {name}: {words}" for words in _happened(dataset, case)]
     return lines
 
 
@@ -48,9 +52,22 @@ def _detached(dataset: xr.Dataset, case: int) -> list[str]:
         return []
     where = f"{apart[0]:.4g}" if apart.size == 1 else f"{apart[0]:.4g} to {apart[-1]:.4g}"
     return [
-        f"F_C/F_E {where}: higher peaks, up to {np.nanmax(heights):.4g} m/N, lie on a curve apart, which no sweep meets; "
+        f"F_C/F_E {where}: higher peaks, up to {length_text(np.nanmax(heights))}/N, lie on a curve apart, which no sweep meets; "
         "they do not count, and may be unstable (a time simulation tells)"
     ]
+
+
+KINDS = ("born", "ended", "merged", "swapped")
+
+
+def _happened(dataset: xr.Dataset, case: int) -> list[str]:
+    """What happened to peaks along a curve, gathered in one sentence; the table tells each of them."""
+    kinds = dataset["event_kind"].values[case]
+    if not np.any(kinds):
+        return []
+    counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in KINDS if np.any(kinds == kind))
+    low, high = np.nanmin(dataset["event_low"].values[case]), np.nanmax(dataset["event_high"].values[case])
+    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}, each in the table of the report"]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -64,6 +81,25 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """Every point of every curve, and what happened to peaks between them."""
+    import pandas as pd
+
+    happened = pd.DataFrame(_events(dataset), columns=["friction", "F_C/F_E from", "to", "at Hz", "what happened"])
+    return {"performance curves": _points(dataset), **({"peaks along the curves": happened} if len(happened) else {})}
+
+
+def _events(dataset: xr.Dataset) -> list[tuple[float, float, float, float, str]]:
+    """Every event of every curve in the order of F_C/F_E."""
+    found = []
+    for case, mu in enumerate(dataset["friction"].values.tolist()):
+        numbers = (dataset[f"event_{key}"].values[case] for key in ("low", "high", "frequency"))
+        for low, high, frequency, words in zip(*numbers, dataset["event"].values[case], strict=True):
+            if words:
+                found.append((mu, float(low), float(high), float(frequency), str(words).partition(": ")[2]))
+    return found
+
+
+def _points(dataset: xr.Dataset) -> pd.DataFrame:
     """Every point of every curve."""
     import pandas as pd
 
@@ -85,7 +121,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
                     "apart from the curve [m/N]": float(at["detached_amplitude_per_force"]),
                 }
             )
-    return {"performance curves": pd.DataFrame(rows)}
+    return pd.DataFrame(rows)
 
 
 def figures(dataset: xr.Dataset) -> Figures:

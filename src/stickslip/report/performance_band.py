@@ -12,6 +12,7 @@ from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import performance_band
 from stickslip.report.numbers import percent
 from stickslip.report.presentation import Presentation
+from stickslip.results_view import length_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,10 +26,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if not np.isfinite(low).any():
         return ["no bound of the resonance was found"]
     widest, safest = int(np.nanargmax(high / low)), int(np.nanargmin(high))
+    ends = f"{length_text(low[widest])}/N to {length_text(high[widest])}/N"
     return [
-        f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {low[widest]:.4g} to {high[widest]:.4g} m/N, the highest "
+        f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {ends}, the highest "
         f"{percent(high[widest] / low[widest] - 1.0)} above the lowest, depending on where the contacts start",
-        f"lowest of the highest peaks: {high[safest]:.4g} m/N at F_C/F_E = {ratios[safest]:.4g}",
+        f"lowest of the highest peaks: {length_text(high[safest])}/N at F_C/F_E = {ratios[safest]:.4g}",
     ]
 
 

@@ -67,7 +67,7 @@ def peaks(datasets: Datasets) -> str:
     rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(datasets) > 1, unit)]
     heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"Amplitude in {unit.name}", "Amplitude per force"]
     heads = [*_result_head(datasets), *heads, f"Largest in {unit.name}", "Loss factor"]
-    caption = "Peaks: local maxima of the first harmonic along the curve, highest first; data-value holds the number in SI units."
+    caption = "Peaks: local maxima of the first harmonic along the curve, highest first."
     return section("peaks-section", "Peaks", table("peaks", caption, heads, rows), LARGEST_NOTE, _largest(datasets, unit))
 
 

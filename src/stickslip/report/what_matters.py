@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.plots.files import Figures
 from stickslip.plots.what_matters import tornado
 from stickslip.report.presentation import Presentation
+from stickslip.results_view import unit_for
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,8 +21,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """Middle and spread of the resonance, and its parameters from the strongest to the weakest."""
     names = [str(name) for name in dataset["parameter"].values]
     lines = []
-    for q, (quantity, unit) in enumerate((("amplitude", "m"), ("frequency", "Hz"))):
-        middle, spread = (float(dataset[key].values[q]) for key in ("middle", "spread"))
+    length = unit_for(float(dataset["middle"].values[0]))
+    for q, (quantity, size, unit) in enumerate((("amplitude", length.metres, length.name), ("frequency", 1.0, "Hz"))):
+        middle, spread = (float(dataset[key].values[q]) / size for key in ("middle", "spread"))
         order = np.argsort(-dataset["total"].values[:, q])
         ranked = ", ".join(f"{names[k]} {float(dataset['total'].values[k, q]):.2f}" for k in order)
         lines.append(f"peak {quantity} {middle:.5g} {unit} ± {spread:.2g} {unit}; total indices: {ranked}")

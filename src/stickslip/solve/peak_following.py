@@ -130,13 +130,18 @@ class Follower:
     def follow(
         self, values: Sequence[float], every: int = 10, tell: Callable[[float], None] = lambda fraction: None
     ) -> Following:
-        """All peaks at all values, in this order; `every`: how many values lie between two full sweeps."""
+        """All peaks at all values, in this order; `every`: how many values lie between two full sweeps. A value to which no peak
+        could be followed, since it lies too far from the others, is swept too.
+        """
         found = Following(tuple(values), [], [], [])
         for k, value in enumerate(values):
             tell(k / len(values))
             if k:
                 self._advance(found, values[k - 1], value)
             if k % every == 0 or k == len(values) - 1:
+                self._check(found, k)
+        for k, value in enumerate(values):
+            if not found.there(value):
                 self._check(found, k)
         for k in _doubtful(found):
             self._check(found, k)
@@ -158,7 +163,9 @@ class Follower:
                 continue
             place = self._reach(branch, value, HALVINGS)
             if place is None:
-                branch.ended = "The peak ended: it merged with a trough, or left the band."
+                branch.ended = (
+                    "The peak could not be followed on: it merged with a trough, left the band, or the next value is far."
+                )
                 last = branch.places[before].summit
                 found.events.append(Event("ended", before, value, last.omega / (2.0 * np.pi), branch.ended))
                 continue
@@ -247,7 +254,7 @@ class Follower:
             )
             if earlier is None or taken:
                 frequency = branch.near(value)[0].summit.omega / (2.0 * np.pi)
-                words = "The peak split off from another one." if taken else "A new peak appeared."
+                words = "The peak split off from another one." if taken else "A peak appeared to which none was followed."
                 found.events.append(Event("born", value, after, frequency, words))
                 return
             branch.places[value] = earlier

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
 
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.solve.continuation import StepControl, first_point, trace
 from stickslip.solve.curve import RUN_UPS
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.newton import correct, fixed
-from stickslip.solve.peak import PROMINENCE
+from stickslip.solve.peak import PROMINENCE, PeakSearch
 from stickslip.solve.summit import Ascent, NoSummitError, Summit, same
 
 LEAST = 0.5
 """Peaks lower than this share of the highest are left out; one that grows is met by a later sweep."""
+
+AROUND = 3
+"""Points of the curve on both sides of a top between which its peak is searched where climbs from them go elsewhere."""
+
+STRAYED = 1.01
+"""A climb that ends elsewhere and so many times higher has left its top."""
 
 LONGEST = 400
 """Points along which the way from a peak to an end of the band is sought."""
@@ -37,10 +43,8 @@ def swept_summits(
     solves = 0
     for k in tops:
         ascent = Ascent(balance, output)
-        for beside in (k, k + 1, k - 1):
-            with suppress(NoSummitError):
-                found.append((k, ascent.from_solved(points[beside].evaluation)))
-                break
+        summit = _climbed(ascent, points, sizes, k)
+        found += [] if summit is None else [(k, summit)]
         solves += ascent.solves
     inside = [(k, summit) for k, summit in found if band[0] < summit.omega < band[1]]
     return _prominent(inside, sizes), len(points), solves
@@ -83,6 +87,30 @@ def _tops(points: Sequence[CurvePoint], row: int, sizes: np.ndarray) -> list[int
         rising.append(float(a * point.tangent.motion[row, 1] + b * point.tangent.motion[row, 2]) > 0.0)
     turns = [k for k in range(len(points) - 1) if rising[k] and not rising[k + 1]]
     return [k if sizes[k] >= sizes[k + 1] else k + 1 for k in turns]
+
+
+def _climbed(ascent: Ascent, points: Sequence[CurvePoint], sizes: np.ndarray, k: int) -> Summit | None:
+    """The summit of the top beside point k, from the points around it; where they climb elsewhere, from the peak between them."""
+    around = points[max(k - AROUND, 0) : k + AROUND + 1]
+
+    def near() -> Iterator[Evaluation]:
+        yield from (points[beside].evaluation for beside in (k, k + 1, k - 1) if 0 <= beside < len(points))
+        yield from (peak.evaluation for peak in PeakSearch(ascent.balance, around, ascent.tolerance).peaks(ascent.output).points)
+
+    for start in near():
+        with suppress(NoSummitError):
+            summit = ascent.from_solved(start)
+            if not _strayed(summit, points[max(k - 1, 0) : k + 2], sizes[k]):
+                return summit
+    return None
+
+
+def _strayed(summit: Summit, beside: Sequence[CurvePoint], size: float) -> bool:
+    """Whether a climb went away from a top of a given size to a higher one, which may lie on a closed curve apart."""
+    omegas = [point.point.omega for point in beside]
+    span = max(omegas) - min(omegas)
+    elsewhere = not min(omegas) - span <= summit.omega <= max(omegas) + span
+    return elsewhere and summit.amplitude > STRAYED * size
 
 
 def _prominent(found: list[tuple[int, Summit]], sizes: np.ndarray) -> list[Summit]:

@@ -142,7 +142,7 @@ class Ascent:
     """
 
     def __init__(self, balance: HarmonicBalance, output: int, tolerance: float | None = None) -> None:
-        self.balance, self.row = balance, balance.rows + output
+        self.balance, self.output, self.row = balance, output, balance.rows + output
         self.tolerance = tolerance or min(SAMPLING / balance.tables.E.shape[0] ** 2, COARSEST)
         self.solves = self.iterations = 0
 

@@ -22,6 +22,7 @@ from stickslip.rigs import RIGS
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Positive, Seed, Table, Words
 from stickslip.study.tables import Ends
+from stickslip.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +36,14 @@ class DesignTable(Table):
     variables: Annotated[
         dict[str, Ends], Field(min_length=1, description="{argument = [low, high]}"), Words("table of pairs of numbers")
     ]
+    known: Annotated[
+        list[dict[str, float]],
+        Field(description="designs to compute first, such as the damper as built: [{argument = value}]"),
+        Words("list of tables of numbers"),
+    ] = Field(default_factory=list)
     acceleration: Annotated[
-        Positive | None, Field(description="m/s²: the argument `pull` follows the argument `damper_mass` by this factor")
+        Positive | None,
+        Field(description="m/s²: the pull on a damper (`pull`, or `preload_mass` times 9.81) is `damper_mass` times this"),
     ] = None
     force: Annotated[Ends, Field(description="[low, high] of the force level")]
     levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
@@ -72,6 +79,15 @@ class DesignTable(Table):
         return found
 
 
+PULLS = {"pull": 1.0, "preload_mass": STANDARD_GRAVITY}
+"""Arguments of rigs that say how dampers are pulled, and how many newtons one unit of them is."""
+
+
+def pull_of(rig: str) -> str | None:
+    """The argument of a rig that says how its dampers are pulled, if any."""
+    return next((name for name in PULLS if name in inspect.signature(RIGS[rig]).parameters), None)
+
+
 @dataclass(frozen=True)
 class RigDesign:
     """The problem of a design: a rig with some arguments fixed and its friction set."""
@@ -82,8 +98,9 @@ class RigDesign:
 
     def __call__(self, *, friction: float, **variables: float) -> Problem:
         given = {**self.parameters, **variables}
-        if self.acceleration is not None:
-            given["pull"] = self.acceleration * given["damper_mass"]
+        pull = pull_of(self.rig)
+        if self.acceleration is not None and pull is not None:
+            given[pull] = self.acceleration * given["damper_mass"] / PULLS[pull]
         return with_friction(RIGS[self.rig](**given), friction)
 
 
@@ -101,8 +118,9 @@ def known(table: DesignTable) -> None:
         if low >= high:
             raise fault(f"variables, {name}", "must be [low, high] with low below high", [low, high])
     given = {**table.parameters, **table.variables}
-    if table.acceleration is not None and ("damper_mass" not in given or "pull" not in arguments):
-        raise fault("acceleration", "must go with damper_mass and a rig with an argument pull", table.acceleration)
+    if table.acceleration is not None and ("damper_mass" not in given or pull_of(table.rig) is None):
+        remedy = f"An argument {' or '.join(PULLS)} says how dampers are pulled."
+        raise fault("acceleration", "must go with damper_mass and a rig whose dampers are pulled", table.acceleration, remedy)
     if table.no_jamming is not None and table.no_jamming not in table.variables:
         raise fault("no_jamming", "must name a variable", table.no_jamming, nearest(table.no_jamming, table.variables))
     corners_exist(table)
@@ -143,7 +161,7 @@ class DesignPlan(Plan):
         ends, friction = (table.force[0], table.force[1]), (table.friction, table.friction_factor)
         counts, fineness = (table.starts, table.levels), (table.harmonics, table.samples)
         conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness, table.search)
-        return planned_design(maker, bounds, conditions, table.constraints, table.designs)
+        return planned_design(maker, bounds, conditions, table.constraints, table.designs, table.known)
 
     @property
     def works(self) -> Mapping[str, Work]:

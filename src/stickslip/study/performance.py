@@ -15,7 +15,7 @@ from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.work import Arrays, Work
-from stickslip.checks import MOST, InputError, fault, unique
+from stickslip.checks import MOST, InputError, counted, fault, unique
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
 from stickslip.study.forced_response import sweep_of
@@ -76,9 +76,10 @@ class PerformancePlan(Plan):
 
     @property
     def summary(self) -> str:
-        curves = len(self.table.friction or [0])
+        curves = counted(len(self.table.friction or [0]), "performance curve")
         low, high = self.table.force_ratio
-        return f"{self.sweep.summary}; {curves} performance curves of {self.table.points} points, F_C/F_E {low:g} to {high:g}"
+        points = counted(self.table.points, "point")
+        return f"{self.sweep.summary}; {curves} of {points}, F_C/F_E {low:g} to {high:g}"
 
     @cached_property
     def work(self) -> PerformanceWork:

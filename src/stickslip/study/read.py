@@ -74,6 +74,20 @@ def read(path: Path, progress: Progress = quiet) -> Job:
     return job(text_of(path), path.parent, path.stem, progress)
 
 
+def read_problem(path: str | Path) -> Problem:
+    """The problem of a study file, to go on with in Python.
+
+    With the results of a run it makes a response again, to check in time, to interpolate, to recover stress from:
+    `ss.ForcedResponse(ss.open_results("results/wedge/results.nc"), ss.read_problem("wedge.toml"))`.
+
+    Raises `InputError` with every fault of the file, and for a study that is not of a problem (a damper alone, measured loops).
+    """
+    found = read(Path(path))
+    if found.sweep is None:
+        raise fault("The analysis of the study", "must be of a problem, with a [sweep]", found.analysis)
+    return found.sweep.problem
+
+
 def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title.
 

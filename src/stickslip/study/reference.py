@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
 from stickslip.files import write_text
@@ -145,6 +145,8 @@ def bound_text(item: Any) -> str:
     match item:
         case Gt(gt=value):
             return f"> {value:g}"
+        case Lt(lt=value):
+            return f"< {value:g}"
         case Ge(ge=value):
             return f"≥ {value:g}"
         case Le(le=value):

@@ -206,8 +206,8 @@ class SweepTable(Table):
         Field(
             ge=1,
             le=1000,
-            description='H, highest harmonic; "auto": raised until the rest at the peaks is below `tolerance`, '
-            "where the contacts start as the problem says",
+            description='H, highest harmonic; "auto": raised, and samples doubled, until the rest at the peaks is below '
+            "`tolerance`, where the contacts start as the problem says",
         ),
         WrapValidator(lambda value, check: value if value == "auto" else check(value)),
     ] = 5

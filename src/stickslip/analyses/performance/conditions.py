@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.analyses.arguments import fineness_of
-from stickslip.checks import between, fault, positive, seed_of, vector
+from stickslip.checks import between, fault, of_kind, positive, seed_of, vector
 
 Case = tuple[float, float, int]
 """Force level, friction and start state of one case of a design."""
@@ -56,6 +56,7 @@ def conditions_of(
         raise fault("friction_factor", "must be at least 1", factor)
     if objective not in ("amplitude", "amplitude_per_force"):
         raise fault("objective", "must be amplitude or amplitude_per_force", objective)
+    of_kind("search", search, bool)
     fine = fineness_of(harmonics=fineness[0], samples=fineness[1])
     forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
     frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)

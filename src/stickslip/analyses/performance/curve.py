@@ -44,7 +44,8 @@ class PerformanceCurve:
 
     def collapse(self) -> tuple[float, float]:
         """How far the curves are from falling together over μ F_C/F_E, as they do for one mass: the largest spread between them,
-        relative to their mean, of the peak amplitude per force and of the frequency, where all of them reach.
+        relative to their mean, of the peak amplitude per force and of the frequency, where all of them reach. Between the values
+        of a curve straight lines are drawn over the logarithms: they must lie close where curves bend.
         """
         dataset = self.dataset
         x = [np.log(float(mu) * dataset["force_ratio"].values) for mu in dataset["friction"].values]
@@ -106,6 +107,7 @@ def performance_curve(
 
 
 _POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")
+_EVENT = ("case", "event_number")
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "frequency": (_POINT, "Hz", "resonance frequency"),
     "amplitude": (_POINT, "m", "amplitude of the first harmonic at the resonance"),
@@ -140,7 +142,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "stuck_amplitude_per_force": (("case",), "m/N", "peak with all contacts stuck"),
     "pull": (("case",), "N", "F_C of the problem as it stands"),
     "band": (("case", "end"), "Hz", "band in which resonances are sought"),
-    "event": (("case", "event_number"), "1", "what happened to peaks"),
+    "event": (_EVENT, "1", "what happened to peaks"),
+    "event_kind": (_EVENT, "1", "born, ended, merged or swapped"),
+    "event_low": (_EVENT, "1", "F_C/F_E above which it happened"),
+    "event_high": (_EVENT, "1", "F_C/F_E below which it happened"),
+    "event_frequency": (_EVENT, "Hz", "frequency of the peak that it happened to"),
     "check_ratio": (("case", "check"), "1", "F_C/F_E of a full sweep"),
     "check_swept": (("case", "check"), "m", "highest peak of the sweep"),
     "check_followed": (("case", "check"), "m", "highest peak followed there"),

@@ -13,7 +13,7 @@ from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import made, maker, output_of, ranges_of
+from stickslip.analyses.arguments import made, maker, output_of, point_of, ranges_of
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 FACTOR = 2.0
 """Friction is uncertain by a factor of two unless said otherwise (S0: it evolves with wear)."""
+
+POPULATION = 5
+"""Designs that differential evolution needs; the middle of the box stands in for missing ones."""
 
 NEAR = 0.05
 """An optimum is as flat as the part of the design space is large in which the worst peak is higher by at most this share."""
@@ -69,6 +72,7 @@ def design_damper(
     objective: Literal["amplitude", "amplitude_per_force"] = "amplitude",
     constraints: Mapping[str, Constraint] | None = None,
     *,
+    known: Sequence[Mapping[str, float]] = (),
     friction_factor: float = FACTOR,
     starts: int = 2,
     search: bool = False,
@@ -93,14 +97,15 @@ def design_damper(
     searched as `response_bounds` does at the peak, else for the optimum alone (`searched_peak`): a sample may miss the worst.
     objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
     such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
+    known: designs {name: value} to compute first, such as the damper as built.
 
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
-    from them; then a simplex search from the best allowed one, of at most `refinements` designs.
+    from all; then a simplex search from the best allowed one, of at most `refinements` designs.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
     more = between("generations", generations, 0), between("refinements", refinements, 0)
-    work = planned_design(problem_of, variables, conditions, constraints or {}, designs)
+    work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
     middle = [0.5 * (low + high) for low, high in work.box]
     output_of(work.problem(middle, conditions.frictions[0]), output)
     results = all_cases(work, finished, workers, progress)
@@ -113,9 +118,10 @@ def planned_design(
     conditions: Conditions,
     constraints: Mapping[str, Constraint],
     designs: int,
+    known: Sequence[Mapping[str, float]] = (),
 ) -> DesignWork:
-    """The first look at a design space: points of a Sobol' sequence in the box of the variables."""
-    between("designs", designs, 4)
+    """The first look at a design space: known designs, and points of a Sobol' sequence in the box of the variables."""
+    designs = between("designs", designs, 4)
     named = ranges_of("variables", variables)
     for name, constraint in of_kind("constraints", constraints, Mapping).items():  # type: ignore[type-abstract]
         if not callable(constraint):
@@ -123,13 +129,14 @@ def planned_design(
     box, make = tuple(named.values()), maker(problem_of)
     low, high = np.array(box).T
     unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
-    points = tuple(tuple(float(v) for v in row) for row in low + unit * (high - low))
-    return DesignWork(make, tuple(named), box, points, conditions, tuple(constraints), tuple(constraints.values()))
+    first = [point_of("known", one, named) for one in of_kind("known", known, Sequence)]  # type: ignore[type-abstract]
+    points = (*first, *(tuple(float(v) for v in row) for row in low + unit * (high - low)))
+    return DesignWork(make, tuple(named), box, points, conditions, tuple(constraints), tuple(constraints.values()), len(first))
 
 
 @dataclass(frozen=True, eq=False)
 class DesignWork:
-    """Designs as independent cases."""
+    """Designs as independent cases, of which the first `known` were asked for."""
 
     problem_of: ProblemOf
     variables: tuple[str, ...]
@@ -138,6 +145,7 @@ class DesignWork:
     conditions: Conditions
     limits: tuple[str, ...]
     constraints: tuple[Constraint, ...]
+    known: int = 0
 
     def at(self, point: Array) -> DesignWork:
         """The work of one other design."""
@@ -240,6 +248,7 @@ def finished_design(
 
     if generations:
         start = (np.array([record.point for record in records]) - low) / (high - low)
+        start = np.vstack([start, np.full((max(POPULATION - len(start), 0), low.size), 0.5)])
         settings = {"init": start, "maxiter": generations, "polish": False, "seed": seed}
         differential_evolution(value, [(0.0, 1.0)] * low.size, **settings)  # type: ignore[arg-type]
     best = min(records, key=lambda record: record.rank)
@@ -259,15 +268,20 @@ def finished_design(
 
 
 def sensitivities(work: DesignWork, best: Array, size: float, span: Array, step: float = 0.02) -> NDArray[Any]:
-    """d ln(worst peak)/d ln(variable) by central differences of ± `step` of the span; the worst case may change between them."""
+    """d ln(worst peak)/d ln(variable) by differences of ± `step` of the span, to one side where the other is refused (NaN where
+    both are); the worst case may change between them.
+    """
     slopes = []
     for k, width in enumerate(span):
-        sizes = []
-        for sign in (-1.0, 1.0):
+        moves = np.array([-step, 0.0, step]) * width
+        sizes = np.array([size, size, size])
+        for side in (0, 2):
             point = best.copy()
-            point[k] += sign * step * width
-            sizes.append(work.worst(point.tolist()).size)
-        slopes.append((sizes[1] - sizes[0]) / (2.0 * step * width) * best[k] / size)
+            point[k] += moves[side]
+            sizes[side] = work.worst(point.tolist()).size
+        ends = np.flatnonzero(np.isfinite(sizes))[[0, -1]]
+        gone = float(np.ptp(moves[ends]))
+        slopes.append(float(np.diff(sizes[ends])[0]) / gone * best[k] / size if gone else np.nan)
     return np.array(slopes)
 
 
@@ -328,4 +342,5 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
         "frictions": list(conditions.frictions),
     }
     attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
+    attrs["known"] = work.known
     return xr.Dataset(data, coords, attrs)

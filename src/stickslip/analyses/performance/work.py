@@ -228,11 +228,16 @@ def _plateau(x: Array, y: Array, height: float, best: float) -> tuple[float, flo
 
 def _told(found: Following) -> dict[str, NDArray[Any]]:
     """Events in words, in the order of F_C/F_E, checks by full sweeps, and what following cost."""
-    placed = sorted((min(e.low, e.high), max(e.low, e.high), e.frequency, e.words) for e in found.events)
-    events = [f"F_C/F_E {low:.4g} to {high:.4g}, {frequency:.5g} Hz: {words}" for low, high, frequency, words in placed]
+    placed = sorted((min(e.low, e.high), max(e.low, e.high), e.frequency, e.kind, e.words) for e in found.events)
+    events = [f"F_C/F_E {low:.4g} to {high:.4g}, {frequency:.5g} Hz: {words}" for low, high, frequency, _, words in placed]
+    numbers = np.array([row[:3] for row in placed], dtype=float).reshape(-1, 3).T
     checks = np.array([(c.value, c.swept, c.followed, c.points) for c in found.checks], dtype=float).reshape(-1, 4).T
     return {
         "event": np.array(events, dtype=np.str_),
+        "event_kind": np.array([kind for *_, kind, _ in placed], dtype=np.str_),
+        "event_low": numbers[0],
+        "event_high": numbers[1],
+        "event_frequency": numbers[2],
         "check_ratio": checks[0],
         "check_swept": checks[1],
         "check_followed": checks[2],

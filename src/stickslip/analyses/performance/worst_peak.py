@@ -10,15 +10,17 @@ import numpy as np
 from stickslip.analyses.performance.conditions import Case, Conditions
 from stickslip.analyses.performance.design_constraints import Constraint, Trial, is_geometric
 from stickslip.analyses.performance.resonance_band import resonance_band
+from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work import Tell
-from stickslip.checks import finite
+from stickslip.checks import Array, finite
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_following import Follower
 from stickslip.solve.peak_sweep import swept_summits
+from stickslip.solve.start_solutions import SHORTEST
 from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 SHARE = 0.7
@@ -98,7 +100,10 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
     band = resonance_band(HarmonicBalance(problem, *fineness), output)
     ends, seed = (band.low, band.high), conditions.seed
     work = BoundsWork(problem, ends, (level,), "peak", output, CLOUD, BEGIN, "slider_offset", "contact", seed, *fineness)
-    highest = float(work.solve(0, lambda fraction: None)["amplitude"][1, 0])
+    search = work.search(0)
+    search.run(lambda fraction: None, [UPPER])
+    found = search.best[UPPER][0]
+    highest = np.nan if found is None else found.value
     return highest / level if conditions.per_force else highest
 
 
@@ -140,19 +145,34 @@ class _Search:
         reach, _ = friction_reach(balance.table, balance.tables, virgin.evaluation.w)
         first = balance.table.friction_first
         drawn = np.random.default_rng((self.conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
-        other = balance.with_starts(SHARE * np.repeat(drawn, np.diff(first)) * reach, kind=0)
-        summit = self._climbed(other, virgin) or self._swept(other, level, band)
+        offsets = SHARE * np.repeat(drawn, np.diff(first)) * reach
+        other = balance.with_starts(offsets, kind=0)
+        summit = self._climbed(other, virgin) or self._swept(other, level, band) or self._followed(balance, offsets, virgin)
         if summit is None:
             self.failed.append((level, mu, start))
         else:
             self._met(mu, level, start, summit, other)
 
-    def _climbed(self, balance: HarmonicBalance, virgin: Summit) -> Summit | None:
-        """The peak near the virgin one."""
+    def _climbed(self, balance: HarmonicBalance, known: Summit) -> Summit | None:
+        """The peak near a known one."""
         try:
-            return Ascent(balance, self.conditions.output).from_near(virgin.point, virgin.plane)
+            return Ascent(balance, self.conditions.output).from_near(known.point, known.plane)
         except NoSummitError:
             return None
+
+    def _followed(self, balance: HarmonicBalance, offsets: Array, virgin: Summit) -> Summit | None:
+        """The virgin peak followed as all sliders go to their places together, where no curve can be solved from end to end."""
+        near, done, step = virgin, 0.0, 0.5
+        while done < 1.0:
+            share = min(done + step, 1.0)
+            summit = self._climbed(balance.with_starts(share * offsets, kind=0), near)
+            if summit is not None:
+                near, done, step = summit, share, 2.0 * step
+            elif step <= SHORTEST:
+                return None
+            else:
+                step *= 0.5
+        return near
 
     def _swept(self, balance: HarmonicBalance, level: float, band: tuple[float, float]) -> Summit | None:
         """The highest peak of a full sweep, where none lies near the virgin one."""

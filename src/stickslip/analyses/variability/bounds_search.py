@@ -18,6 +18,7 @@ from stickslip.solve.extremes import Effort, Extreme, Place, extreme, leapt
 from stickslip.solve.start_solutions import UnsolvedError
 
 BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
+LOWER, UPPER = 0, 1
 
 NEIGHBOUR_GAIN = 1e-5
 """A neighbour's optimum begins another search where it is better by this share."""
@@ -53,18 +54,18 @@ class BoundsSearch:
         self.samples: list[list[Extreme | None]] = []
         self.best: list[list[Extreme | None]] = [[None] * len(places) for _ in BOUNDS]
 
-    def run(self, tell: Tell) -> None:
+    def run(self, tell: Tell, bounds: Sequence[int] = (LOWER, UPPER)) -> None:
         """There, with the optimum of one place handed on to the next, and back, where a neighbour's is better."""
         for k, place in enumerate(self.places):
             self.samples.append([])
             for j, variables in enumerate(self.cloud):
                 tell((k + 0.4 * j / len(self.cloud)) / len(self.places))
                 self.samples[k].append(self._sample(place, variables))
-            for bound in range(len(BOUNDS)):
+            for bound in bounds:
                 tell((k + 0.4 + 0.3 * bound) / len(self.places))
                 self.best[bound][k] = self._first(k, bound)
         for k in range(len(self.places) - 2, -1, -1):
-            for bound in range(len(BOUNDS)):
+            for bound in bounds:
                 self.best[bound][k] = self._mended(k, bound)
 
     def _toward(self, bound: int) -> float:

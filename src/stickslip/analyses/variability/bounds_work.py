@@ -108,14 +108,18 @@ class BoundsWork:
     def solve(self, case: int, tell: Tell) -> Arrays:
         """The bounds of one case."""
         started = time.process_time()
+        search = self.search(case)
+        search.run(tell)
+        arrays = found_arrays(search, self.balance, self.output)
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def search(self, case: int) -> BoundsSearch:
+        """The search of one case, before it runs."""
         levels, frequencies = self.cases[case]
         places = self._peaks(levels, frequencies) if self.objective == "peak" else self._places(levels[0], frequencies)
         cloud = search_cloud(places[0].space.size, self.cloud, self.seed)
         effort = PEAK_EFFORT if self.objective == "peak" else None
-        search = BoundsSearch(places, cloud, self.starts, effort, self.seed, falling=self.objective == "loss_factor")
-        search.run(tell)
-        arrays = found_arrays(search, self.balance, self.output)
-        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+        return BoundsSearch(places, cloud, self.starts, effort, self.seed, falling=self.objective == "loss_factor")
 
     def _places(self, level: float, frequencies: tuple[float, ...]) -> list[AtFrequency]:
         """Frequencies at one level."""
