@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 import stickslip as ss
 from stickslip.plots.files import write_figure
 from stickslip.plots.look import CONTACTS, GREY, house_style
+from stickslip.plots.performance_curve import performance_curves
 from stickslip.rigs.two_semi_cylinders import DRY, OILED
 
 HERE = Path(__file__).parent
@@ -38,7 +39,8 @@ def curves(pull):
     """Performance curves at one load."""
     rig = ss.rigs.two_semi_cylinders(pull)
     curve = ss.performance_curve(rig, ss.logspace(0.3, 300.0, 36), friction=[OILED, DRY], harmonics=3)
-    return curve.plot(quantity="normalised_inertance")
+    titled = curve.dataset.assign_attrs(title=f"Blade with two semi-cylinders, {pull:g} N")
+    return performance_curves(titled, "normalised_inertance")
 
 
 if __name__ == "__main__":

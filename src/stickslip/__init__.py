@@ -101,6 +101,7 @@ _HOME = {
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
     "open_results": "stickslip.results",
+    "read_problem": "stickslip.study.read",
     "save_mat": "stickslip.results_matlab",
     "FinishedFolder": "stickslip.finished",
     "as_quantity": "stickslip.quantities",
@@ -175,6 +176,7 @@ if TYPE_CHECKING:
     from stickslip.structure.cyclic import CyclicStructure, cyclic, sector_chain
     from stickslip.structure.damping import Dashpot, ModalDamping, RayleighDamping
     from stickslip.structure.matrices import Structure
+    from stickslip.study.read import read_problem
     from stickslip.time.methods import GeneralisedAlpha, Newmark
     from stickslip.units import Band, hertz, logspace, radians_per_second
 

@@ -60,15 +60,24 @@ def _console(stderr: bool) -> _Console:
 def progress(title: str) -> Iterator[Report]:
     """A bar with the remaining time on the error stream, as long as the block runs; plain files get no bar."""
     console = _console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    bar_here = Progress(*columns, console=console, disable=not console.is_terminal, transient=True)
-    with _deferred_interrupts(), bar_here as bar:
-        task = bar.add_task(title, total=1.0)
+    with _deferred_interrupts():
+        if not console.is_terminal:
+            yield lambda fraction, text: None
+            return
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        )
+        with Progress(*columns, console=console, transient=True) as bar:
+            task = bar.add_task(title, total=1.0)
 
-        def report(fraction: float, text: str) -> None:
-            bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
+            def report(fraction: float, text: str) -> None:
+                bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
 
-        yield report
+            yield report
 
 
 def _in_compiler(frame: FrameType | None) -> bool:

@@ -52,7 +52,17 @@ class Length:
 
 def length_unit(*datasets: xr.Dataset) -> Length:
     """Micrometres, or metres where amplitudes exceed a centimetre: lumped models are often stated without dimensions."""
-    largest = max(float(np.max(np.nan_to_num(dataset.amplitude.values), initial=0.0)) for dataset in datasets)
+    return unit_for(max(float(np.max(np.nan_to_num(dataset.amplitude.values), initial=0.0)) for dataset in datasets))
+
+
+def length_text(length: float) -> str:
+    """A length with its unit, "12.3 µm"."""
+    unit = unit_for(abs(length))
+    return f"{length / unit.metres:.4g} {unit.name}"
+
+
+def unit_for(largest: float) -> Length:
+    """Micrometres, or metres for lengths beyond a centimetre."""
     return Length(um, "µm") if largest <= 0.01 else Length(1.0, "m")
 
 

@@ -190,13 +190,13 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
     assert process.returncode == console.FAILED, errors
     assert f"the scheduler at {own.address} has gone" in errors
     assert f"{before} finished curves are kept" in errors
-    assert "/stickslip/" not in errors, "a traceback of this package"
+    assert "Traceback" not in errors
     process = a_run(tmp_path, cluster.address)
     os.killpg(process.pid, signal.SIGINT)
     errors = told(process)
     assert process.returncode == console.INTERRUPTED, errors
     assert "--resume goes on from there" in errors
-    assert "/stickslip/" not in errors, "a traceback of this package"
+    assert "Traceback" not in errors
     assert 2 <= before < kept(tmp_path) < 400
 
 

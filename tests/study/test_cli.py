@@ -163,6 +163,24 @@ def test_the_demo_overwrites_only_when_asked(tmp_path):
     )
 
 
+def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path):
+    stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)
+    response = stickslip.ForcedResponse(stickslip.open_results(tmp_path / "out" / "results.nc"), stickslip.read_problem(one_mass))
+    assert response.verify_in_time(case=1, point=3).agrees(2e-3)
+    grid = response.at([0.15, 0.2])
+    np.testing.assert_allclose(
+        grid.amplitude.sel(case=2),
+        stickslip.forced_response(response.problem, [0.15, 0.2], harmonics=7).dataset.amplitude.sel(case=0).values[None],
+        rtol=2e-3,
+    )
+    alone = tmp_path / "alone.toml"
+    stickslip_command("new", "damper-cycle", alone)
+    with pytest.raises(stickslip.InputError, match="must be of a problem"):
+        stickslip.read_problem(alone)
+    with pytest.raises(stickslip.InputError, match="must exist"):
+        stickslip.read_problem(tmp_path / "none.toml")
+
+
 def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
     text = ONE_MASS.replace("harmonics = 7", 'harmonics = "auto"\ntolerance = 1e-5').replace("[0.1, 0.5, 1.0, 2.0]", "[1.0]")
     one_mass.write_text(text)
@@ -170,7 +188,8 @@ def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)
     chosen = open_results(tmp_path / "out" / "results.nc").attrs["harmonics_chosen"]
     assert "harmonics: harmonic" in chosen
-    assert "near the stuck mode at 0.2251 Hz" in chosen  # sqrt(k + kt) of one mass, rad/s over 2 pi
+    assert "would have moved the contacts by" in chosen
+    assert "stuck mode" not in chosen  # which is at 0.2251 Hz, below all harmonics that are left out
     assert chosen in result.output
     assert chosen in (tmp_path / "out" / "report.html").read_text()
 

@@ -103,11 +103,16 @@ def nothing_left_running(leader, within=10.0):
         time.sleep(0.05)
 
 
-def killed(folder, seconds, workers):
-    """A run that is killed so many seconds after its start."""
+def killed(folder, seconds, workers, curves=0):
+    """A run that is killed so many seconds after its start, or after so many curves are kept."""
     shutil.rmtree(folder / "out", ignore_errors=True)
     command = arguments(folder, "--workers", str(workers))
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    ends = time.monotonic() + 120.0
+    while curves and len(kept(folder)) < curves:
+        assert process.poll() is None, "the run ends before so many curves are kept"
+        assert time.monotonic() < ends
+        time.sleep(0.002)
     time.sleep(seconds)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
@@ -139,11 +144,15 @@ def test_killed_three_times(folder, reference, moment, workers):
 @pytest.mark.verify
 @pytest.mark.parametrize("workers", [1, 2])
 def test_killed_at_twenty_random_moments(folder, reference, workers):
-    """Before, among and after the curves; some of the moments find curves to go on from."""
+    """Ten from the start of the process to the end of the report, and ten among the curves, which take a small part of that."""
     whole, seconds = reference
+    draw = np.random.default_rng(10 + workers)
     found = []
-    for moment in np.random.default_rng(10 + workers).uniform(0.2, 1.0, 20):
+    for moment in draw.uniform(0.2, 1.0, 10):
         killed(folder, moment * seconds, workers)
+        found.append(assert_resumes_to_the_same(folder, whole, workers))
+    for curves in draw.integers(1, len(LEVELS), 10):
+        killed(folder, draw.uniform(0.0, 0.03), workers, int(curves))
         found.append(assert_resumes_to_the_same(folder, whole, workers))
     assert len(set(found)) > 2, f"the moments meet different states of the run, but {found} curves were kept"
 

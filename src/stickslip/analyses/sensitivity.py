@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.checks import Array, Index, fault, finite, of_kind, positive
+from stickslip.contact.table import contact_table
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
@@ -50,6 +53,23 @@ def _amplitude_slope(response: Array, slope: Array) -> Array:
     return np.asarray(np.real(np.conj(response[..., 1]) * slope[..., 1]) / np.abs(response[..., 1]))
 
 
+def _check(name: str, parameter: Parameter, problem: Problem) -> None:
+    of_kind(f"parameter {name!r}", parameter, Parameter)
+    if not _alike(parameter.problem(parameter.value), problem):
+        remedy = "A derivative is taken where the problem is: give the value that it was made with."
+        raise fault(f"parameter {name!r}", "must make the problem itself of its value", parameter.value, remedy)
+
+
+def _alike(one: Problem, other: Problem) -> bool:
+    """Whether two problems are the same but for rounding: their matrices, contacts and outputs."""
+    pairs = list(zip(_arrays(one), _arrays(other), strict=True))
+    return all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-12 * np.abs(b).max(initial=0.0)) for a, b in pairs)
+
+
+def _arrays(problem: Problem) -> tuple[NDArray[Any], ...]:
+    return problem.structure.M, problem.structure.K, problem.B, problem.output_rows, *contact_table(problem.contacts)
+
+
 def sensitivity(
     problem: Problem,
     frequency: float,
@@ -61,9 +81,11 @@ def sensitivity(
     """dX/dθ at a frequency in Hz by the implicit function theorem, for each parameter and for the start states.
 
     parameters: {name: Parameter(value, problem_of)}, where problem_of(value) is `problem`, say
-    Parameter(0.5, lambda mu: rig(friction=mu)).
+    Parameter(0.5, lambda mu: rig(friction=mu)); refused where it is another.
     """
     of_kind("problem", problem, Problem)
+    for name, parameter in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
+        _check(name, parameter, problem)
     positive("frequency", frequency)
     finite("force", force)
     with threadpool_limits(1, user_api="blas"):

@@ -208,7 +208,7 @@ def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
 def say_kept(run: Run, count: int) -> None:
     """What an interrupted run left and whether it is used, and why the first run takes longer."""
     if run.resume and count:
-        say(f"Going on from {count} finished curves in {run.folder / 'unfinished'}.")
+        say(f"Going on from {counted(count, 'finished curve')} in {run.folder / 'unfinished'}.")
     elif run.resume:
         say(f"No finished curves in {run.folder}: computing from the start.")
     elif count:
