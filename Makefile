@@ -47,7 +47,7 @@ demo: setup
 	$(BIN)/stickslip demo --overwrite
 
 test: setup
-	$(BIN)/python -m pytest -n $(JOBS)
+	$(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=ci
 
 verify-system: setup
 	command -v chromium >/dev/null || (apt-get update && apt-get install -y --no-install-recommends chromium)

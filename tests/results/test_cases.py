@@ -1,5 +1,7 @@
 """Cases computed by processes, kept and given back: the same results whoever computes them."""
 
+from multiprocessing import active_children
+
 import numpy as np
 import pytest
 from results.logged_cases import Broken, KilledWhileItAnswers
@@ -30,6 +32,21 @@ def test_workers_change_nothing(whole):
     assert bits(side_by_side) == bits(whole)
     assert told == sorted(told)
     assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("done", [0, 1])
+def test_a_killed_process_loses_nothing(whole, done):
+    """Its curve is computed by the others, whether it was the first or a later one."""
+    killed = []
+
+    def kill_one(fraction, text):
+        if not killed and fraction > 0.0 and int(text.split()[0]) >= done:
+            killed.append(active_children()[0])
+            killed[0].kill()
+
+    others = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, workers=2, progress=kill_one)
+    assert bits(others) == bits(whole)
+    assert killed
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.005, 0.01, 0.015, 0.02, 0.03])

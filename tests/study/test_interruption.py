@@ -42,6 +42,13 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.fixture
+def long(folder):
+    """The study with so many curves that a run still computes when a test that waits for some of them goes on."""
+    (folder / "study.toml").write_text(STUDY.replace(str(LEVELS), str(np.geomspace(0.3, 2.0, 60).tolist())))
+    return folder
+
+
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     """The result of an uninterrupted run, and how long it took."""
@@ -65,7 +72,11 @@ def assert_equal_bit_by_bit(a, b):
 
 def kept(folder):
     """Finished curves on disk: name, and when it was written."""
-    return {path.name: path.stat().st_mtime_ns for path in (folder / "out" / "unfinished").glob("[!.]*.npz")}
+    found = {}
+    for path in (folder / "out" / "unfinished").glob("[!.]*.npz"):
+        with suppress(FileNotFoundError):  # removed since it was listed
+            found[path.name] = path.stat().st_mtime_ns
+    return found
 
 
 def alive_in_session(leader):
@@ -94,7 +105,7 @@ def workers_of(process):
     return found
 
 
-def nothing_left_running(leader, within=10.0):
+def nothing_left_running(leader, within=60.0):
     if sys.platform != "linux":
         return
     ends = time.monotonic() + within
@@ -157,19 +168,19 @@ def test_killed_at_twenty_random_moments(folder, reference, workers):
     assert len(set(found)) > 2, f"the moments meet different states of the run, but {found} curves were kept"
 
 
-def test_killed_again_and_again(folder, reference):
+def test_killed_again_and_again(long):
     """What is kept grows until all is there."""
     before = {}
-    while len(before) < len(LEVELS):
+    while len(before) < 60:
         process = subprocess.Popen(
-            arguments(folder, "--resume", "--workers", "1"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            arguments(long, "--resume", "--workers", "1"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
-        ends = time.monotonic() + 60.0
-        while len(kept(folder)) < min(len(before) + 4, len(LEVELS)) and process.poll() is None and time.monotonic() < ends:
+        ends = time.monotonic() + 120.0
+        while len(kept(long)) < min(len(before) + 20, 60) and process.poll() is None and time.monotonic() < ends:
             time.sleep(0.005)
         process.kill()
         process.wait()
-        now = kept(folder)
+        now = kept(long)
         assert before.items() < now.items(), "a finished curve was lost, or computed again"
         before = now
 
@@ -198,20 +209,20 @@ def test_a_full_disk(folder, reference, limit):
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 
-def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(folder, reference):
+def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(long):
     process = subprocess.Popen(
-        arguments(folder, "--workers", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        arguments(long, "--workers", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    ends = time.monotonic() + 60.0
-    while len(kept(folder)) < 3 and time.monotonic() < ends:
-        time.sleep(0.02)
+    ends = time.monotonic() + 120.0
+    while len(kept(long)) < 3 and time.monotonic() < ends:
+        time.sleep(0.005)
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=120)
     assert process.returncode == console.INTERRUPTED, errors
     assert "Traceback" not in errors
     assert "--resume goes on from there" in errors
     nothing_left_running(process.pid)
-    assert len(kept(folder)) >= 3
+    assert len(kept(long)) >= 3
 
 
 IN_PYTHON = """
@@ -247,23 +258,9 @@ def test_ctrl_c_while_processes_start_says_so_and_no_more(folder, reference, sec
         time.sleep(0.005)
     time.sleep(seconds)
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=120)
     assert "Traceback" not in errors
     nothing_left_running(process.pid)
-
-
-@needs_proc
-def test_a_killed_worker_loses_nothing(folder, reference):
-    """Its curve is computed by the others."""
-    process = subprocess.Popen(arguments(folder, "--workers", "2"), stdout=subprocess.DEVNULL, start_new_session=True)
-    ends = time.monotonic() + 60.0
-    while not kept(folder) and time.monotonic() < ends:
-        time.sleep(0.01)
-    workers = workers_of(process.pid)
-    assert workers
-    os.kill(workers[0], signal.SIGKILL)
-    assert process.wait(timeout=120) == 0
-    assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 
 def test_a_changed_study_is_refused_or_computed_again(folder, reference):
