@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Peak:
-    """The highest peak of one case and output: Hz, m, and the computed point nearest to it.
+    """The highest peak of one case and output: Hz, m, and the point of the curve that it is.
 
     local: a local maximum of the curve; else the largest computed amplitude, at an end of the band or of a list of frequencies.
     """
@@ -129,8 +129,17 @@ def highest_peak(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None
         return Peak(frequency, amplitude, max_abs, loss_factor, point, local=False)
     names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
     frequency, amplitude, max_abs, loss_factor = (float(dataset[name].values[case, 0, output]) for name in names)
+    return Peak(
+        frequency, amplitude, max_abs, loss_factor, nearest_point(dataset, case, output, frequency, amplitude), local=True
+    )
+
+
+def nearest_point(dataset: xr.Dataset, case: int, output: int, frequency: float, amplitude: float) -> int:
+    """The converged point of a curve that stands nearest to a place on it; a peak is a point itself."""
+    candidates = converged_points(dataset, case)
+    amplitudes = dataset.amplitude.values[case, candidates, output]
     distance = np.abs(dataset.frequency.values[case, candidates] / frequency - 1.0) + np.abs(amplitudes / amplitude - 1.0)
-    return Peak(frequency, amplitude, max_abs, loss_factor, int(candidates[np.nanargmin(distance)]), local=True)
+    return int(candidates[np.nanargmin(distance)])
 
 
 def linear_peak(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:

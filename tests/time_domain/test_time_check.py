@@ -7,9 +7,10 @@ from time_domain.systems import landing_foot
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
 from stickslip.checks import InputError
-from stickslip.rigs import single_mass
+from stickslip.rigs import single_mass, three_mass_wedge
 from stickslip.solve.time_march import distance
 from stickslip.time.methods import Newmark
+from stickslip.units import hertz
 
 FREQUENCY = 1.1 / (2.0 * np.pi)
 
@@ -27,6 +28,52 @@ def test_a_check_says_what_it_compared(response):
     assert f"Periodic after {check.periods} periods" in str(check)
     np.testing.assert_allclose(check.harmonic_amplitude, response.dataset.amplitude[1, 1], rtol=1e-14)
     assert check.time.dataset.attrs["force_level"] == 1.0
+
+
+@pytest.fixture(scope="module")
+def swept():
+    """A curve with three peaks, on two outputs."""
+    return forced_response(three_mass_wedge(), hertz(145.0, 235.0), [0.5, 1.0], harmonics=5)
+
+
+def test_every_peak_is_a_point_of_its_curve(swept):
+    """Whatever is asked of a point can be asked of a peak: the table's numbers are the point's to the last digit."""
+    dataset, peaks = swept.dataset, swept.peaks()
+    outputs = list(dataset.output.to_numpy())
+    for row in peaks.itertuples():
+        case, output = int(np.argmax(dataset.force_level.to_numpy() == row.force_level)), outputs.index(row.output)
+        place = dataset.isel(case=case, output=output, point=swept.peak_point(case, output, row.peak))
+        assert [float(place[name]) for name in ("frequency", "amplitude", "max_abs", "loss_factor")] == [
+            row.frequency,
+            row.amplitude,
+            row.max_abs,
+            row.loss_factor,
+        ]
+    assert len(peaks) >= 12
+
+
+def test_points_stay_in_the_order_of_travel(swept):
+    """Peaks, and points between those of the continuation, stand where the curve passes them: this one does not turn back."""
+    for frequencies in swept.dataset.frequency.to_numpy():
+        assert np.all(np.diff(frequencies[np.isfinite(frequencies)]) > 0.0)
+
+
+def test_a_peak_in_time(swept):
+    """Five harmonics and time integration at the highest peak of the second mass."""
+    assert swept.verify_in_time(1, swept.peak_point(1, output=2)).agrees(5e-3)
+
+
+@pytest.mark.parametrize("options", [{"case": 2}, {"case": -1}, {"output": 9}, {"output": "1.x"}, {"peak": 5}, {"peak": 0.5}])
+def test_a_peak_that_is_not_there(swept, options):
+    with pytest.raises(InputError, match=f"{next(iter(options))} must be"):
+        swept.peak_point(**options)
+
+
+def test_a_curve_without_peak_has_no_point_of_it(response):
+    with pytest.raises(
+        InputError, match="The curve of case 1 and output 0 must have a peak inside the band, but is 'without one'"
+    ):
+        response.peak_point(1)
 
 
 def test_the_trapezoidal_rule_agrees_where_nothing_lands(response):

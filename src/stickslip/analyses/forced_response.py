@@ -23,13 +23,14 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
-from stickslip.checks import InputError, fault, numbers, of_kind, positive, unique, whole
+from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.results import save
+from stickslip.results_view import nearest_point
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.densify import densified
@@ -58,6 +59,17 @@ class ForcedResponse:
         table = table.rename(columns={name: name.removeprefix("peak_") for name in names})
         columns = ["force_level", "output", "peak", *(name.removeprefix("peak_") for name in names)]
         return table[columns].sort_values(["force_level", "output", "peak"], ignore_index=True)
+
+    def peak_point(self, case: int = 0, output: int = 0, peak: int = 0) -> int:
+        """The point of a case that is the highest peak of an output, or a lower one: for `verify_in_time`, `cycle`, `stress`."""
+        dataset = self.dataset
+        row, column = (between(f, value, 0, dataset.sizes[f] - 1) for f, value in (("case", case), ("output", output)))
+        frequencies, amplitudes = (dataset[f"peak_{name}"].to_numpy()[row, :, column] for name in ("frequency", "amplitude"))
+        count = int(np.isfinite(frequencies).sum())
+        if not count:
+            raise fault(f"The curve of case {row} and output {column}", "must have a peak inside the band", "without one")
+        rank = between("peak", peak, 0, count - 1)
+        return nearest_point(dataset, row, column, float(frequencies[rank]), float(amplitudes[rank]))
 
     def at(self, frequencies: ArrayLike, tolerance: float = 1e-3) -> xr.Dataset:
         """The curves at given frequencies in Hz, without solving at each: on a grid to compare codes by, or along a run-up.

@@ -36,7 +36,8 @@ SINGULAR = 1e-13
 class Curve:
     """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
 
-    peaks: of the first harmonic, per output; largest: where max |x(t)| is highest, per output, or None without a peak.
+    peaks: of the first harmonic, per output; steps: the step, from points[k] to the next one, that each of them lies in, until
+    `densify` made them points of the curve; largest: where max |x(t)| is highest, per output, or None without a peak.
     """
 
     level: float
@@ -46,6 +47,7 @@ class Curve:
     lost_at: float | None
     peaks: tuple[tuple[CurvePoint, ...], ...] = ()
     largest: tuple[CurvePoint | None, ...] = ()
+    steps: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +176,8 @@ def _finished(
     if unsolved:
         message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
     highest = tuple(_highest(balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True))
-    return Curve(level, tuple(points), outcome, message, lost_at, tuple(peaks.points for peaks in found), highest)
+    peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
+    return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps)
 
 
 def _highest(row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, Point
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.kernels import kernel
 from stickslip.solve.newton import correct, fixed
 
@@ -71,6 +71,12 @@ class CurvePoint:
     @property
     def point(self) -> Point:
         return self.evaluation.point
+
+    def across(self, parameter: Parameter) -> PathCondition:
+        """Planes across the tangent here; their targets number them along the curve."""
+        return PathCondition(
+            parameter, self.metric.weight * self.tangent.motion, self.metric.parameter * self.tangent.parameter, 0.0
+        )
 
     def chord(self, following: CurvePoint, parameter: Parameter) -> float:
         """Length of the straight way to another point, in the metric of this one; much more than the step after a jump."""

@@ -1,4 +1,5 @@
 """Points between the points of a continuation, so that straight lines between them draw the curve; every one of them solved.
+The peaks, which are searched apart, become points of their curve.
 
 Continuation takes steps as long as its predictor allows, tens of points a curve. Between two of them the cubic through points and
 tangents is a start so good that Newton's method needs a step or two, on planes across the curve: folds are no obstacle.
@@ -6,12 +7,15 @@ tangents is a start so good that Newton's method needs a step or two, on planes 
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.solve.curve import Curve
 from stickslip.solve.curve_points import CurvePoint, between, hermite
 from stickslip.solve.newton import correct
@@ -21,12 +25,29 @@ MOST = 18
 
 
 def densified(balance: HarmonicBalance, curve: Curve, tolerance: float = 5e-3) -> Curve:
-    """The curve with points between its own where straight lines would miss an amplitude by more than `tolerance` of it."""
+    """The curve with its peaks, and with points where straight lines would miss an amplitude by more than `tolerance` of it."""
+    return _filled(curve, lambda current, following: _inside(balance, current, following, tolerance))
+
+
+def with_peaks(curve: Curve) -> Curve:
+    """The curve with its peaks as points of it."""
+    return _filled(curve, lambda current, following: [])
+
+
+def _filled(curve: Curve, inside: Callable[[CurvePoint, CurvePoint], Sequence[CurvePoint]]) -> Curve:
+    """The curve with its peaks and the points inside each step, in the order of travel."""
+    peaks: dict[int, list[CurvePoint]] = defaultdict(list)
+    for found, steps in zip(curve.peaks, curve.steps, strict=True):
+        for point, k in zip(found, steps, strict=True):
+            if not any(point is other for other in (*curve.points[k : k + 2], *peaks[k])):
+                peaks[k].append(point)
     points: list[CurvePoint] = list(curve.points[:1])
-    for current, following in zip(curve.points[:-1], curve.points[1:], strict=True):
-        points += _inside(balance, current, following, tolerance)
+    for k, (current, following) in enumerate(pairwise(curve.points)):
+        plane = current.across("omega")
+        more = [*inside(current, following), *peaks[k]]
+        points += sorted(more, key=lambda point: plane.rate(point.evaluation.w, point.point.omega))
         points.append(following)
-    return replace(curve, points=tuple(points))
+    return replace(curve, points=tuple(points), steps=())
 
 
 def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, tolerance: float) -> list[CurvePoint]:
@@ -59,13 +80,12 @@ def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
 
 def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, fraction: float) -> CurvePoint | None:
     """The point at a fraction of the step, on the plane across the tangent of its first end; None where Newton fails."""
-    tangent, metric = current.tangent, current.metric
-    plane = PathCondition("omega", metric.weight * tangent.motion, metric.parameter * tangent.parameter, 0.0)
+    plane = current.across("omega")
     reached = [plane.rate(p.evaluation.w, p.point.omega) for p in (current, following)]
     condition = replace(plane, target=reached[0] + fraction * (reached[1] - reached[0]))
     step = following.length
-    scale = following.metric.length(tangent.motion, tangent.parameter)
-    slopes = [step * tangent.parameter, step * scale * following.tangent.parameter]
+    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
+    slopes = [step * current.tangent.parameter, step * scale * following.tangent.parameter]
     a, da, b, db = (np.array(value) for value in (current.point.omega, slopes[0], following.point.omega, slopes[1]))
     omega = float(hermite(a, da, b, db, fraction))
     start = Point(between(current, following, fraction), omega, current.point.level)
@@ -73,4 +93,4 @@ def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     if not correction.converged:
         return None
     size = 0 if correction.factors is None else correction.factors.size
-    return CurvePoint(correction.evaluation, tangent, metric, correction.iterations, size, 0.0)
+    return CurvePoint(correction.evaluation, current.tangent, current.metric, correction.iterations, size, 0.0)

@@ -46,9 +46,13 @@ def first_harmonic(motion: Array) -> tuple[float, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Peaks along a curve, and how many places near them Newton's method could not solve (0: each peak is proven highest)."""
+    """Peaks along a curve, and how many places near them Newton's method could not solve (0: each peak is proven highest).
+
+    steps: for each peak the k of the step of the curve, from point k to the next one, that it lies in.
+    """
 
     points: tuple[CurvePoint, ...]
+    steps: tuple[int, ...]
     unsolved: int
 
 
@@ -169,7 +173,8 @@ class PeakSearch:
                 best, missed = self._highest(k, row, measure)
                 found.append(best)
                 unsolved += missed
-        return Peaks(tuple(sample.place.point for sample in _prominent(found, sizes)), unsolved)
+        places = [sample.place for sample in _prominent(found, sizes)]
+        return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
 
     def _highest(self, segment: int, row: int, measure: Measure) -> tuple[_Sample, int]:
         """The highest place on the segments around a change from rising to falling, and how many places were not solved."""
@@ -211,8 +216,7 @@ class PeakSearch:
         """The path condition at a fraction of segment k, and how far it reaches over the whole segment."""
         if k not in self.planes:
             current, following = self.curve[k], self.curve[k + 1]
-            weight = current.metric.weight * current.tangent.motion
-            plane = PathCondition("omega", weight, current.metric.parameter * current.tangent.parameter, 0.0)
+            plane = current.across("omega")
             ends = [plane.rate(p.evaluation.w, p.point.omega) for p in (current, following)]
             self.planes[k] = replace(plane, target=ends[0]), ends[1] - ends[0]
         plane, span = self.planes[k]

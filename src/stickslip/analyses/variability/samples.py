@@ -23,6 +23,7 @@ from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
+from stickslip.solve.densify import with_peaks
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
 from stickslip.solve.start_space import Rule, Sharing, StartSpace
 from stickslip.solve.start_states import explored_space
@@ -162,7 +163,7 @@ class SamplesWork:
         level, start = self.cases[case]
         space = self.space_at(level)
         curve = start_curve(self.balance, space, self.variables[start], self.frequencies, level, self.exactly, tell)
-        arrays = curve_arrays(self.balance, curve)
+        arrays = curve_arrays(self.balance, with_peaks(curve))
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
