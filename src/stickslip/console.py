@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
 
 from rich.console import Console
@@ -141,13 +139,3 @@ def tell_fault(error: BaseException) -> int:
             what = f"{type(error).__name__}: {error}"
             warn(f"Error inside stickslip ({what}). Please report it with what `stickslip --debug ...` says.")
             return FAILED
-
-
-def nothing_compiled_yet() -> bool:
-    """Whether the compiled kernels of the loaded modules are still missing on disk."""
-    modules = [module for name, module in sys.modules.items() if name.startswith("stickslip.")]
-    kernels = [
-        value for module in modules for value in vars(module).values() if hasattr(value, "py_func") and hasattr(value, "stats")
-    ]
-    folders = {Path(kernel.stats.cache_path) for kernel in kernels if kernel.stats.cache_path}
-    return bool(folders) and not any(file for folder in folders for file in folder.glob("*.nbi"))

@@ -15,6 +15,7 @@ process, for kernels of others too.
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
@@ -25,7 +26,7 @@ from typing import Any, TypeVar
 
 import numba
 from numba import types
-from numba.core import boxing, pythonapi
+from numba.core import boxing, event, pythonapi
 from numba.np import arrayobj
 
 __all__ = ["inlined", "kernel"]
@@ -69,6 +70,24 @@ def _cache_folder() -> Path:
 
 if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = str(_cache_folder())  # type: ignore[attr-defined]
+
+
+_COMPILING = "stickslip compiles its kernels, once on this machine: about a minute for the first problem. They are kept on disk."
+
+
+class _Teller(event.Listener):
+    """Says once in a process, before it begins, that kernels are compiled: nobody is to wait and not know why."""
+
+    def on_start(self, what: event.Event) -> None:
+        if what.data["dispatcher"].py_func.__module__.startswith("stickslip."):
+            event.unregister("numba:compile", self)  # type: ignore[no-untyped-call]
+            logging.getLogger("stickslip").warning(_COMPILING)
+
+    def on_end(self, what: event.Event) -> None:
+        pass
+
+
+event.register("numba:compile", _Teller())  # type: ignore[no-untyped-call]
 
 
 def _constant(each: Any, context: Any) -> Any:

@@ -156,7 +156,7 @@ def forced_response(
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
-    progress(0.0, "preparing (the first run on a machine compiles the kernels)")
+    progress(0.0, "preparing")
     work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance)
     curves = all_cases(work, finished, workers, progress)
     progress(1.0, "linear curves")

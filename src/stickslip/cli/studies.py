@@ -14,7 +14,7 @@ from stickslip.checks import InputError, counted, fault, positive, unique
 from stickslip.cli.app import guarded
 from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
-from stickslip.console import INCOMPLETE, nothing_compiled_yet, progress, say, warn
+from stickslip.console import INCOMPLETE, progress, say, warn
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,15 +206,13 @@ def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
 
 
 def say_kept(run: Run, count: int) -> None:
-    """What an interrupted run left and whether it is used, and why the first run takes longer."""
+    """What an interrupted run left and whether it is used."""
     if run.resume and count:
         say(f"Going on from {counted(count, 'finished curve')} in {run.folder / 'unfinished'}.")
     elif run.resume:
         say(f"No finished curves in {run.folder}: computing from the start.")
     elif count:
         warn(f"An interrupted run left {count} finished curves; they are computed again. Stop, and add --resume to use them.")
-    if nothing_compiled_yet():
-        warn("First run on this machine: the contact kernels are compiled, which takes a minute or two; they are kept on disk.")
 
 
 @contextmanager
