@@ -8,8 +8,9 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.performance import worst_peak
 from stickslip.analyses.performance.conditions import conditions_of
-from stickslip.analyses.performance.design import planned_design, sensitivities
+from stickslip.analyses.performance.design import planned_design
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
+from stickslip.analyses.performance.design_search import Designs, sensitivities
 from stickslip.plots.design import design_space
 from stickslip.report.design import failures, sentences, tables
 
@@ -54,9 +55,49 @@ def test_a_constraint_that_bites_moves_the_optimum_to_its_edge():
     assert set(found.dataset.allowed.values.tolist()) == {0, 1}
 
 
-def test_no_allowed_design_is_said():
-    with pytest.raises(ss.InputError, match="must meet all constraints, but none does; the nearest breaks impossible"):
-        small(constraints={"impossible": lambda trial: -1.0}, refinements=0)
+@pytest.mark.parametrize("constraint", [lambda trial: -1.0, NoJamming(89.9)], ids=["solved", "not solved"])
+def test_where_no_design_is_allowed_all_are_kept_and_there_is_no_optimum(constraint):
+    """Hours of work are not thrown away, and nobody takes a forbidden design for the best one."""
+    found = small(constraints={"impossible": constraint}, refinements=3)
+    said = r"of \d+ designs must meet all constraints, but none does; the nearest, load = [\d.]+, breaks impossible"
+    with pytest.raises(ss.InputError, match=said):
+        _ = found.optimum
+    dataset = found.dataset
+    assert dataset.sizes["design"] >= 8
+    assert not dataset.allowed.values.any()
+    assert all(np.isnan(dataset[name].values).all() for name in ("optimum", "optimum_peak", "sensitivity", "near_low"))
+    assert sentences(dataset) == [f"{dataset.sizes['design']} designs, {dataset.sizes['design']} of them break a constraint"]
+    assert "must meet all constraints" in failures(dataset)[0]
+    labels = [text.get_text() for text in found.plot().axes[0].get_legend().get_texts()]
+    assert labels == ["breaks a constraint"]
+
+
+class Kept(dict):
+    """Keeps results in memory, and counts what is asked for."""
+
+    def load(self, name):
+        return self.get(name)
+
+    def save(self, name, arrays):
+        assert name not in self
+        self[name] = arrays
+
+
+def test_designs_of_the_search_are_kept_too():
+    """Those of differential evolution, of the simplex and beside the optimum; one process or two: they are the same."""
+    kept = Kept()
+    found = small(generations=1, refinements=6, finished=kept)
+    assert len(kept) == found.dataset.sizes["design"] + 2
+    again = small(generations=1, refinements=6, finished=Kept(kept), workers=2)
+    assert again.dataset.identical(found.dataset)
+    side_by_side = small(generations=1, refinements=6, workers=2)
+    assert side_by_side.dataset.identical(found.dataset)
+
+
+def test_a_known_design_is_computed_once():
+    found = small(known=[{"load": 2.0}, {"load": 2.0}], refinements=0)
+    assert int(found.dataset.attrs["known"]) == 1
+    assert np.count_nonzero(found.dataset.value.values == 2.0) == 1
 
 
 def test_start_states_can_only_make_it_worse():
@@ -117,8 +158,8 @@ def test_a_design_that_jams_is_refused_before_it_is_computed():
 
     limits = {"no jamming": NoJamming("angle"), "no lift-off": NoLiftOff()}
     effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "samples": 64}
-    with pytest.raises(ss.InputError, match="none does; the nearest breaks no jamming"):
-        ss.design_damper(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
+    found = ss.design_damper(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
+    assert failures(found.dataset)[0].endswith("breaks no jamming. Widen the variables or the constraints.")
     assert len(made) == 1
 
 
@@ -185,11 +226,11 @@ def test_known_designs_are_computed_first_and_compared():
 @pytest.mark.parametrize(
     ("known", "words"),
     [
-        ([{"load": 9.0}], "known, load must be 1 to 8, but is 9"),
-        ([{"mass": 2.0}], "known must give load, and nothing else"),
+        ([{"load": 9.0}], r"known\[0\], load must be 1 to 8, but is 9"),
+        ([{"mass": 2.0}], r"known\[0\] must give load, and nothing else"),
         ({"load": 2.0}, "known must be"),
-        ([2.0], "known must give load"),
-        ([{"load": float("nan")}], "known, load must be"),
+        ([{"load": 2.0}, 2.0], r"known\[1\] must give load"),
+        ([{"load": float("nan")}], r"known\[0\], load must be"),
     ],
 )
 def test_wrong_known_designs_are_said(known, words):
@@ -206,7 +247,8 @@ def test_a_sensitivity_beside_a_refused_design_is_that_of_the_other_side():
 
     conditions = conditions_of((1.0, 1.0), (0.4, 1.0), "amplitude", (0, 1), (0, 0), (1, 256))
     work = planned_design(one_mass, {"load": (1.0, 8.0)}, conditions, {"edge": Edge()}, 4)
-    size, below = (work.worst([load]).size for load in (3.0, 2.86))
-    assert not np.isfinite(work.worst([3.14]).size)
-    slope = sensitivities(work, np.array([3.0]), size, np.array([7.0]))[0]
+    designs = Designs(work, [], None, 1, lambda fraction, text: None, 1)
+    at, below, above = designs.solved([np.array([load]) for load in (3.0, 2.86, 3.14)])
+    assert not np.isfinite(above.place[0])
+    slope, size, below = sensitivities(designs, at)[0], float(at.place[0]), float(below.place[0])
     assert slope == pytest.approx((size - below) / 0.14 * 3.0 / size, rel=1e-9)

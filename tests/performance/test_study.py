@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip import console
 from stickslip.checks import InputError
+from stickslip.cli import app
 from stickslip.report.presentation import presentation_of
 from stickslip.results import open_results, save, stamped
 from stickslip.study import read
@@ -44,6 +47,18 @@ def test_the_pull_of_a_design_follows_the_damper_mass_whatever_the_rig_calls_it(
     problem = RigDesign("single_blade", stiffness | small, acceleration=900.0)(friction=0.3, damper_mass=0.06)
     assert [abs(force.static) for force in problem.forces if force.static] == pytest.approx([54.0, 54.0])
     assert {contact.law.mu for contact in problem.contacts} == {0.3}
+
+
+def test_a_design_study_without_an_allowed_design_is_written_and_told(tmp_path):
+    """The command ends with the code of an incomplete result and keeps every design."""
+    study = changed(tmp_path, "design", "no_lift_off = true", "largest_force = 1e-6")
+    for long, short in (("designs = 8", "designs = 4"), ("refinements = 8", "refinements = 2"), ("starts = 1", "starts = 0")):
+        study.write_text(study.read_text().replace(long, short))
+    found = CliRunner().invoke(app, ["run", str(study), "--out", str(tmp_path / "out")])
+    assert found.exit_code == console.INCOMPLETE, found.output
+    assert "must meet all constraints, but none does" in found.output
+    assert open_results(tmp_path / "out" / "results.nc").sizes["design"] >= 4
+    assert (tmp_path / "out" / "report.html").exists()
 
 
 def test_plan_of_a_band(tmp_path):
@@ -106,16 +121,19 @@ def test_plan_of_what_matters(tmp_path):
             "design",
             "known = [{ damper_mass = 0.06,",
             "known = [{ damper_mass = 0.6,",
-            "known, damper_mass must be 0.02 to 0.1, but is 0.6",
+            r"known\[0\], damper_mass must be 0.02 to 0.1, but is 0.6",
         ),
-        ("design", "known = [{ damper_mass = 0.06, ", "known = [{ ", "known must give damper_mass, platform_angle"),
+        ("design", "known = [{ damper_mass = 0.06, ", "known = [{ ", r"known\[0\] must give damper_mass, platform_angle"),
         (
             "design",
             "{ damper_mass = [0.02, 0.1], ",
             "{ ",
             "acceleration must go with damper_mass and a rig whose dampers are pulled",
         ),
-        ("design", 'no_jamming = "platform_angle"', 'no_jamming = "kt"', "must name a variable"),
+        ("design", 'no_jamming = "platform_angle"', 'no_jamming = "damper_mass"', "must name an angle among the variables"),
+        ("design", "kt = 8e5", "mu = 0.3", "mu of the rig must be left to friction, which every contact gets, but is 0.3"),
+        ("design", "damper_mass = [0.02, 0.1], ", "damper_mass = [0.02, 0.1], mu = [0.2, 0.4], ", "must be left to friction"),
+        ("design", "kt = 8e5", "pull = 9.0", "pull of the rig must be left to acceleration, from which it follows, but is 9.0"),
     ],
 )
 def test_faults_of_studies_are_said(tmp_path, kind, before, after, words):

@@ -11,8 +11,9 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from stickslip.checks import Array
 from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, STICK, house_style, plain
-from stickslip.results_view import unit_for
+from stickslip.results_view import Length, unit_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,10 +30,17 @@ def design_space(dataset: xr.Dataset) -> Figure:
         panels = figure.subplots(len(pairs) + 1, 1, height_ratios=[*[panel] * len(pairs), below - 0.3])
         for axes, (i, j) in zip(panels[:-1], pairs, strict=True):
             points = _panel(axes, dataset, i, j, names)
-        units = dataset["worst_peak"].attrs["units"].replace("m", unit_for(float(dataset["optimum_peak"])).name, 1)
-        figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {units}")
+        if points is not None:
+            units = dataset["worst_peak"].attrs["units"].replace("m", _unit(dataset).name, 1)
+            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {units}")
         _bars(panels[-1], dataset, names)
     return figure
+
+
+def _unit(dataset: xr.Dataset) -> Length:
+    """The unit of the lowest worst peak."""
+    sizes = dataset["worst_peak"].values
+    return unit_for(float(np.min(sizes[np.isfinite(sizes)], initial=np.inf)))
 
 
 def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -42,26 +50,34 @@ def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tu
     return [pairs[k] for k in sorted(order[:MOST_PANELS])]
 
 
-def _panel(axes: Axes, dataset: xr.Dataset, i: int, j: int, names: list[str]) -> PathCollection:
-    unit = unit_for(float(dataset["optimum_peak"])).metres
+def _panel(axes: Axes, dataset: xr.Dataset, i: int, j: int, names: list[str]) -> PathCollection | None:
+    """The designs over two variables; None, and no best one, where all break a constraint."""
+    unit = _unit(dataset).metres
     value, size = dataset["value"].values, dataset["worst_peak"].values / unit
     allowed = dataset["allowed"].values == 1
     other = value[:, j] if i != j else size
-    norm = Normalize(float(size[allowed].min()), float(np.quantile(size[allowed], 0.9)))
     axes.scatter(value[~allowed, i], other[~allowed], marker="x", color=FAILED, s=26, label="breaks a constraint")
-    points = axes.scatter(value[allowed, i], other[allowed], c=size[allowed], s=34, edgecolor="white", linewidth=0.4, norm=norm)
+    points = _allowed(axes, dataset, i, j, value[allowed], size[allowed]) if allowed.any() else None
     if given := int(dataset.attrs.get("known", 0)):
         axes.plot(value[:given, i], other[:given], "s", color="black", markerfacecolor="none", markersize=9, label="known")
+    axes.set(xlabel=plain(names[i]), ylabel=plain(names[j]) if i != j else "worst peak")
+    axes.set_title(plain(dataset.attrs["title"]))
+    axes.legend(loc="best", frameon=True, framealpha=0.8, edgecolor="none")
+    return points
+
+
+def _allowed(axes: Axes, dataset: xr.Dataset, i: int, j: int, value: Array, size: Array) -> PathCollection:
+    """Designs that meet all constraints, coloured by their worst peak, with the best one and its neighbourhood."""
+    norm = Normalize(float(size.min()), float(np.quantile(size, 0.9)))
+    other = value[:, j] if i != j else size
+    points = axes.scatter(value[:, i], other, c=size, s=34, edgecolor="white", linewidth=0.4, norm=norm)
     best = dataset["optimum"].values
-    height = best[j] if i != j else float(dataset["optimum_peak"]) / unit
+    height = best[j] if i != j else float(dataset["optimum_peak"]) / _unit(dataset).metres
     axes.plot(best[i], height, "*", color="black", markersize=13, markeredgecolor="white", label="best")
     low, high = dataset["near_low"].values, dataset["near_high"].values
     if i != j:
         corners = [low[i], high[i], high[i], low[i], low[i]], [low[j], low[j], high[j], high[j], low[j]]
         axes.plot(*corners, color=GREY, linewidth=0.9, linestyle="--", label="holds all within 5 %")
-    axes.set(xlabel=plain(names[i]), ylabel=plain(names[j]) if i != j else "worst peak")
-    axes.set_title(plain(dataset.attrs["title"]))
-    axes.legend(loc="best")
     return points
 
 

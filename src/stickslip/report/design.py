@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.performance.design import no_optimum
 from stickslip.plots.design import design_space
 from stickslip.plots.files import Figures
 from stickslip.report.numbers import percent
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The best design, how flat it is, and what matters."""
+    refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
+    counts = f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint"
+    if no_optimum(dataset):
+        return [counts]
     names = [str(name) for name in dataset["variable"].values]
     lines = [f"worst resonance of the best design: {_size(dataset, 'optimum_peak')}"]
     for k, name in enumerate(names):
@@ -34,9 +39,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         more = searched / float(dataset["optimum_peak"]) - 1.0
         found = f"{_size(dataset, 'searched_peak')} there, {percent(more)} more" if more > 1e-6 else "nothing higher there"
         lines.append(f"over all start states a search finds {found}")
-    refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
     partly = int(np.count_nonzero((dataset["allowed"].values == 1) & (dataset["failed"].values > 0)))
-    lines.append(f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint")
+    lines.append(counts)
     return [*lines, f"{partly} met the constraints only where a peak was solved and come last"] if partly else lines
 
 
@@ -55,8 +59,9 @@ def _compared(dataset: xr.Dataset, design: int) -> str:
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """Each design with conditions that gave no peak, and which they are."""
-    return [
+    """That no design is allowed; each design with conditions that gave no peak, and which they are."""
+    message = no_optimum(dataset)
+    return ([message] if message else []) + [
         f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst may be higher"
         for k in np.flatnonzero(dataset["failed"].values).tolist()
     ]

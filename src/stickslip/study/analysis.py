@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.work import Arrays, Progress, Work
+from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
 from stickslip.checks import counted
 from stickslip.problem import Problem
 from stickslip.study.fields import Table
@@ -45,9 +45,11 @@ class Plan(Protocol):
 
 @runtime_checkable
 class SearchingPlan(Plan, Protocol):
-    """A plan that goes on from its cases by a search, one step after the other, and tells how far it is."""
+    """A plan that goes on from its cases by a search, whose own cases are kept as well."""
 
-    def searched(self, results: Mapping[str, Sequence[Arrays]], progress: Progress) -> xr.Dataset:
+    def searched(
+        self, results: Mapping[str, Sequence[Arrays]], finished: Finished, workers: Workers, progress: Progress
+    ) -> xr.Dataset:
         """The labelled results of all works and of the search."""
 
 

@@ -15,7 +15,7 @@ from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
-from stickslip.analyses.work import Arrays, Progress, Work
+from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
 from stickslip.checks import MOST, fault, nearest
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
@@ -83,6 +83,10 @@ PULLS = {"pull": 1.0, "preload_mass": STANDARD_GRAVITY}
 """Arguments of rigs that say how dampers are pulled, and how many newtons one unit of them is."""
 
 
+FRICTIONS = ("mu", "friction")
+"""How arguments of rigs that are friction coefficients end."""
+
+
 def pull_of(rig: str) -> str | None:
     """The argument of a rig that says how its dampers are pulled, if any."""
     return next((name for name in PULLS if name in inspect.signature(RIGS[rig]).parameters), None)
@@ -118,11 +122,18 @@ def known(table: DesignTable) -> None:
         if low >= high:
             raise fault(f"variables, {name}", "must be [low, high] with low below high", [low, high])
     given = {**table.parameters, **table.variables}
+    optional = [name for name in given if arguments[name].default is not inspect.Parameter.empty]
+    overruled = {name: "friction, which every contact gets" for name in optional if name.rpartition("_")[2] in FRICTIONS}
+    if table.acceleration is not None:
+        overruled |= {name: "acceleration, from which it follows" for name in given if name == pull_of(table.rig)}
+    for name, key in overruled.items():
+        raise fault(f"{name} of the rig", f"must be left to {key}", given[name])
     if table.acceleration is not None and ("damper_mass" not in given or pull_of(table.rig) is None):
         remedy = f"An argument {' or '.join(PULLS)} says how dampers are pulled."
         raise fault("acceleration", "must go with damper_mass and a rig whose dampers are pulled", table.acceleration, remedy)
-    if table.no_jamming is not None and table.no_jamming not in table.variables:
-        raise fault("no_jamming", "must name a variable", table.no_jamming, nearest(table.no_jamming, table.variables))
+    angles = [name for name in table.variables if name.endswith("angle")]
+    if table.no_jamming is not None and table.no_jamming not in angles:
+        raise fault("no_jamming", "must name an angle among the variables", table.no_jamming, nearest(table.no_jamming, angles))
     corners_exist(table)
 
 
@@ -168,11 +179,14 @@ class DesignPlan(Plan):
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.searched(results, lambda fraction, text: None)
+        return finished_design(self.work, results[""], self.table.generations, self.table.refinements)
 
-    def searched(self, results: Mapping[str, Sequence[Arrays]], progress: Progress) -> xr.Dataset:
+    def searched(
+        self, results: Mapping[str, Sequence[Arrays]], finished: Finished, workers: Workers, progress: Progress
+    ) -> xr.Dataset:
         """The search goes on from the designs computed."""
-        return finished_design(self.work, results[""], self.table.generations, self.table.refinements, progress)
+        counts = self.table.generations, self.table.refinements
+        return finished_design(self.work, results[""], *counts, finished, workers, progress)
 
 
 DAMPER_DESIGN = Kind(DesignPlan.of, {"design": DesignTable}, ("design",), {"design": known}, on_problem=False)

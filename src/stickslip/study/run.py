@@ -88,14 +88,16 @@ class Run:
         """The results of all jobs, each saved."""
         works = {name: job.plan.works for name, job in self.jobs.items()}
         together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
-        results = all_cases(together, kept if self.resume else _Anew(kept), self.workers, progress)
+        finished = kept if self.resume else _Anew(kept)
+        results = all_cases(together, finished, self.workers, progress)
         progress(1.0, "linear curves and results.nc")
         parts, datasets = together.parted(results), {}
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
             said = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
             plan = job.plan
-            dataset = plan.searched(own, progress) if isinstance(plan, SearchingPlan) else plan.dataset(own)
+            search = (finished, self.workers, progress)
+            dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
             datasets[name] = stamped(dataset).assign_attrs(said)
             save(datasets[name], self.folder / name / "results.nc")
         return datasets

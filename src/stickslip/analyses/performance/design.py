@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
@@ -18,6 +16,7 @@ from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
 from stickslip.analyses.performance.design_constraints import Constraint
+from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine, sensitivities
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
@@ -29,9 +28,6 @@ if TYPE_CHECKING:
 
 FACTOR = 2.0
 """Friction is uncertain by a factor of two unless said otherwise (S0: it evolves with wear)."""
-
-POPULATION = 5
-"""Designs that differential evolution needs; the middle of the box stands in for missing ones."""
 
 NEAR = 0.05
 """An optimum is as flat as the part of the design space is large in which the worst peak is higher by at most this share."""
@@ -46,14 +42,16 @@ class ProblemOf(Protocol):
 @dataclass(frozen=True, eq=False)
 class Design:
     """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
-    the optimum with its sensitivities d ln(worst peak)/d ln(variable) and its neighbourhood.
+    the optimum with its sensitivities d ln(worst peak)/d ln(variable) and its neighbourhood, NaN where no design meets all.
     """
 
     dataset: xr.Dataset
 
     @property
     def optimum(self) -> dict[str, float]:
-        """The variables of the best design."""
+        """The variables of the best design; refused where none meets the constraints."""
+        if message := no_optimum(self.dataset):
+            raise InputError(message)
         names = [str(name) for name in self.dataset["variable"].values]
         return dict(zip(names, self.dataset["optimum"].values.tolist(), strict=True))
 
@@ -100,7 +98,8 @@ def design_damper(
     known: designs {name: value} to compute first, such as the damper as built.
 
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
-    from all; then a simplex search from the best allowed one, of at most `refinements` designs.
+    from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. What
+    `finished` keeps is not computed again.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
@@ -109,7 +108,7 @@ def design_damper(
     middle = [0.5 * (low + high) for low, high in work.box]
     output_of(work.problem(middle, conditions.frictions[0]), output)
     results = all_cases(work, finished, workers, progress)
-    return Design(finished_design(work, results, *more, progress))
+    return Design(finished_design(work, results, *more, finished, workers, progress))
 
 
 def planned_design(
@@ -129,7 +128,8 @@ def planned_design(
     box, make = tuple(named.values()), maker(problem_of)
     low, high = np.array(box).T
     unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
-    first = [point_of("known", one, named) for one in of_kind("known", known, Sequence)]  # type: ignore[type-abstract]
+    given = enumerate(of_kind("known", known, Sequence))  # type: ignore[type-abstract]
+    first = tuple(dict.fromkeys(point_of(f"known[{k}]", one, named) for k, one in given))
     points = (*first, *(tuple(float(v) for v in row) for row in low + unit * (high - low)))
     return DesignWork(make, tuple(named), box, points, conditions, tuple(constraints), tuple(constraints.values()), len(first))
 
@@ -147,9 +147,9 @@ class DesignWork:
     constraints: tuple[Constraint, ...]
     known: int = 0
 
-    def at(self, point: Array) -> DesignWork:
-        """The work of one other design."""
-        return replace(self, points=(tuple(point.tolist()),))
+    def at(self, points: Sequence[Array]) -> DesignWork:
+        """The work of other designs."""
+        return replace(self, points=tuple(tuple(point.tolist()) for point in points), known=0)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -196,98 +196,44 @@ class DesignWork:
             return searched_peak(self.problem(point.tolist(), float(friction)), float(level), self.conditions)
 
 
-@dataclass(frozen=True, eq=False)
-class _Record:
-    point: Array
-    place: Array
-    margins: Array
-    failed: Array
-
-    @property
-    def allowed(self) -> bool:
-        return bool(np.all(self.margins > 0.0)) and bool(np.isfinite(self.place[0]))
-
-    @property
-    def penalised(self) -> float:
-        """The worst peak, and for a broken constraint far more than any peak."""
-        broken = float(np.sum(np.fmax(-self.margins, 0.0)) + np.count_nonzero(self.margins <= 0.0))
-        size = self.place[0] if np.isfinite(self.place[0]) else 1e6
-        return float(size * (1.0 + 10.0 * broken)) if broken > 0.0 else float(size)
-
-    @property
-    def rank(self) -> tuple[bool, bool, float]:
-        """What is least for the best design: one without a peak in some condition comes after all that have them all."""
-        return not self.allowed, len(self.failed) > 0, self.penalised
-
-
-def _record(arrays: Arrays) -> _Record:
-    return _Record(*(np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed")))
-
-
 def finished_design(
     work: DesignWork,
     results: Sequence[Arrays],
     generations: int,
     refinements: int,
+    finished: Finished | None = None,
+    workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> xr.Dataset:
     """Generations and a simplex from the sampled designs, then everything as a dataset."""
-    records, seed = [_record(arrays) for arrays in results], work.conditions.seed
-    low, high = np.array(work.box).T
-    sampled = len(records)
-
-    def value(unit: Array) -> float:
-        point = low + np.clip(unit, 0.0, 1.0) * (high - low)
-        for known in records:
-            if np.allclose(known.point, point, rtol=1e-12, atol=0.0):
-                return known.penalised
-        records.append(_record(work.at(point).solve(0, lambda fraction: None)))
-        done = (len(records) - sampled) / max(refinements + generations * sampled, 1)
-        progress(min(done, 1.0), f"design {len(records)}")
-        return records[-1].penalised
-
+    expected = refinements + generations * len(results) + 2 * len(work.box)
+    designs = Designs(work, [Record.of(arrays) for arrays in results], finished, workers, progress, expected)
     if generations:
-        start = (np.array([record.point for record in records]) - low) / (high - low)
-        start = np.vstack([start, np.full((max(POPULATION - len(start), 0), low.size), 0.5)])
-        settings = {"init": start, "maxiter": generations, "polish": False, "seed": seed}
-        differential_evolution(value, [(0.0, 1.0)] * low.size, **settings)  # type: ignore[arg-type]
-    best = min(records, key=lambda record: record.rank)
+        evolve(designs, generations, work.conditions.seed)
     if refinements:
-        unit = (best.point - low) / (high - low)
-        simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -0.12, 0.12) * row for row in np.eye(low.size))])
-        options = {"initial_simplex": simplex, "maxfev": refinements, "xatol": 2e-3, "fatol": 1e-4 * best.penalised}
-        minimize(value, unit, method="Nelder-Mead", bounds=[(0.0, 1.0)] * low.size, options=options)  # type: ignore[call-overload]
-    best = min(records, key=lambda record: record.rank)
-    if not best.allowed:
-        broken = [name for name, margin in zip(work.limits, best.margins, strict=True) if margin <= 0.0]
-        raise InputError(
-            f"At least one of {len(records)} designs must meet all constraints, but none does; the nearest breaks "
-            f"{', '.join(broken) or 'none, but has no peak'}. Widen the variables or the constraints."
-        )
-    return _dataset(work, records, best)
+        refine(designs, refinements)
+    return _dataset(work, designs)
 
 
-def sensitivities(work: DesignWork, best: Array, size: float, span: Array, step: float = 0.02) -> NDArray[Any]:
-    """d ln(worst peak)/d ln(variable) by differences of ± `step` of the span, to one side where the other is refused (NaN where
-    both are); the worst case may change between them.
-    """
-    slopes = []
-    for k, width in enumerate(span):
-        moves = np.array([-step, 0.0, step]) * width
-        sizes = np.array([size, size, size])
-        for side in (0, 2):
-            point = best.copy()
-            point[k] += moves[side]
-            sizes[side] = work.worst(point.tolist()).size
-        ends = np.flatnonzero(np.isfinite(sizes))[[0, -1]]
-        gone = float(np.ptp(moves[ends]))
-        slopes.append(float(np.diff(sizes[ends])[0]) / gone * best[k] / size if gone else np.nan)
-    return np.array(slopes)
+def no_optimum(dataset: xr.Dataset) -> str:
+    """Why there is no best design, which design comes nearest, and what to do; "" where there is one."""
+    if np.isfinite(float(dataset["optimum_peak"])):
+        return ""
+    nearest = dataset.isel(design=int(dataset.attrs["nearest"]))
+    broken = [str(name) for name in dataset["constraint"].values[nearest["margin"].values <= 0.0]] if "margin" in dataset else []
+    where = ", ".join(
+        f"{name} = {value:.4g}" for name, value in zip(dataset["variable"].values, nearest["value"].values, strict=True)
+    )
+    return (
+        f"At least one of {dataset.sizes['design']} designs must meet all constraints, but none does; the nearest, {where}, "
+        f"breaks {', '.join(broken) or 'none, but has no peak'}. Widen the variables or the constraints."
+    )
 
 
-def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.Dataset:
+def _dataset(work: DesignWork, designs: Designs) -> xr.Dataset:
     import xarray as xr
 
+    records, best = list(designs.records), designs.best
     most = max(len(record.failed) for record in records)
     failed = np.full((len(records), most, 3), np.nan)
     for row, record in zip(failed, records, strict=True):
@@ -298,10 +244,13 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
     place = np.array([record.place for record in records])
     points = np.array([record.point for record in records])
     allowed = np.array([record.allowed for record in records])
-    near = allowed & (place[:, 0] <= (1.0 + NEAR) * best.place[0])
-    size = float(best.place[0])
-    slopes = sensitivities(work, best.point, size, high - low)
-    searched = work.searched(best.point, *best.place[2:4]) if conditions.starts else np.nan
+    nothing = np.full(low.size, np.nan)
+    optimum, ends, slopes, size, searched = nothing, (nothing, nothing), nothing, np.nan, np.nan
+    if best.allowed:
+        near = points[allowed & (place[:, 0] <= (1.0 + NEAR) * best.place[0])]
+        optimum, ends, size = best.point, (near.min(axis=0), near.max(axis=0)), float(best.place[0])
+        slopes = sensitivities(designs, best)
+        searched = work.searched(best.point, *best.place[2:4]) if conditions.starts else np.nan
 
     def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
         return dims, values, {"units": unit, "long_name": words}
@@ -321,12 +270,12 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
         "failed_friction": described(("design", "failure"), failed[:, :, 1], "1", "its friction coefficient"),
         "failed_start": described(("design", "failure"), failed[:, :, 2], "1", "its start state, 0 virgin"),
         "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
-        "optimum": described("variable", best.point, "as given", "the best design"),
+        "optimum": described("variable", optimum, "as given", "the best design"),
         "optimum_peak": described((), size, units, "worst resonance amplitude of the best design"),
         "searched_peak": described((), searched, units, "there, the highest resonance over all start states that a search finds"),
         "sensitivity": described("variable", slopes, "1", "d ln(worst peak)/d ln(variable) at the best design"),
-        "near_low": described("variable", points[near].min(axis=0), "as given", "least value within 5 % of the best"),
-        "near_high": described("variable", points[near].max(axis=0), "as given", "largest value within 5 % of the best"),
+        "near_low": described("variable", ends[0], "as given", "least value within 5 % of the best"),
+        "near_high": described("variable", ends[1], "as given", "largest value within 5 % of the best"),
         "low": described("variable", low, "as given", "lower end of the variable"),
         "high": described("variable", high, "as given", "upper end of the variable"),
     }
@@ -342,5 +291,5 @@ def _dataset(work: DesignWork, records: Sequence[_Record], best: _Record) -> xr.
         "frictions": list(conditions.frictions),
     }
     attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
-    attrs["known"] = work.known
+    attrs |= {"known": work.known, "nearest": records.index(best)}
     return xr.Dataset(data, coords, attrs)

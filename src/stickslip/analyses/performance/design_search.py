@@ -1,0 +1,156 @@
+"""Designs computed on demand, each once and kept, and the searches that ask for them: differential evolution, then a simplex."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import differential_evolution, minimize
+
+from stickslip.analyses.cases import all_cases
+from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.checks import Array
+
+POPULATION = 5
+"""Designs that differential evolution needs; the middle of the box stands in for missing ones."""
+
+ASIDE = 0.12
+"""Edge of the first simplex, as a share of the box."""
+
+
+class DesignCases(Work, Protocol):
+    """Designs as cases of a work, which can be asked for others too."""
+
+    @property
+    def box(self) -> Sequence[tuple[float, float]]:
+        """The ends of every variable."""
+
+    def at(self, points: Sequence[Array]) -> DesignCases:
+        """The work of other designs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak."""
+
+    point: Array
+    place: Array
+    margins: Array
+    failed: Array
+
+    @classmethod
+    def of(cls, arrays: Arrays) -> Record:
+        """From the arrays of a case."""
+        return cls(*(np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed")))
+
+    @property
+    def allowed(self) -> bool:
+        return bool(np.all(self.margins > 0.0)) and bool(np.isfinite(self.place[0]))
+
+    @property
+    def penalised(self) -> float:
+        """The worst peak, and for a broken constraint far more than any peak."""
+        broken = float(np.sum(np.fmax(-self.margins, 0.0)) + np.count_nonzero(self.margins <= 0.0))
+        size = self.place[0] if np.isfinite(self.place[0]) else 1e6
+        return float(size * (1.0 + 10.0 * broken)) if broken > 0.0 else float(size)
+
+    @property
+    def rank(self) -> tuple[bool, bool, float]:
+        """What is least for the best design: one without a peak in some condition comes after all that have them all."""
+        return not self.allowed, len(self.failed) > 0, self.penalised
+
+
+@dataclass(eq=False)
+class Designs:
+    """The designs computed so far, and more on demand: each of them once, kept by `finished`, several side by side.
+
+    expected: how many more a search will ask for, about, which `progress` counts.
+    """
+
+    work: DesignCases
+    records: list[Record]
+    finished: Finished | None
+    workers: Workers
+    progress: Progress
+    expected: int
+
+    def __post_init__(self) -> None:
+        self.low, self.high = np.array(self.work.box).T
+        self.sampled = len(self.records)
+
+    @property
+    def best(self) -> Record:
+        return min(self.records, key=lambda record: record.rank)
+
+    def unit(self, point: Array) -> Array:
+        """A design as shares of the box."""
+        return np.asarray((point - self.low) / (self.high - self.low))
+
+    def at(self, units: ArrayLike) -> list[float]:
+        """The worst peaks, penalised, of designs (designs, variables) given as shares of the box."""
+        points = self.low + np.clip(np.asarray(units, dtype=float), 0.0, 1.0) * (self.high - self.low)
+        new: list[Array] = []
+        for point in points:
+            if self._known(point) is None and not any(_same(point, other) for other in new):
+                new.append(point)
+        self.records += self.solved(new)
+        known = [self._known(point) for point in points]
+        return [record.penalised for record in known if record is not None]
+
+    def solved(self, points: Sequence[Array]) -> list[Record]:
+        """Designs computed, or given back by what keeps them."""
+        if not points:
+            return []
+        done = len(self.records) - self.sampled
+
+        def tell(fraction: float, text: str) -> None:
+            share = (done + len(points) * fraction) / max(self.expected, done + len(points))
+            self.progress(share, f"design {len(self.records) + 1}")
+
+        workers = self.workers if len(points) > 1 else 1
+        return [Record.of(arrays) for arrays in all_cases(self.work.at(points), self.finished, workers, tell)]
+
+    def _known(self, point: Array) -> Record | None:
+        return next((record for record in self.records if _same(record.point, point)), None)
+
+
+def _same(point: Array, other: Array) -> bool:
+    return bool(np.allclose(point, other, rtol=1e-12, atol=0.0))
+
+
+def evolve(designs: Designs, generations: int, seed: int) -> None:
+    """Differential evolution from the designs known; those of one generation side by side."""
+    start = np.array([designs.unit(record.point) for record in designs.records])
+    start = np.vstack([start, np.full((max(POPULATION - len(start), 0), start.shape[1]), 0.5)])
+    box = [(0.0, 1.0)] * start.shape[1]
+    settings: dict[str, Any] = {"maxiter": generations, "polish": False, "seed": seed}
+    settings |= {"init": start, "vectorized": True, "updating": "deferred"}
+    differential_evolution(lambda units: np.array(designs.at(units.T)), box, **settings)  # type: ignore[arg-type, misc]
+
+
+def refine(designs: Designs, most: int) -> None:
+    """A simplex search of at most so many designs from the best one known."""
+    best = designs.best
+    unit = designs.unit(best.point)
+    simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -ASIDE, ASIDE) * row for row in np.eye(unit.size))])
+    options = {"initial_simplex": simplex, "maxfev": most, "xatol": 2e-3, "fatol": 1e-4 * best.penalised}
+    box = [(0.0, 1.0)] * unit.size
+    minimize(lambda unit: designs.at([unit])[0], unit, method="Nelder-Mead", bounds=box, options=options)  # type: ignore[call-overload]
+
+
+def sensitivities(designs: Designs, best: Record, step: float = 0.02) -> NDArray[Any]:
+    """d ln(worst peak)/d ln(variable) by differences of ± `step` of the box, to one side where the other is refused (NaN where
+    both are); the worst case may change between them.
+    """
+    moves = step * (designs.high - designs.low)
+    sides = designs.solved([best.point + sign * row for row in np.diag(moves) for sign in (-1.0, 1.0)])
+    slopes = []
+    for k, move in enumerate(moves):
+        sizes = np.array([sides[2 * k].place[0], best.place[0], sides[2 * k + 1].place[0]])
+        ends = np.flatnonzero(np.isfinite(sizes))[[0, -1]]
+        gone = move * float(np.diff(ends)[0])
+        slopes.append(float(np.diff(sizes[ends])[0]) / gone * best.point[k] / best.place[0] if gone else np.nan)
+    return np.array(slopes)
