@@ -1,7 +1,11 @@
-"""Friction disc: the two tangential directions coupled, |T| ≤ μN as a disc, T following it by return mapping.
+"""Friction disc: the two tangential directions coupled, |T| ≤ μN as a disc, along straight steps of motion and limit.
 
-In the intercept y = T − kt u (2-vector) a step projects y onto the disc of centre −kt u_n and radius L_n. Unlike the clamp of
-one direction, projections do not compose to a closed form: the period is marched until it repeats, and the derivative is
+The spring sticks until T meets the edge; from there T turns towards the motion on it. With the angle ψ from T to a motion of
+speed v, ψ' = −(kt v/L) sin ψ, so that tan(ψ/2) falls by exp(−kt ∫ ds/L) over a step: closed form, where the usual projection of
+the spring's force onto the disc is of first order in the samples. Along one line, and at rest, both are the same.
+
+In the intercept y = T − kt u (2-vector) a step never takes two states apart from each other. Unlike the clamps of one direction,
+steps do not compose to a closed form: the period is marched until it repeats, and the derivative is
 carried along from the start, since a contact can come to rest on the edge of its disc, where the transient stays in it. Forward,
 not in reverse: the derivative changes only at slipping samples, and no harmonic need be carried through the transient.
 """
@@ -36,9 +40,8 @@ class FrictionDisc(Law):
 
     The parameters are those of `Macroslip`. Starts: a slider position (s1, s2) or a ratio with |(m1, m2)| ≤ 1, one value per
     direction; the traction it gives at the last sample is clipped onto the disc.
-    Accuracy: second order in the samples along a straight line, first order where the slip direction turns (0.4 % of the loop
-    energy of a circular motion at 256 samples).
-    Source: Menq and Yang (1998), in the implicit form of return mapping.
+    Accuracy: second order in the samples, exact where motion and limit go straight from one to the next.
+    Source: the law is that of Menq and Yang (1998); the closed form of a step is ours.
     """
 
     kt: float
@@ -97,15 +100,16 @@ def disc_period(
             for j in range(columns):
                 change[d, 2, j] = values[d] * slope[last] * E[last, j]
                 change[d, d, j] = -kt * E[last, j]
+    turn = np.zeros(6)
     acted = kinds[0] == RATIO or kinds[1] == RATIO
-    acted = _project(kt, u, limit, slope, E, last, state, change, map_, derive) or acted
+    acted = _step(kt, u, limit, slope, E, last, last, state, change, map_, derive, turn) or acted
     size = max(np.max(limit), kt * np.max(np.abs(u)))
     for period in range(PERIODS):
         before, before_change = state.copy(), change.copy()
         map_[0, 0], map_[0, 1], map_[1, 0], map_[1, 1] = 1.0, 0.0, 0.0, 1.0
         slipped = False
         for n in range(samples):
-            hit = _project(kt, u, limit, slope, E, n, state, change, map_, derive)
+            hit = _step(kt, u, limit, slope, E, (n - 1) % samples, n, state, change, map_, derive, turn)
             event[n] = OPEN if limit[n] <= 0.0 else (SLIP if hit else STICK)
             slipped = slipped or hit
             y[0, n], y[1, n] = state[0], state[1]
@@ -141,40 +145,127 @@ def _jump(map_: Array, before: Array, before_change: Array, state: Array, change
 
 
 @kernel
-def _project(
+def _step(
     kt: float,
     u: Array,
     limit: Array,
     slope: Array,
     E: Array,
+    before: int,
     n: int,
     state: Array,
     change: Array,
     map_: Array,
     derive: bool,
+    turn: Array,
 ) -> bool:
-    """Return mapping at sample n: project the intercept, its derivative and the map of the period; whether it was outside."""
-    first, second = state[0] + kt * u[0, n], state[1] + kt * u[1, n]
-    radius = np.hypot(first, second)
-    if radius <= limit[n]:
+    """From sample `before` to n (the same: clip): intercept, its derivative and the map of the period; whether it slips."""
+    x, y = kt * (u[0, n] - u[0, before]), kt * (u[1, n] - u[1, before])
+    first, second = state[0] + kt * u[0, before], state[1] + kt * u[1, before]
+    slips, c, s = disc_step(first, second, x, y, limit[before], limit[n], turn)
+    if not slips:
         return False
-    ratio = limit[n] / radius
-    c, s = first / radius, second / radius
-    state[0], state[1] = ratio * first - kt * u[0, n], ratio * second - kt * u[1, n]
+    L = limit[n]
+    state[0], state[1] = L * c - kt * u[0, n], L * s - kt * u[1, n]
     for d in range(2):
-        along = ratio * (c * map_[1, d] - s * map_[0, d])
+        along = L * (turn[0] * map_[0, d] + turn[1] * map_[1, d])
         map_[0, d], map_[1, d] = -s * along, c * along
     if derive:
-        for j in range(E.shape[1]):
-            change[0, 0, j] += kt * E[n, j]
-            change[1, 1, j] += kt * E[n, j]
         for part in range(3):
             for j in range(E.shape[1]):
-                along = ratio * (c * change[1, part, j] - s * change[0, part, j])
-                change[0, part, j], change[1, part, j] = -s * along, c * along
+                along = turn[0] * change[0, part, j] + turn[1] * change[1, part, j]
+                if part < 2:
+                    along += kt * (turn[part] * E[before, j] + turn[2 + part] * (E[n, j] - E[before, j]))
+                else:
+                    along += turn[4] * slope[before] * E[before, j] + turn[5] * slope[n] * E[n, j]
+                change[0, part, j], change[1, part, j] = -s * L * along, c * L * along
         for j in range(E.shape[1]):
             change[0, 2, j] += c * slope[n] * E[n, j]
             change[1, 2, j] += s * slope[n] * E[n, j]
             change[0, 0, j] -= kt * E[n, j]
             change[1, 1, j] -= kt * E[n, j]
     return True
+
+
+@kernel
+def disc_step(tx: float, ty: float, x: float, y: float, L0: float, L1: float, turn: Array) -> tuple[bool, float, float]:
+    """One step from the traction T0 = (tx, ty) with the spring's change (x, y) = kt Δu, while the limit goes from L0 to L1 [N].
+
+    Returns whether it slips, and then the direction (c, s) of T1 = L1 (c, s); without slip T1 = T0 + kt Δu. Fills `turn` (6,):
+    the derivative of the angle of T1 by tx, ty, x, y, L0, L1. The share τ of the step sticks: |T0 + τ kt Δu| = L0 + τ (L1 − L0).
+    """
+    turn[:] = 0.0
+    if np.hypot(tx + x, ty + y) <= L1:
+        return False, 0.0, 0.0
+    if L1 <= 0.0:
+        return True, 0.0, 0.0
+    grows, v = L1 - L0, np.hypot(x, y)
+    stuck = _stuck_share(tx, ty, x, y, L0, grows)
+    rest, L = 1.0 - stuck, L0 + stuck * grows
+    if L <= _NOTHING * L1:  # no traction before: it points where the spring does
+        stuck, rest, v, L, grows = 1.0, 0.0, 0.0, L1, 0.0
+    sx, sy = tx + stuck * x, ty + stuck * y
+    size = np.hypot(sx, sy)
+    c, s = sx / size, sy / size
+    dx, dy = (x / v, y / v) if v > 0.0 else (c, s)
+    cosine, sine = c * dx + s * dy, c * dy - s * dx
+    mean, mean_by_L, mean_by_L1 = _inverse_mean(L, L1)
+    q = v * rest * mean
+    t, half = np.tanh(q), np.tanh(0.5 * q)
+    whole = max(1.0 + cosine * t, _NOTHING)
+    kept = 1.0 / (np.cosh(q) * whole)
+    cosine1, sine1 = (cosine + t) / whole, sine * kept
+    # angle of T1 = angle of the motion − ψ1: its change by the motion, by the angle at the edge (kept), and by q
+    by_motion = (t / q if q > 0.0 else 1.0) * rest * mean * (half + cosine) / whole
+    slides = c * x + s * y - grows
+    onset = np.zeros(6)  # of τ
+    if slides > 1e-9 * (v + abs(grows)):
+        onset[0], onset[1], onset[2], onset[3] = -c / slides, -s / slides, -stuck * c / slides, -stuck * s / slides
+        onset[4], onset[5] = rest / slides, stuck / slides
+    for i in range(6):
+        angle = (c * y - s * x) * onset[i] / size
+        edge, after, along, aside = grows * onset[i], 0.0, 0.0, 0.0
+        if i == 0 or i == 2:
+            angle += -s / size * (1.0 if i == 0 else stuck)
+        elif i == 1 or i == 3:
+            angle += c / size * (1.0 if i == 1 else stuck)
+        if i == 2:
+            along, aside = dx, -dy
+        elif i == 3:
+            along, aside = dy, dx
+        elif i == 4:
+            edge += rest
+        elif i == 5:
+            edge += stuck
+            after = 1.0
+        change = mean * (rest * along - v * onset[i]) + v * rest * (mean_by_L * edge + mean_by_L1 * after)
+        turn[i] = by_motion * aside + kept * angle + sine1 * change
+    return True, dx * cosine1 + dy * sine1, dy * cosine1 - dx * sine1
+
+
+_NOTHING = 1e-12
+"""Share of the limit below which there is none, as just after an open contact lands."""
+
+
+@kernel
+def _stuck_share(tx: float, ty: float, x: float, y: float, L0: float, grows: float) -> float:
+    """The share of a step before slip, which ends outside its disc: the last root of |T0 + τ kt Δu| = L0 + τ (L1 − L0)."""
+    a, b = x * x + y * y - grows * grows, tx * x + ty * y - L0 * grows
+    inside = min(tx * tx + ty * ty - L0 * L0, 0.0)
+    root = np.sqrt(max(b * b - a * inside, 0.0))
+    if b > 0.0:
+        return float(min(-inside / (b + root), 1.0))
+    return float(min((root - b) / a, 1.0)) if a > 0.0 else 0.0
+
+
+@kernel
+def _inverse_mean(L: float, L1: float) -> tuple[float, float, float]:
+    """Mean of 1/L while the limit goes from L to L1, ln(L1/L)/(L1 − L), and its derivatives by L and L1."""
+    middle = 0.5 * (L + L1)
+    r = 0.5 * (L1 - L) / middle
+    if abs(r) < 1e-3:
+        mean, slope = (1.0 + r * r / 3.0) / middle, 2.0 * r / (3.0 * middle)
+        common = -0.5 * mean / middle
+        return mean, common - 0.5 * slope * L1 / middle**2, common + 0.5 * slope * L / middle**2
+    mean = np.log(L1 / L) / (L1 - L)
+    return mean, (mean - 1.0 / L) / (L1 - L), (1.0 / L1 - mean) / (L1 - L)

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.time.contact_law import Slopes, contact_law
+from stickslip.time.contact_law import Earlier, Slopes, contact_law
 from stickslip.time.contact_step import solve_in_place
 
 TOLERANCE = 1e-12
@@ -83,7 +83,7 @@ def residual_of(bodies: Bodies, table: ContactTable, q: Array, drive: Array, rig
         for i in range(size):
             total += bodies.B[r, i] * q[i]
         room.w[r] = total
-    contact_law(table, room.w, before, room.intercept, room.limit, room.slopes)
+    contact_law(table, room.w, Earlier(before, room.w, room.limit), room.intercept, room.limit, room.slopes)
     for r in range(rows):
         room.force[r] = room.slopes.target[r] + bodies.stiffness[r] * room.w[r]
     square = 0.0

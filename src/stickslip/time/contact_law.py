@@ -1,7 +1,7 @@
 """All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the sliders of the step before.
 
 A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n), as in
-`stickslip.contact.period`; on a friction disc it is the projection onto the disc of centre −kt u_n and radius L_n.
+`stickslip.contact.period`; on a friction disc it is the step of `stickslip.contact.friction_disc`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.checks import Array, Index
+from stickslip.contact.friction_disc import disc_step
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
 
@@ -22,6 +23,15 @@ class ContactState(NamedTuple):
     w: Array
     forces: Array
     intercept: Array
+    limit: Array
+
+
+class Earlier(NamedTuple):
+    """What contacts remember of the instant before: intercepts (elements,), motion w (rows,) and limits (elements,); the last two
+    matter to friction discs alone."""
+
+    intercept: Array
+    w: Array
     limit: Array
 
 
@@ -59,8 +69,8 @@ def no_slopes(rows: int) -> Slopes:
 
 
 @kernel
-def contact_law(table: ContactTable, w: Array, before: Array, intercept: Array, limit: Array, slopes: Slopes) -> None:
-    """λ̂ and its derivatives at motion w (rows,), from intercepts `before`; fills the new intercepts and the limits."""
+def contact_law(table: ContactTable, w: Array, before: Earlier, intercept: Array, limit: Array, slopes: Slopes) -> None:
+    """λ̂ and its derivatives at motion w (rows,), from the instant before; fills the new intercepts and the limits."""
     for c in range(table.normal_row.size):
         row = table.normal_row[c]
         z = w[row] if row >= 0 else 0.0
@@ -73,7 +83,7 @@ def contact_law(table: ContactTable, w: Array, before: Array, intercept: Array, 
             if table.cubic[r] != 0.0:
                 slopes.target[r], slopes.own[r] = table.cubic[r] * w[r] ** 3, 3.0 * table.cubic[r] * w[r] ** 2
             elif r != row:
-                _friction_row(table, r, w[r], z, before, intercept, limit, slopes)
+                _friction_row(table, r, w[r], z, before.intercept, intercept, limit, slopes)
 
 
 @kernel
@@ -126,22 +136,21 @@ def _friction_row(
 
 @kernel
 def _disc_rows(
-    table: ContactTable, r: int, w: Array, z: float, before: Array, intercept: Array, limit: Array, slopes: Slopes
+    table: ContactTable, r: int, w: Array, z: float, before: Earlier, intercept: Array, limit: Array, slopes: Slopes
 ) -> None:
-    """T − K_c u of the two rows r, r + 1 of a friction disc: y + kt u projected onto the disc of radius L."""
+    """T − K_c u of the two rows r, r + 1 of a friction disc."""
     e = table.friction_first[r]
-    bound, slope = _limit(table, e, z)
-    kt = table.stiffness[e]
-    first, second = before[e] + kt * w[r], before[e + 1] + kt * w[r + 1]
-    radius = np.hypot(first, second)
-    limit[e] = limit[e + 1] = bound
-    outside = radius > bound
-    ratio = bound / radius if outside else 1.0
-    c, s = (first / radius, second / radius) if outside else (0.0, 0.0)
-    intercept[e] = ratio * first - kt * w[r] if outside else before[e]
-    intercept[e + 1] = ratio * second - kt * w[r + 1] if outside else before[e + 1]
+    L, slope = _limit(table, e, z)
+    kt, turn = table.stiffness[e], np.empty(6)
+    tx, ty = before.intercept[e] + kt * before.w[r], before.intercept[e + 1] + kt * before.w[r + 1]
+    x, y = kt * (w[r] - before.w[r]), kt * (w[r + 1] - before.w[r + 1])
+    slips, c, s = disc_step(tx, ty, x, y, before.limit[e], L, turn)
+    limit[e] = limit[e + 1] = L
+    intercept[e] = L * c - kt * w[r] if slips else before.intercept[e]
+    intercept[e + 1] = L * s - kt * w[r + 1] if slips else before.intercept[e + 1]
+    stuck = 0.0 if slips else kt
+    slopes.own[r], slopes.own[r + 1] = stuck - kt * (1.0 + s * L * turn[2]), stuck - kt * (1.0 - c * L * turn[3])
+    slopes.cross[r], slopes.cross[r + 1] = -kt * s * L * turn[3], kt * c * L * turn[2]
+    slopes.coupling[r], slopes.coupling[r + 1] = (c - s * L * turn[5]) * slope, (s + c * L * turn[5]) * slope
     for d in range(2):
         slopes.target[r + d] = intercept[e + d]
-    slopes.own[r], slopes.own[r + 1] = kt * (ratio * (1.0 - c * c) - 1.0), kt * (ratio * (1.0 - s * s) - 1.0)
-    slopes.cross[r] = slopes.cross[r + 1] = -kt * ratio * c * s
-    slopes.coupling[r], slopes.coupling[r + 1] = c * slope, s * slope

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.time.contact_law import ContactState, Neighbours, Slopes, contact_law
+from stickslip.time.contact_law import ContactState, Earlier, Neighbours, Slopes, contact_law
 
 TOLERANCE = 1e-11
 """Residual of a step relative to the contact forces."""
@@ -94,7 +94,7 @@ def solve_in_place(matrix: Array, right: Array) -> bool:
 
 @kernel
 def _residual(
-    table: ContactTable, G: Array, free: Array, before: Array, trial: ContactState, slopes: Slopes, residual: Array
+    table: ContactTable, G: Array, free: Array, before: Earlier, trial: ContactState, slopes: Slopes, residual: Array
 ) -> float:
     """Fill w, intercepts, limits and R = λ − λ̂(w) of a trial λ; returns ‖R‖."""
     trial.w[:] = free - G @ trial.forces
@@ -111,10 +111,10 @@ def solve_contacts(
     G: Array,
     free: Array,
     guess: Array,
-    before: Array,
+    before: Earlier,
     state: ContactState,
 ) -> int:
-    """Contacts at the end of a step: fills `state` from the motion without λ (`free`, rows), a guess of λ and the intercepts
+    """Contacts at the end of a step: fills `state` from the motion without λ (`free`, rows), a guess of λ and what was
     `before` the step. Returns the iterations, −1 where Newton's method fails."""
     rows = free.size
     slopes = Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))

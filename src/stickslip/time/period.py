@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.time.contact_law import ContactState, Neighbours, contact_law, no_slopes
+from stickslip.time.contact_law import ContactState, Earlier, Neighbours, contact_law, no_slopes
 from stickslip.time.contact_step import solve_contacts
 from stickslip.time.model import StepMatrices
 
@@ -71,7 +71,8 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     contacts = state.contacts
     slopes = no_slopes(contacts.w.size)
     contacts.w[:] = matrices.shape @ state.motion
-    contact_law(table, contacts.w, contacts.intercept.copy(), contacts.intercept, contacts.limit, slopes)
+    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy())
+    contact_law(table, contacts.w, before, contacts.intercept, contacts.limit, slopes)
     contacts.forces[:] = slopes.target
     state.forces_before[:] = slopes.target
     force = loads.static + loads.harmonic @ loads.rows[0] - matrices.receiver @ contacts.forces - state.motion
@@ -100,7 +101,7 @@ def march_period(
         right = (1.0 - force_weight) * (loads.static + shaken - predicted - _times(matrices.damping, drifted))
         right += force_weight * rest - mass_weight * matrices.mass * state.acceleration
         free = matrices.shape @ (predicted + _times(matrices.inverse, right))
-        before, limit = contacts.intercept.copy(), contacts.limit.copy()
+        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy())
         guess = 2.0 * contacts.forces - state.forces_before
         state.forces_before[:] = contacts.forces
         used = solve_contacts(table, near, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
@@ -119,14 +120,12 @@ def march_period(
         rest = loads.static + shaken - pushed - state.motion - resistance
         given += step * float(np.sum(shaken * state.velocity))
         viscous += step * float(np.sum(resistance * state.velocity))
-        _record(table, matrices, state, before, limit, column, history)
+        _record(table, matrices, state, before, column, history)
     return PeriodWork(given, viscous, iterations, -1)
 
 
 @kernel
-def _record(
-    table: ContactTable, matrices: StepMatrices, state: State, before: Array, limit: Array, column: int, history: History
-) -> None:
+def _record(table: ContactTable, matrices: StepMatrices, state: State, before: Earlier, column: int, history: History) -> None:
     """Fill a column of the histories and add the friction work L |Δs| of the step, s = −y/kt, L at the middle of the step."""
     contacts = state.contacts
     history.outputs[:, column] = matrices.outputs @ state.motion
@@ -136,10 +135,13 @@ def _record(
         if table.coupled[c]:
             r = table.first_row[c]
             e = table.friction_first[r]
-            slid = np.hypot(contacts.intercept[e] - before[e], contacts.intercept[e + 1] - before[e + 1]) / table.stiffness[e]
-            history.friction_work[r] += 0.5 * (contacts.limit[e] + limit[e]) * slid
+            slid = (
+                np.hypot(contacts.intercept[e] - before.intercept[e], contacts.intercept[e + 1] - before.intercept[e + 1])
+                / table.stiffness[e]
+            )
+            history.friction_work[r] += 0.5 * (contacts.limit[e] + before.limit[e]) * slid
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
-                slid = abs(contacts.intercept[e] - before[e]) / table.stiffness[e]
-                history.friction_work[r] += 0.5 * (contacts.limit[e] + limit[e]) * slid
+                slid = abs(contacts.intercept[e] - before.intercept[e]) / table.stiffness[e]
+                history.friction_work[r] += 0.5 * (contacts.limit[e] + before.limit[e]) * slid
