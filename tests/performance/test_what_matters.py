@@ -1,4 +1,4 @@
-"""Which parameter matters: exact slopes and indices where a closed form gives them."""
+"""Which parameter matters: slopes and indices where a closed form gives them."""
 
 from math import pi
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.plots.what_matters import tornado
+from stickslip.report.what_matters import sentences, tables
 
 BAND = ss.radians_per_second(0.85, 1.35)
 
@@ -21,6 +23,54 @@ def test_slopes_and_ends_against_the_closed_form():
     assert found.slope.values == pytest.approx(exact, rel=1e-3)
     for k, (kd, limit) in enumerate([(0.45, 2.0), (0.5, 1.8)]):
         assert float(found.low_end[k, 0]) == pytest.approx(limit**2 / (kd * (limit - pi / 4.0)), rel=3e-5)
+
+
+@pytest.fixture(scope="module")
+def linear():
+    """A = 1/(c √(k/m − (c/2m)²)): d ln A = −d ln c − (d ln k − d ln m)/2 but for c²/(4 k m) = 10⁻⁴, halved."""
+
+    def rig(*, c: float, k: float, m: float) -> ss.Problem:
+        return ss.rigs.single_mass(mass=m, damping=c, kt=1e-9, stiffness=k)
+
+    ranges = {"c": (0.018, 0.022), "k": (0.9, 1.1), "m": (0.9, 1.1)}
+    return ss.what_matters(rig, ranges, ss.radians_per_second(0.85, 1.15), draws=32, harmonics=1, samples=32).dataset
+
+
+def test_slopes_of_a_linear_mass(linear):
+    """At the frequency of a peak that is 1e-5 rad/s off its top the slopes by k and m would be −0.109 and 0.109."""
+    small = 1e-4
+    assert linear.slope.values == pytest.approx([-0.2 * (1.0 - small), -0.1 * (1.0 + small), 0.1 * (1.0 - small)], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("limit", "exact"), [(20.0, [-0.39345, 0.38427, -0.00131, 0.00196]), (1.5, [-0.37711, 0.01278, -0.00507, 0.00637])]
+)
+def test_slopes_of_a_mass_that_slips(limit, exact):
+    """Exact solution of one harmonic, maximised over the frequency and differenced: an independent script."""
+
+    def rig(*, kt: float, limit: float, k: float, m: float) -> ss.Problem:
+        return ss.rigs.single_mass(mass=m, damping=0.01, kt=kt, limit=limit, stiffness=k)
+
+    ranges = {"kt": (0.4, 0.6), "limit": (0.8 * limit, 1.2 * limit), "k": (0.9, 1.1), "m": (0.9, 1.1)}
+    found = ss.what_matters(rig, ranges, ss.radians_per_second(0.8, 1.5), draws=2, harmonics=1, samples=256).dataset
+    assert found.slope.values == pytest.approx(exact, abs=60.0 / 256**2)
+
+
+def test_indices_lie_in_their_intervals_and_are_told_with_them(linear):
+    """Var ln A by c, k, m: 0.2²/12 and twice 0.1²/12, in shares 2/3, 1/6, 1/6."""
+    low, high = np.moveaxis(linear.total_interval.values[:, 0], -1, 0)
+    shares = np.array([4.0, 1.0, 1.0]) / 6.0
+    assert np.all((low < shares) & (shares < high))
+    assert np.all(high - low > 0.02)
+    assert f"c {float(linear.total[0, 0]):.2f} ({low[0]:.2f} to {high[0]:.2f})" in sentences(linear)[0]
+    assert tables(linear)["parameters"]["amplitude, total, 95 % to"].tolist() == high.tolist()
+
+
+def test_both_bars_are_seen_where_both_ends_move_the_peak_the_same_way(linear):
+    same = linear.copy(deep=True)
+    same.low_end[:], same.high_end[:] = 1.1 * same.middle, 1.2 * same.middle
+    bars = [bar.get_bbox() for bar in tornado(same).axes[0].patches]
+    assert not any(a.overlaps(b) and min(a.y1, b.y1) > max(a.y0, b.y0) + 1e-9 for a in bars for b in bars if a is not b)
 
 
 def test_all_variance_belongs_to_the_only_parameter_that_acts():

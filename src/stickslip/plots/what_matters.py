@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 def tornado(dataset: xr.Dataset) -> Figure:
-    """A panel for amplitude and one for frequency: bars from the low to the high end in per cent, total indices beside them."""
+    """A panel for amplitude and one for frequency: bars to the low and to the high end in per cent, one below the
+    other, since both may lie on the same side; total indices beside them."""
     names = [plain(str(name)) for name in dataset["parameter"].values]
     with house_style():
         figure = Figure(figsize=(7.6, 1.4 + 0.5 * len(names)), layout="constrained")
@@ -23,8 +24,8 @@ def tornado(dataset: xr.Dataset) -> Figure:
             ends = [100.0 * (dataset[key].values[:, q] / middle - 1.0) for key in ("low_end", "high_end")]
             order = np.argsort(np.max(np.abs(ends), axis=0))
             for place, k in enumerate(order):
-                for values, colour in zip(ends, (CONTACTS[0], CONTACTS[1]), strict=True):
-                    axes.barh(place, values[k], color=colour, height=0.6)
+                for values, colour, beside in zip(ends, (CONTACTS[0], CONTACTS[1]), (0.16, -0.16), strict=True):
+                    axes.barh(place + beside, values[k], color=colour, height=0.32)
                 total = float(dataset["total"].values[k, q])
                 axes.text(1.01, place, f"{total:.2f}", transform=axes.get_yaxis_transform(), va="center", fontsize=8.5)
             axes.axvline(0.0, color=GREY, linewidth=0.8)

@@ -25,9 +25,15 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for q, (quantity, size, unit) in enumerate((("amplitude", length.metres, length.name), ("frequency", 1.0, "Hz"))):
         middle, spread = (float(dataset[key].values[q]) / size for key in ("middle", "spread"))
         order = np.argsort(-dataset["total"].values[:, q])
-        ranked = ", ".join(f"{names[k]} {float(dataset['total'].values[k, q]):.2f}" for k in order)
-        lines.append(f"peak {quantity} {middle:.5g} {unit} ± {spread:.2g} {unit}; total indices: {ranked}")
+        ranked = ", ".join(f"{names[k]} {_index(dataset, k, q)}" for k in order)
+        lines.append(f"peak {quantity} {middle:.5g} {unit} ± {spread:.2g} {unit}; total indices: {ranked}, with 95 % intervals")
     return lines
+
+
+def _index(dataset: xr.Dataset, k: int, q: int) -> str:
+    """The total index of parameter k for quantity q with its interval."""
+    low, high = dataset["total_interval"].values[k, q]
+    return f"{float(dataset['total'].values[k, q]):.2f} ({low:.2f} to {high:.2f})"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -48,6 +54,9 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             ("high_end", "at the high end"),
         ):
             columns[f"{quantity}, {words}"] = dataset[key].values[:, q]
+            if key in ("first_order", "total"):
+                for bound, end in enumerate(("from", "to")):
+                    columns[f"{quantity}, {words}, 95 % {end}"] = dataset[f"{key}_interval"].values[:, q, bound]
     columns["slope of ln amplitude over the range"] = dataset["slope"].values
     return {"parameters": pd.DataFrame(columns)}
 
