@@ -116,3 +116,110 @@ def test_wrong_use_is_refused():
 def test_parameters_of_something_else_are_refused(parameters, said):
     with pytest.raises(ss.InputError, match=said):
         ss.sensitivity(ss.rigs.blade_and_wedge(mu=0.4), 330.0, parameters, force=30.0)
+
+
+DUFFING = {"k": 1.0, "m": 1.0, "c": 0.05, "k3": 1.0, "force": 0.2}
+
+
+def duffing(k: float, m: float, c: float, k3: float, force: float) -> ss.Problem:
+    spring = ss.Contact("spring", ss.CubicSpring(k3), (ss.between("1.x", "ground"),))
+    structure = ss.Structure(np.array([[m]]), np.array([[k]]), ("1.x",), C=np.array([[c]]))
+    return ss.Problem(structure, (spring,), (ss.Force("1.x", force),), ("1.x",))
+
+
+def of_duffing() -> dict[str, ss.Parameter]:
+    return {name: ss.Parameter(value, partial(changed, duffing, DUFFING, name)) for name, value in DUFFING.items()}
+
+
+def test_every_point_of_an_overhanging_curve_has_its_derivatives():
+    """g = ((k + 3/4 k3 a² − m ω²)² + (c ω)²) a² − F² = 0 of one harmonic: da/dθ = −(∂g/∂θ)/(∂g/∂a) on all three branches."""
+    made = ss.forced_response(duffing(**DUFFING), ss.radians_per_second(0.6, 2.6), harmonics=1)
+    data = made.dataset.isel(case=0, output=0)
+    omegas = 2.0 * np.pi * data.frequency.values
+    falls = np.diff(omegas) < 0.0
+    assert falls.any(), "the curve overhangs"
+    k, m, c, k3, F = DUFFING.values()
+    for point in range(data.sizes["point"]):
+        a, omega = float(data.amplitude[point]), omegas[point]
+        s = k + 0.75 * k3 * a**2 - m * omega**2
+        by_a = 2.0 * s * 1.5 * k3 * a**3 + 2.0 * a * (s**2 + (c * omega) ** 2)
+        scale = 2.0 * a * (s**2 + (c * omega) ** 2) + abs(3.0 * s * k3 * a**3)
+        by = {"k": 2.0 * s * a**2, "m": -2.0 * s * omega**2 * a**2, "k3": 1.5 * s * a**4}
+        by |= {"c": 2.0 * c * omega**2 * a**2, "force": -2.0 * F}
+        found = made.sensitivity(0, point, of_duffing())
+        assert found.frequency == pytest.approx(float(data.frequency[point]), rel=1e-14)
+        assert abs(found.response[0, 1]) == pytest.approx(a, rel=1e-9)
+        if abs(by_a) > 1e-4 * scale:
+            for name, slope in found.amplitude_slopes().items():
+                assert slope[0] == pytest.approx(-by[name] / by_a, rel=1e-6, abs=1e-9), (name, point)
+
+
+def test_the_upper_branch_against_curves_of_changed_springs():
+    """At 1.5 rad/s, reached from below; solved afresh at that frequency, the point is one of the lower branch."""
+
+    def traced(k3: float) -> ss.ForcedResponse:
+        frequencies = np.array([0.9, 1.2, 1.5]) / (2.0 * np.pi)
+        return ss.forced_response(duffing(**(DUFFING | {"k3": k3})), frequencies, harmonics=5)
+
+    upper, step = traced(1.0), 1e-5
+    slope = upper.sensitivity(0, 2, of_duffing()).amplitude_slopes()["k3"][0]
+    high, low = (float(traced(1.0 + side * step).dataset.amplitude[0, 2, 0]) for side in (1.0, -1.0))
+    assert slope == pytest.approx((high - low) / (2.0 * step), rel=1e-6)
+    afresh = ss.sensitivity(duffing(**DUFFING), 1.5 / (2.0 * np.pi), of_duffing(), samples=256)
+    assert abs(afresh.response[0, 1]) < 0.5 * float(upper.dataset.amplitude[0, 2, 0])
+    assert afresh.amplitude_slopes()["k3"][0] * slope < 0.0
+
+
+@pytest.fixture(scope="module")
+def slipping_peak():
+    maker, values, _ = CASES["wedge"]
+    parameters = {name: ss.Parameter(values[name], partial(changed, maker, values, name)) for name in ("mu", "kt", "pull")}
+    made = ss.forced_response(maker(**values), ss.Band(330.0, 360.0), 5.0, samples=2048)
+    assert 0.05 < float(made.dataset.share_slip[0, made.peak_point()].max()) < 0.95
+    return made, parameters
+
+
+def test_the_slope_at_a_peak_is_that_of_its_height(slipping_peak):
+    """Central differences of peaks, each at a frequency of its own. Peaks sit on kinks of the sampled curve, so that the slopes
+    agree to the fineness of the samples: 3 % with 256, 0.2 % with 2048.
+    """
+    made, parameters = slipping_peak
+    slopes = made.sensitivity(0, made.peak_point(), parameters).amplitude_slopes()
+    for name, parameter in parameters.items():
+        step = 1e-4 * parameter.value
+        high, low = (
+            ss.forced_response(parameter.problem(parameter.value + side * step), ss.Band(330.0, 360.0), 5.0, samples=2048)
+            for side in (1.0, -1.0)
+        )
+        height = float(high.dataset.peak_amplitude[0, 0, 0] - low.dataset.peak_amplitude[0, 0, 0])
+        assert slopes[name][0] == pytest.approx(height / (2.0 * step), rel=2e-3), name
+
+
+def test_a_point_beside_a_slipping_peak_against_differences(slipping_peak):
+    made, parameters = slipping_peak
+    point = made.peak_point() + 1
+    frequency = float(made.dataset.frequency[0, point])
+    slopes = made.sensitivity(0, point, parameters).amplitude_slopes()
+    for name, parameter in parameters.items():
+        step = 1e-6 * parameter.value
+        high, low = (
+            ss.forced_response(parameter.problem(parameter.value + side * step), [frequency], 5.0, samples=2048).dataset
+            for side in (1.0, -1.0)
+        )
+        expected = float(high.amplitude[0, 0, 0] - low.amplitude[0, 0, 0]) / (2.0 * step)
+        assert slopes[name][0] == pytest.approx(expected, rel=1e-5), name
+
+
+def test_a_rig_that_takes_only_some_values_is_told_from_a_wrong_value():
+    """The value refused is not one that the user gave."""
+    made = ss.forced_response(masses(**MASSES), [frequency_of("masses")])
+
+    def only_given(mu: float) -> ss.Problem:
+        if mu not in (0.3, 0.4):
+            raise ss.InputError(f"mu must be 0.3 or 0.4, but is {mu!r}.")
+        return masses(**(MASSES | {"mu": mu}))
+
+    with pytest.raises(ss.InputError, match=r"'mu' must make a problem of values beside 0.4 too.*differences.*mu must be 0.3 or"):
+        made.sensitivity(0, 0, {"mu": ss.Parameter(0.4, only_given)})
+    with pytest.raises(ss.InputError, match="'mu' must make the problem itself"):
+        made.sensitivity(0, 0, {"mu": ss.Parameter(0.3, only_given)})

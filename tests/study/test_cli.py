@@ -173,6 +173,10 @@ def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path)
         stickslip.forced_response(response.problem, [0.15, 0.2], harmonics=7).dataset.amplitude.sel(case=0).values[None],
         rtol=2e-3,
     )
+    one_mass.write_text(one_mass.read_text().replace("mu = 1.0", "mu = 1.001"))
+    other = stickslip.ForcedResponse(response.dataset, stickslip.read_problem(one_mass))
+    with pytest.raises(stickslip.InputError, match=r"results are of another problem: .*attrs\['study'\]"):
+        other.verify_in_time(case=2, point=other.peak_point(2))
     alone = tmp_path / "alone.toml"
     stickslip_command("new", "damper-cycle", alone)
     with pytest.raises(stickslip.InputError, match="must be of a problem"):

@@ -1,30 +1,39 @@
-"""Derivatives of the response at a frequency with respect to any parameter of a problem: stiffness, friction, mass, geometry."""
+"""Derivatives of the response at a point with respect to any parameter of a problem: stiffness, friction, mass, geometry."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from stickslip.checks import Array, Index, fault, finite, of_kind, positive
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import Array, Index, InputError, fault, finite, of_kind, positive
 from stickslip.contact.table import contact_table
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 RELATIVE_STEP = 1e-5
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of a problem: its value, and the problem it makes of another value."""
+    """A parameter of a problem: its value, and the problem it makes of another value.
+
+    The derivative is taken by differences of the equations over values beside it, a part in 1e5 away, which `problem` must take.
+    `single_blade`, say, takes any preload mass once its six contact parameters are given.
+    """
 
     value: float
     problem: Callable[[float], Problem]
@@ -81,11 +90,11 @@ def sensitivity(
     """dX/dθ at a frequency in Hz by the implicit function theorem, for each parameter and for the start states.
 
     parameters: {name: Parameter(value, problem_of)}, where problem_of(value) is `problem`, say
-    Parameter(0.5, lambda mu: rig(friction=mu)); refused where it is another.
+    Parameter(0.5, lambda mu: rig(friction=mu)); refused where it is another. The point is solved afresh: where a curve overhangs,
+    `ForcedResponse.sensitivity` takes the one that is meant.
     """
     of_kind("problem", problem, Problem)
-    for name, parameter in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
-        _check(name, parameter, problem)
+    _check_all(parameters, problem)
     positive("frequency", frequency)
     finite("force", force)
     with threadpool_limits(1, user_api="blas"):
@@ -94,15 +103,47 @@ def sensitivity(
         curve = solve_curve(balance, (omega, omega), force, exactly=True)
         if curve.outcome != Outcome.CONVERGED:
             raise fault("The point", "must be solvable", f"{frequency:g} Hz", curve.message)
-        evaluation = curve.points[0].evaluation
-        factors = solved_factors(balance, evaluation)
-        by_parameter = {}
-        for name, parameter in parameters.items():
-            step = RELATIVE_STEP * (abs(parameter.value) or 1.0)
-            forces, motion = parameter_slopes(parameter.problem, parameter.value, balance, evaluation.point, step)
-            change = respond(balance, evaluation, factors, forces[None], motion[None])
-            by_parameter[name] = complex_harmonics(change.motion[0, balance.rows :])
-        elements, slopes = start_slopes(balance, evaluation)
-        by_start = respond(balance, evaluation, factors, slopes).motion[:, balance.rows :]
-    response = complex_harmonics(evaluation.w[balance.rows :])
+        return _slopes(balance, curve.points[0].evaluation, parameters)
+
+
+def point_sensitivity(
+    dataset: xr.Dataset, problem: Problem, case: int, point: int, parameters: Mapping[str, Parameter]
+) -> Sensitivity:
+    """What `ForcedResponse.sensitivity` says."""
+    _check_all(parameters, problem)
+    points = SolvedPoints(dataset, problem)
+    with threadpool_limits(1, user_api="blas"):
+        return _slopes(points.balance, points.evaluation(case, point), parameters)
+
+
+def _check_all(parameters: Mapping[str, Parameter], problem: Problem) -> None:
+    for name, parameter in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
+        _check(name, parameter, problem)
+
+
+def _slopes(balance: HarmonicBalance, evaluation: Evaluation, parameters: Mapping[str, Parameter]) -> Sensitivity:
+    """The derivatives at a solved point, at its frequency."""
+    factors = solved_factors(balance, evaluation)
+    by_parameter = {}
+    for name, parameter in parameters.items():
+        step = RELATIVE_STEP * (abs(parameter.value) or 1.0)
+        beside = partial(_beside, name, parameter)
+        forces, motion = parameter_slopes(beside, parameter.value, balance, evaluation.point, step)
+        change = respond(balance, evaluation, factors, forces[None], motion[None])
+        by_parameter[name] = complex_harmonics(change.motion[0, balance.rows :])
+    elements, slopes = start_slopes(balance, evaluation)
+    by_start = respond(balance, evaluation, factors, slopes).motion[:, balance.rows :]
+    response, frequency = complex_harmonics(evaluation.w[balance.rows :]), evaluation.point.omega / (2.0 * np.pi)
     return Sensitivity(frequency, response, by_parameter, elements, complex_harmonics(by_start))
+
+
+def _beside(name: str, parameter: Parameter, value: float) -> Problem:
+    """The problem of a value beside the parameter's own; a refusal says where this value comes from."""
+    try:
+        return parameter.problem(value)
+    except InputError as reason:
+        raise InputError(
+            f"parameter {name!r} must make a problem of values beside {parameter.value!r} too, since its derivative is taken by "
+            f"differences over a part in 1e5, but of {value!r} it makes none: {reason} Where a rig knows only some values, give "
+            "what stands behind them too, or vary the contact or force that they set."
+        ) from reason

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.contact_rows import ContactRows
-from stickslip.checks import Array, fault, whole
-from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.checks import SMALLEST, Array, fault, whole
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.fourier import real_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
@@ -17,24 +17,51 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-KEPT = ("outcome", "frequency", "force_level", "contact_force", "contact_motion")
-"""The variables of a dataset that a point is made of."""
+KEPT = ("outcome", "frequency", "force_level", "response", "contact_force", "contact_motion")
+"""The variables of a dataset that a point is made of, and is known again by."""
+
+MISMATCH = 1e-6
+"""How far a kept point may miss the balance and its own motion. Those of a finite-element blade miss them by 1e-14; by 6e-11
+where another processor reduced it; by 1e-4 where a friction coefficient differs by a thousandth."""
+
+REMEDY = (
+    "The results are of another problem: give the one that made them, their study is dataset.attrs['study'], or run this one."
+)
 
 
 class SolvedPoints:
-    """The converged points of a dataset; `balance`: the one that solved them."""
+    """The converged points of a dataset; `balance`: the one that solved them.
+
+    Whether `problem` is theirs, the points themselves tell: they solve its balance, by the motion that is kept.
+    """
 
     def __init__(self, dataset: xr.Dataset, problem: Problem) -> None:
+        for what, own in (("contact", [contact.name for contact in problem.contacts]), ("output", list(problem.output_names))):
+            kept = [str(name) for name in dataset[what].to_numpy()]
+            if kept != own:
+                raise fault(f"The {what}s of the problem", f"must be those of the results, {kept}", own, REMEDY)
         self.kept = {name: dataset[name].to_numpy() for name in KEPT}
         self.rows = ContactRows(problem)
         self.balance = HarmonicBalance(problem, int(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
 
-    def point(self, case: int, point: int) -> Point:
-        """λ, what contacts carry beyond the springs of the stuck ones, with frequency and force level."""
+    def evaluation(self, case: int, point: int) -> Evaluation:
+        """A point of the balance; refused where it is the solution of another problem."""
         place = self._place(case, point)
-        springs = self.balance.stiffness[:, None] * self._rows(self.kept["contact_motion"][place])
-        forces = self._rows(self.kept["contact_force"][place]) - springs
-        return Point(forces, 2.0 * np.pi * float(self.kept["frequency"][place]), float(self.kept["force_level"][case]))
+        motion = self._rows(self.kept["contact_motion"][place])
+        # λ, what contacts carry beyond the springs of the stuck ones.
+        forces = self._rows(self.kept["contact_force"][place]) - self.balance.stiffness[:, None] * motion
+        omega, level = 2.0 * np.pi * float(self.kept["frequency"][place]), float(self.kept["force_level"][place[0]])
+        found = self.balance.evaluate(Point(forces, omega, level))
+        known = np.concatenate([motion, _real(self.kept["response"][place])])
+        missed = max(found.error, _apart(found.w, known), _apart(found.w[:, 1:], known[:, 1:]))
+        if not missed <= MISMATCH:
+            what = f"The share by which point {place[1]} of case {place[0]} misses the balance of the problem"
+            raise fault(what, f"must be at most {MISMATCH:g}", float(f"{missed:.2g}"), REMEDY)
+        return found
+
+    def point(self, case: int, point: int) -> Point:
+        """λ with frequency and force level."""
+        return self.evaluation(case, point).point
 
     def converged(self, case: int) -> list[Point]:
         """All converged points of a case, in the order of travel."""
@@ -42,7 +69,7 @@ class SolvedPoints:
 
     def contact_motion(self, case: int, point: int) -> Array:
         """Relative displacement of every contact row, (rows, 2H+1), m."""
-        return self._rows(self.kept["contact_motion"][self._place(case, point)])
+        return self.evaluation(case, point).w[: self.balance.rows]
 
     def whole_motion(self, case: int, point: int) -> Array:
         """Displacement of every degree of freedom, (n, 2H+1), m."""
@@ -62,5 +89,14 @@ class SolvedPoints:
 
     def _rows(self, parts: Array) -> Array:
         """Real storage (rows, 2H+1) from (contact, direction, harmonic, part)."""
-        values = self.rows.collected(parts)
-        return real_harmonics(values[..., 0] + 1j * values[..., 1])
+        return _real(self.rows.collected(parts))
+
+
+def _apart(found: Array, known: Array) -> float:
+    """How far two motions are apart, relative to the known one."""
+    return float(np.linalg.norm(found - known)) / max(float(np.linalg.norm(known)), SMALLEST)
+
+
+def _real(parts: Array) -> Array:
+    """Real storage (..., 2H+1) of (..., harmonic, part)."""
+    return real_harmonics(parts[..., 0] + 1j * parts[..., 1])
