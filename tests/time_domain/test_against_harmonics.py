@@ -2,11 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from time_domain.systems import damped_wedge, line_contact, orbiting_mass, rubbing_mass, stop
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
+from stickslip.contact.cubic import CubicSpring
+from stickslip.contact.point import Contact, between
+from stickslip.loads import Force
+from stickslip.problem import Problem
 from stickslip.rigs import single_mass
+from stickslip.structure.matrices import Structure
+from stickslip.units import radians_per_second
 
 
 def checked(problem, frequencies, harmonics, samples=2048, **options):
@@ -74,6 +81,51 @@ def test_an_unstable_solution_of_the_harmonic_balance_is_found_out():
     """The line contact at 0.9 rad/s: a solution to rounding in frequency, from which every time integration departs."""
     response = forced_response(line_contact(), radians(0.27, 0.9), harmonics=31, samples=2048)
     assert float(response.dataset.residual[0, 1]) < 1e-10
-    found = response.verify_in_time(0, 1, periods=150)
+    found = response.verify_in_time(0, 1, periods=60)
     assert not found.periodic
+    assert found.unstable
+    assert not found.agrees(1.0)
+    assert np.max(found.first_period_difference) < 2e-4
+    assert "gives a periodic motion, which the first period in time repeats within" in found.sentence
     assert "the difference has grown: a periodic motion is unstable here" in found.sentence
+
+
+def state_after(settings, omega, state):
+    """x, ẋ of ẍ + c ẋ + x + x³ = F cos(ω t) after one period."""
+    damping, force = settings
+
+    def rates(t, y):
+        return y[1], force * np.cos(omega * t) - damping * y[1] - y[0] - y[0] ** 3
+
+    return solve_ivp(rates, (0.0, 2.0 * np.pi / omega), state, rtol=1e-11, atol=1e-12).y[:, -1]
+
+
+def largest_multiplier(settings, omega, state):
+    """|μ| of the map over a period, its derivative by central differences."""
+    step = 1e-5
+    columns = [state_after(settings, omega, state + step * e) - state_after(settings, omega, state - step * e) for e in np.eye(2)]
+    return float(np.max(np.abs(np.linalg.eigvals(np.column_stack(columns) / (2.0 * step)))))
+
+
+def test_the_middle_branch_of_duffing_is_right_and_unstable():
+    """SciPy's integration of the same state returns to it within a period, with a multiplier that the march measures, too."""
+    settings = damping, force = 0.05, 0.2
+    structure = Structure(np.eye(1), np.eye(1), ("1.x",), C=damping * np.eye(1))
+    spring = Contact("spring", CubicSpring(1.0), (between("1.x", "ground"),))
+    problem = Problem(structure, (spring,), (Force("1.x", force),), ("1.x",))
+    response = forced_response(problem, radians_per_second(0.6, 3.0), harmonics=9)
+    omega = 2.0 * np.pi * response.dataset.frequency[0].to_numpy()
+    folds = np.flatnonzero(np.diff(np.sign(np.diff(omega))))
+    for point, stable in ((int(folds.mean()), False), (folds[0] - 4, True), (folds[1] + 4, True)):
+        X = response.dataset.response[0, point, 0].to_numpy() @ [1.0, 1.0j]
+        start = np.array([X.sum().real, (1j * omega[point] * np.arange(10) * X).sum().real])
+        np.testing.assert_allclose(state_after(settings, omega[point], start), start, atol=1e-5)
+        check, multiplier = response.verify_in_time(0, int(point)), largest_multiplier(settings, omega[point], start)
+        assert check.unstable == (not stable) == (multiplier > 1.0)
+        assert check.agrees(1e-4) == stable
+        assert np.max(check.first_period_difference) < 2e-5
+        if not stable:
+            assert check.periodic
+            assert np.max(check.period_difference) > 1.0
+            assert check.time.cycle.growth == pytest.approx(multiplier, rel=0.1)
+            assert "but not a stable one: departures grow by a factor of" in check.sentence

@@ -7,8 +7,9 @@ from time_domain.systems import landing_foot
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
 from stickslip.checks import InputError
+from stickslip.loads import Force
 from stickslip.rigs import single_mass, three_mass_wedge
-from stickslip.solve.time_march import distance
+from stickslip.solve.time_march import distance, growth
 from stickslip.time.methods import Newmark
 from stickslip.units import hertz
 
@@ -104,6 +105,38 @@ def test_a_motion_that_is_not_yet_periodic_is_named_and_verifies_nothing():
     assert "Not periodic within 3 periods" in check.sentence
 
 
+def test_what_is_hardly_damped_agrees_as_far_as_it_has_settled():
+    """The undamped wedge rings on its stuck contacts: 1000 periods leave 3e-6, above the default tolerance and far below 1e-3."""
+    response = forced_response(three_mass_wedge(0.0), [145.0, 175.48], harmonics=15)
+    check = response.verify_in_time(0, 1, periods=60, steps_per_period=1000)
+    assert not check.periodic
+    assert 1e-6 < check.distance < 1e-4
+    assert check.agrees(1e-3)
+    assert not check.agrees(float(np.max(check.period_difference)) + 0.5 * check.distance)
+    assert f"at most about {check.distance:.1e} from a periodic motion, more than `tolerance`" in check.sentence
+    suggested = float(check.sentence.split("tolerance=")[1].split(";")[0])
+    assert response.verify_in_time(0, 1, periods=60, steps_per_period=1000, tolerance=suggested).periodic
+
+
+def test_the_error_of_the_steps_is_told(response):
+    """Second order: what N steps leave is a third of what half of them change; 16 N are taken for exact."""
+    check = response.verify_in_time(1, 1, steps_per_period=500)
+    exact = response.verify_in_time(1, 1, steps_per_period=8000).time.dataset.response
+    error = np.hypot(*(check.time.dataset.response - exact)[0, 1].to_numpy()) / check.time_amplitude[0]
+    assert check.step_error[0] / 3.0 == pytest.approx(error, rel=0.3)
+    assert f"Half the steps change the first harmonic by {check.step_error[0]:.1e}." in check.sentence
+
+
+def test_steps_too_few_to_be_halved_tell_no_error():
+    """44 steps resolve a load of harmonic 8, 22 do not."""
+    problem = single_mass().with_forces((Force("1.x", {1: 1.0, 8: 0.1}),))
+    response = forced_response(problem, [0.05, FREQUENCY], harmonics=9)
+    check = response.verify_in_time(0, 1, steps_per_period=44)
+    assert check.periodic
+    assert np.isnan(check.step_error[0])
+    assert "Half the steps" not in check.sentence
+
+
 def test_a_point_that_did_not_converge_cannot_be_verified(response):
     dataset = response.dataset.copy(deep=True)
     dataset.outcome[0, 1] = 2
@@ -132,6 +165,13 @@ def test_the_distance_from_the_limit_follows_from_the_rate_of_decay():
     assert distance(changes) == pytest.approx(0.9**20 / 0.1)
     assert distance([1.0, 1.0, 1.0]) == np.inf
     assert distance([]) == np.inf
+
+
+def test_growth_is_the_factor_per_period_after_the_least_change():
+    assert growth([0.3**k for k in range(4)] + [0.3**3 * 2.0**k for k in range(1, 9)]) == pytest.approx(2.0)
+    assert growth([1.0, 0.01, 0.99]) == 1.0
+    assert growth([1e-5] * 200) == 1.0
+    assert growth([]) == 1.0
 
 
 def test_numerical_damping_quiets_a_landing():

@@ -2,35 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.analyses.time_response import TimeResponse, time_response
+from stickslip.analyses.time_response import TimeResponse, harmonics_of, time_response
 from stickslip.checks import Array
 from stickslip.problem import Problem
+from stickslip.solve.time_march import LOAD_STEPS, NEAR, March, MarchOutcome, march
 from stickslip.solve.time_start import from_harmonics
 from stickslip.time.methods import DEFAULT_METHOD, Method
 
 if TYPE_CHECKING:
     import xarray as xr
 
+LEFT = 10.0
+"""A last period so many times as far from the harmonic balance as the first one has left it."""
+
+FEWEST_PERIODS = 20
+"""Periods that half the steps are allowed at least."""
+
 
 @dataclass(frozen=True, eq=False)
 class TimeCheck:
     """Harmonic balance against time integration at one point. Arrays (outputs,).
 
-    harmonic_amplitude, time_amplitude: |X_1| [m]; amplitude_difference: their relative difference; period_difference: rms of
-    x_harmonic − x_time over the period, mean included, relative to the rms of the vibration about its mean; time: the whole
-    result of the integration; harmonics H of the point.
+    harmonic_amplitude, time_amplitude: |X_1| [m]; period_difference: rms of x_harmonic − x_time over the last period, mean
+    included, relative to the rms of the vibration about its mean; first_period_difference: the same over the first period, where
+    the integration still is what the harmonic balance says if that is a periodic motion; step_error: |X_1(N/2) − X_1(N)|/|X_1(N)|
+    with half the N steps per period, NaN where the integration has not settled; time: the whole result of the integration;
+    harmonics H of the point.
     """
 
     harmonics: int
     harmonic_amplitude: Array
     time_amplitude: Array
     period_difference: Array
+    first_period_difference: Array
+    step_error: Array
     time: TimeResponse
 
     @property
@@ -40,7 +51,7 @@ class TimeCheck:
 
     @property
     def periodic(self) -> bool:
-        """Whether the time integration became periodic; without that nothing is verified."""
+        """Whether the time integration became periodic to the `tolerance` asked for."""
         return self.time.periodic
 
     @property
@@ -48,24 +59,79 @@ class TimeCheck:
         """Periods marched."""
         return self.time.cycle.periods
 
+    @property
+    def distance(self) -> float:
+        """Estimated distance of the last period from a periodic motion, relative; infinite where the motion does not settle."""
+        return self.time.cycle.distance
+
+    @property
+    def unstable(self) -> bool:
+        """Whether the motion was seen to leave the periodic one of the harmonic balance: the changes from period to period grew,
+        and the last period is ten times as far away as the first or more."""
+        far = np.max(self.period_difference) > LEFT * np.max(self.first_period_difference)
+        return self._bounded and self.time.cycle.growth > 1.0 and bool(far)
+
     def agrees(self, tolerance: float = 1e-3) -> bool:
-        """Whether the integration became periodic and every output agrees in first harmonic and over the period."""
+        """Whether every output agrees in first harmonic and over the period with the periodic motion the integration tends to.
+
+        What the last period is still away from it, `distance`, counts as difference, so that an integration that has not settled
+        verifies nothing.
+        """
         largest = max(float(np.max(np.abs(self.amplitude_difference))), float(np.max(self.period_difference)))
-        return self.periodic and largest <= tolerance
+        return self._bounded and largest + self.distance <= tolerance
 
     @property
     def sentence(self) -> str:
         """The comparison in words."""
-        worst = int(np.argmax(self.period_difference))
         attrs = self.time.dataset.attrs
-        harmonics = f"{self.harmonics} harmonic{'s' if self.harmonics > 1 else ''}"
+        place = f"{attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}"
+        return f"{place}: {self._departure if self.unstable else self._difference} {self.time.sentence}"
+
+    @property
+    def _difference(self) -> str:
+        worst = self._worst
+        steps = self.time.dataset.attrs["steps_per_period"]
         return (
-            f"{attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}: harmonic balance with {harmonics} "
-            f"and time integration with {attrs['steps_per_period']} steps a period differ by "
+            f"harmonic balance with {self._harmonics} and time integration with {steps} steps a period differ by "
             f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
-            f"{float(self.period_difference[worst]):.1e} over the period "
-            f"({self.time.problem.output_names[worst]}, the worst output). {self.time.sentence}"
+            f"{float(self.period_difference[worst]):.1e} over the period ({self._output}, the worst output).{self._steps_halved}"
         )
+
+    @property
+    def _steps_halved(self) -> str:
+        error = float(self.step_error[self._worst])
+        if np.isnan(error):
+            return ""
+        if np.isinf(error):
+            return " With half the steps the motion does not settle: take more."
+        return f" Half the steps change the first harmonic by {error:.1e}."
+
+    @property
+    def _departure(self) -> str:
+        worst = self._worst
+        return (
+            f"harmonic balance with {self._harmonics} gives a periodic motion, which the first period in time repeats within "
+            f"{float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
+            f"{self.time.cycle.growth:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
+            f"({self._output}, the worst output)."
+        )
+
+    @property
+    def _bounded(self) -> bool:
+        """Whether the march took all its steps; steps that fail or gain energy say nothing about the harmonic balance."""
+        return self.time.cycle.outcome in (MarchOutcome.PERIODIC, MarchOutcome.NOT_PERIODIC)
+
+    @property
+    def _worst(self) -> int:
+        return int(np.argmax(self.period_difference))
+
+    @property
+    def _output(self) -> str:
+        return str(self.time.problem.output_names[self._worst])
+
+    @property
+    def _harmonics(self) -> str:
+        return f"{self.harmonics} harmonic{'s' if self.harmonics > 1 else ''}"
 
     def __str__(self) -> str:
         return self.sentence
@@ -97,17 +163,39 @@ def verify_in_time(
     )
     response = place["response"].to_numpy()
     harmonic = response[..., 0] + 1j * response[..., 1]
-    marched = time.cycle.outputs
-    turns = np.outer(np.arange(harmonics + 1), np.arange(marched.shape[1])) / marched.shape[1]
-    balanced = np.real(harmonic @ np.exp(2j * np.pi * turns))
-    vibration = marched - marched.mean(axis=1, keepdims=True)
     return TimeCheck(
         harmonics=harmonics,
         harmonic_amplitude=np.abs(harmonic[:, 1]),
         time_amplitude=time.dataset["amplitude"].to_numpy(),
-        period_difference=_relative(_rms(balanced - marched), _rms(vibration)),
+        period_difference=_period_difference(harmonic, time.cycle.outputs),
+        first_period_difference=_period_difference(harmonic, time.cycle.first_outputs),
+        step_error=_step_error(time, March(steps_per_period, method, tolerance, periods)),
         time=time,
     )
+
+
+def _period_difference(harmonic: np.ndarray, marched: Array) -> Array:
+    """rms of Re Σ X_h exp(i h ω t) − x over a period relative to that of the vibration of x (outputs, N); X (outputs, H+1)."""
+    turns = np.outer(np.arange(harmonic.shape[1]), np.arange(marched.shape[1])) / marched.shape[1]
+    balanced = np.real(harmonic @ np.exp(2j * np.pi * turns))
+    vibration = marched - marched.mean(axis=1, keepdims=True)
+    return _relative(_rms(balanced - marched), _rms(vibration))
+
+
+def _step_error(time: TimeResponse, settings: March) -> Array:
+    """|X_1(N/2) − X_1(N)|/|X_1(N)| (outputs,): half the steps, from the state where N steps ended, so with the same sliders.
+
+    At most as many periods as with N steps, half the work. What the coarser motion has not yet settled is added; infinite where
+    it does not settle, NaN where the one with N steps did not or N/2 are too few to march with.
+    """
+    cycle, steps = time.cycle, settings.steps_per_period // 2
+    fine = harmonics_of(cycle.outputs, 1)[:, 1]
+    highest = max(harmonic for force in time.problem.forces for harmonic in force.amplitudes)
+    if cycle.growth > 1.0 or not cycle.distance < NEAR or steps < LOAD_STEPS * highest:
+        return np.full(fine.size, np.nan)
+    coarser = replace(settings, steps_per_period=steps, periods=max(cycle.periods, FEWEST_PERIODS))
+    halved = march(time.problem, cycle.omega, cycle.level, cycle.end, coarser)
+    return _relative(np.abs(harmonics_of(halved.outputs, 1)[:, 1] - fine), np.abs(fine)) + halved.distance
 
 
 def _rms(signals: Array) -> Array:

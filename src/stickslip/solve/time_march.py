@@ -21,11 +21,17 @@ from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.time.model import StepMatrices, TimeModel, time_model
 from stickslip.time.period import History, Loads, PeriodWork, State, march_period, settle
 
+LOAD_STEPS = 4
+"""The fewest steps per period of the highest harmonic of the loads."""
+
 RATE_PERIODS = 5
 """Over how many periods, at least, the rate of decay is measured; over a third of all of them if that is more."""
 
 GROWTH = 100.0
-"""A change from period to period that has risen by this factor from its least value says that the motion is unstable."""
+"""A change from period to period that has risen by this factor from its least value says that the motion left an unstable one."""
+
+NEAR = 1e-3
+"""An estimated distance from a periodic motion below which a march that did not reach its tolerance has all but settled."""
 
 UNBOUNDED = 1e8
 """Growth of the largest output since the first period beyond which a march is given up."""
@@ -65,14 +71,16 @@ class March:
 class TimeCycle:
     """The last period of a march, N steps; column n is the time t_n = n T/N.
 
-    outputs (outputs, N) [m]; contact_motion [m], contact_force [N] (rows, N); friction_work (rows,) Σ L |Δs|, given, viscous:
-    energies of the period [J]; periods marched; change from the period before and estimated distance from the limit, relative;
-    growing: the change has risen again, as near an unstable solution; end: the state, from which a march may go on.
+    outputs and first_outputs, those of the first period (outputs, N) [m]; contact_motion [m], contact_force [N] (rows, N);
+    friction_work (rows,) Σ L |Δs|, given, viscous: energies of the period [J]; periods marched; change from the period before and
+    estimated distance from the limit, relative; growth: the factor per period by which changes rose, 1 where they did not;
+    end: the state, from which a march may go on.
     """
 
     omega: float
     level: float
     outputs: Array
+    first_outputs: Array
     contact_motion: Array
     contact_force: Array
     friction_work: Array
@@ -82,7 +90,7 @@ class TimeCycle:
     periods: int
     change: float
     distance: float
-    growing: bool
+    growth: float
     end: TimeStart
 
     @property
@@ -98,12 +106,7 @@ class TimeCycle:
             case MarchOutcome.PERIODIC:
                 return f"Periodic after {self.periods} periods, to about {self.distance:.1e}."
             case MarchOutcome.NOT_PERIODIC:
-                found = (
-                    f"Not periodic within {self.periods} periods: the last one differs by {self.change:.1e} from the one before"
-                )
-                if self.growing:
-                    return f"{found}, and the difference has grown: a periodic motion is unstable here."
-                return f"{found}. Allow more periods: a damping ratio ζ asks for about 2/ζ of them; a subharmonic never ends."
+                return self._not_periodic
             case MarchOutcome.STEP_FAILED:
                 return f"A step of period {self.periods} has no solution that Newton's method finds. Take more steps per period."
             case MarchOutcome.UNBOUNDED:
@@ -112,6 +115,19 @@ class TimeCycle:
                     "resolve their vibration can gain energy: take more steps or a smaller spectral radius. Else the structure "
                     "itself is unstable."
                 )
+
+    @property
+    def _not_periodic(self) -> str:
+        found = f"Not periodic within {self.periods} periods: the last one differs by {self.change:.1e} from the one before"
+        if self.growth > 1.0:
+            return f"{found}, and the difference has grown: a periodic motion is unstable here."
+        if self.distance < NEAR:
+            enough = 10.0 ** np.ceil(np.log10(self.distance))
+            return (
+                f"{found} and at most about {self.distance:.1e} from a periodic motion, more than `tolerance`. Where that is "
+                f"near enough, ask for no more: tolerance={enough:.0e}; what is hardly damped falls slowly."
+            )
+        return f"{found}. Allow more periods: a damping ratio ζ asks for about 2/ζ of them; a subharmonic never ends."
 
 
 def march(problem: Problem, omega: float, level: float, start: TimeStart, settings: March) -> TimeCycle:
@@ -134,16 +150,16 @@ def _until_periodic(
     changes: list[float] = []
     outcome = MarchOutcome.NOT_PERIODIC
     work = PeriodWork(0.0, 0.0, 0, -1)
-    count, first = 0, 0.0
+    first_outputs = last.outputs
+    count = 0
     while outcome == MarchOutcome.NOT_PERIODIC and count < settings.periods:
         last, history = history, last
         work = march_period(model.table, near, matrices, loads, state, history)
         count += 1
-        largest = float(np.max(np.abs(history.outputs)))
-        first = largest if count == 1 else first
+        first_outputs = history.outputs.copy() if count == 1 else first_outputs
         if work.failed >= 0:
             outcome = MarchOutcome.STEP_FAILED
-        elif not largest <= UNBOUNDED * first:
+        elif not np.max(np.abs(history.outputs)) <= UNBOUNDED * np.max(np.abs(first_outputs)):
             outcome = MarchOutcome.UNBOUNDED
         elif count > 1:
             changes.append(_change(last, history, matrices.stiffness))
@@ -155,6 +171,7 @@ def _until_periodic(
         omega=omega,
         level=level,
         outputs=history.outputs,
+        first_outputs=first_outputs,
         contact_motion=history.contact_motion,
         contact_force=history.contact_force,
         friction_work=history.friction_work,
@@ -164,7 +181,7 @@ def _until_periodic(
         periods=count,
         change=changes[-1] if changes else np.inf,
         distance=distance(changes),
-        growing=bool(changes) and changes[-1] > GROWTH * min(changes),
+        growth=growth(changes),
         end=end,
     )
 
@@ -181,6 +198,20 @@ def distance(changes: Sequence[float]) -> float:
         return np.inf
     rate = (last / changes[-1 - back]) ** (1.0 / back)
     return last * rate / (1.0 - rate) if rate < 1.0 else np.inf
+
+
+def growth(changes: Sequence[float]) -> float:
+    """Factor per period of the first rise of the changes by `GROWTH` from their least value, 1 where they never rise so far.
+
+    Near an unstable periodic motion every change is |μ| times the one before, μ the largest multiplier of Floquet. Sliders that
+    creep from one stuck state to another change by as much or less in every period.
+    """
+    least = 0
+    for k, change in enumerate(changes):
+        if change > GROWTH * changes[least]:
+            return float((change / changes[least]) ** (1.0 / (k - least)))
+        least = k if change < changes[least] else least
+    return 1.0
 
 
 def _change(before: History, after: History, stiffness: Array) -> float:
@@ -208,7 +239,7 @@ def _share(difference: float, size: float) -> float:
 def _loads(model: TimeModel, omega: float, level: float, steps: int) -> Loads:
     static, harmonic = model.load(omega, level)
     highest = (harmonic.shape[1] - 1) // 2
-    if steps < 4 * highest:
+    if steps < LOAD_STEPS * highest:
         raise fault("steps_per_period", f"must resolve the load's harmonic {highest}", steps)
     angles = 2.0 * np.pi * ((np.arange(steps)[:, None] * np.arange(1, highest + 1)) % steps) / steps
     rows = np.zeros((steps, 2 * highest + 1))
