@@ -88,6 +88,26 @@ def test_following_agrees_with_the_sweeps_that_check_it(damped):
     assert float(dataset.energy_residual.max()) < 1e-8
 
 
+@pytest.mark.parametrize("samples", [256, 1024])
+def test_corners_that_samples_make_are_no_peaks(samples):
+    """One mass has one peak everywhere; its figure has no line where another one would be the highest."""
+    curve = performance_curve(mass(), logspace(0.3, 50.0, 40), harmonics=1, samples=samples)
+    assert curve.events() == []
+    assert curve.dataset.sizes["branch"] == 1
+    labels = curve.plot().axes[0].get_legend_handles_labels()[1]
+    assert "another peak is the highest" not in labels
+
+
+def test_the_band_of_a_peak_against_the_closed_form():
+    """Half bands within 0.1 % of the peak and their middles in Hz: exact solution of one harmonic, an independent script."""
+    bands = {3.6: (6.4735e-4, 0.190412), 4.1: (6.3285e-4, 0.191261), 10.4: (4.7226e-4, 0.194222), 15.4: (4.0140e-4, 0.194628)}
+    widths, middles = np.array(list(bands.values())).T
+    for samples, close in ((256, 0.1), (2048, 0.02)):
+        at = performance_curve(mass(), list(bands), harmonics=1, samples=samples).dataset.isel(case=0)
+        assert at.frequency_width.values == pytest.approx(widths, rel=close)
+        assert np.all(np.abs(at.frequency.values - middles) < close * widths)
+
+
 def test_events_are_told_in_the_order_of_the_ratio():
     """A curve may be followed downwards, or in parts from the middle."""
     events = [

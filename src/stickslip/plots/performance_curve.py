@@ -17,7 +17,6 @@ from stickslip.plots.look import (
     GREY,
     MOST_ENTRIES,
     MOST_PANELS,
-    OPEN,
     SLIP,
     STICK,
     beside,
@@ -31,7 +30,7 @@ from stickslip.results_view import unit_for
 if TYPE_CHECKING:
     import xarray as xr
 
-REGION_COLOURS = (STICK, "#8fa6a0", SLIP, OPEN)
+REGION_COLOURS = (STICK, "#8fa6a0", SLIP, CONTACTS[3])
 LIMITS: dict[str, Literal[":", "--"]] = {"free": ":", "stuck": "--"}
 LIMIT_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
 REGION_WORDS = ("stick", "microslip", "slip", "lift-off")
@@ -137,9 +136,10 @@ def _curve(top: Axes, bottom: Axes, dataset: xr.Dataset, case: int, quantity: st
     share = dataset["detached_amplitude_per_force"].values[case] / dataset["amplitude_per_force"].values[case]
     if np.isfinite(share).any() and "amplitude" in quantity:
         top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label="apart from the curve")
-    swapped = np.flatnonzero(np.abs(np.diff(dataset["branch"].values[case])) > 0)  # not where a peak is missing, NaN
-    for k in swapped:
-        top.axvline(np.sqrt(x[k] * x[k + 1]), color=colour, linewidth=0.9, linestyle=":", label="another peak is the highest")
+    events = dataset.isel(case=case)
+    swapped = np.sqrt(events["event_low"].values * events["event_high"].values)[events["event_kind"].values == "swapped"]
+    for place in swapped * (x[0] / dataset["force_ratio"].values[0]):
+        top.axvline(place, color=colour, linewidth=0.9, linestyle=":", label="another peak is the highest")
     if np.isfinite(height).any():
         best = int(np.nanargmin(height))
         top.plot(x[best], height[best], "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)

@@ -18,15 +18,19 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.solve.crest import Crest, crest_of
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_sweep import reaches_an_end, swept_summits
-from stickslip.solve.summit import SAME, Ascent, NoSummitError, Summit, same
+from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 PeakProblem = Callable[[float], tuple[HarmonicBalance, float]]
 """The balance and the force level that belong to a value of the parameter."""
 
 FARTHEST = 0.02
 """Relative change of frequency beyond its prediction that a followed peak may make in one step; else the step is halved."""
+
+SPREAD = 3.0
+"""The same in half bands within which the amplitude stays within 0.1 % of the peak, where damping makes these wide."""
 
 HALVINGS, ORDERS = 3, (3, 1)
 
@@ -145,7 +149,7 @@ class Follower:
                 self._check(found, k)
         for k in _doubtful(found):
             self._check(found, k)
-        found.events += _swaps(found)
+        found.events += self._swaps(found)
         found.solves, found.iterations = self.solves, self.iterations
         return found
 
@@ -174,7 +178,7 @@ class Follower:
     def _settle(self, found: Following, branch: Branch, before: float, place: Place) -> None:
         """The new place of a branch, unless another branch is there already."""
         for other in found.branches:
-            if other is not branch and place.value in other.places and same(other.places[place.value].summit, place.summit):
+            if other is not branch and place.value in other.places and self._one(other.places[place.value], place):
                 branch.ended = "The peak merged with another one."
                 found.events.append(Event("merged", before, place.value, place.summit.omega / (2.0 * np.pi), branch.ended))
                 return
@@ -212,7 +216,7 @@ class Follower:
             self.solves += ascent.solves
             self.iterations += ascent.iterations
         outside = not self.band[0] < summit.omega < self.band[1]
-        leapt = abs(summit.omega - start.omega) > max(FARTHEST * start.omega, SAME * last.width())
+        leapt = abs(summit.omega - start.omega) > max(FARTHEST * start.omega, SPREAD * last.reach * abs(last.plane.omega))
         return None if outside or leapt else Place(value, summit, balance.stiffness)
 
     def _check(self, found: Following, k: int) -> None:
@@ -227,12 +231,13 @@ class Follower:
         self.solves += solves
         mine, met = found.highest(value), set()
         for summit in summits:
-            there = [b for b in found.branches if value in b.places and same(b.places[value].summit, summit)]
+            swept = Place(value, summit, balance.stiffness)
+            there = [b for b in found.branches if value in b.places and self._one(b.places[value], swept)]
             for branch in there:
                 if summit.amplitude > branch.places[value].summit.amplitude:
-                    branch.places[value] = Place(value, summit, balance.stiffness)
+                    branch.places[value] = swept
             if not there:
-                self._begin(found, k, Place(value, summit, balance.stiffness))
+                self._begin(found, k, swept)
             met |= {found.branches.index(branch) for branch in there or found.branches[-1:]}
         highest = max((summit.amplitude for summit in summits), default=np.nan)
         followed = mine[1].summit.amplitude if mine is not None else np.nan
@@ -240,6 +245,34 @@ class Follower:
             if b not in met and place.summit.amplitude > ABOVE * highest and reaches_an_end(balance, place.summit, self.band):
                 met.add(b)
         found.checks.append(Check(value, highest, followed, points, frozenset(met)))
+
+    def _swaps(self, found: Following) -> list[Event]:
+        """Where another branch becomes the highest, unless the two are one peak there."""
+        events = []
+        for before, value in pairwise(found.values):
+            a, b = found.highest(before), found.highest(value)
+            if a is None or b is None or a[0] == b[0]:
+                continue
+            pairs = ((a[1], found.branches[b[0]].places.get(before)), (found.branches[a[0]].places.get(value), b[1]))
+            if not any(one is not None and other is not None and self._one(one, other) for one, other in pairs):
+                pair = (a[1].summit.omega / (2.0 * np.pi), b[1].summit.omega / (2.0 * np.pi))
+                words = f"The highest peak changed from {pair[0]:.5g} to {pair[1]:.5g} Hz."
+                events.append(Event("swapped", before, value, pair[1], words))
+        return events
+
+    def _one(self, a: Place, b: Place) -> bool:
+        """Whether two places at the same value are one peak."""
+        ascent = Ascent(self.problem_of(a.value)[0], self.output)
+        one = ascent.one_crest(a.summit, b.summit)
+        self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
+        return one
+
+    def crest(self, place: Place) -> Crest:
+        """The band around the peak at a place."""
+        ascent = Ascent(self.problem_of(place.value)[0], self.output)
+        crest = crest_of(ascent, place.summit)
+        self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
+        return crest
 
     def _begin(self, found: Following, k: int, place: Place) -> None:
         """A branch from a swept peak, followed back to the earlier values as far as it goes."""
@@ -249,7 +282,7 @@ class Follower:
             value, after = found.values[j], found.values[j + 1]
             earlier = self._reach(branch, value, 1)
             taken = earlier is not None and any(
-                other is not branch and value in other.places and same(other.places[value].summit, earlier.summit)
+                other is not branch and value in other.places and self._one(other.places[value], earlier)
                 for other in found.branches
             )
             if earlier is None or taken:
@@ -298,15 +331,3 @@ def _middle(a: float, b: float) -> float:
 
 def _spans(branch: Branch, value: float) -> bool:
     return bool(branch.places) and min(branch.places) <= value <= max(branch.places)
-
-
-def _swaps(found: Following) -> list[Event]:
-    """Where another branch becomes the highest."""
-    events = []
-    for before, value in zip(found.values[:-1], found.values[1:], strict=True):
-        a, b = found.highest(before), found.highest(value)
-        if a is not None and b is not None and a[0] != b[0]:
-            pair = (a[1].summit.omega / (2.0 * np.pi), b[1].summit.omega / (2.0 * np.pi))
-            words = f"The highest peak changed from {pair[0]:.5g} to {pair[1]:.5g} Hz."
-            events.append(Event("swapped", before, value, pair[1], words))
-    return events

@@ -13,7 +13,7 @@ from stickslip.solve.curve import RUN_UPS
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PROMINENCE, PeakSearch
-from stickslip.solve.summit import Ascent, NoSummitError, Summit, same
+from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 LEAST = 0.5
 """Peaks lower than this share of the highest are left out; one that grows is met by a later sweep."""
@@ -47,7 +47,7 @@ def swept_summits(
         found += [] if summit is None else [(k, summit)]
         solves += ascent.solves
     inside = [(k, summit) for k, summit in found if band[0] < summit.omega < band[1]]
-    return _prominent(inside, sizes), len(points), solves
+    return _prominent(Ascent(balance, output), inside, sizes), len(points), solves
 
 
 def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float]) -> list[CurvePoint]:
@@ -113,14 +113,15 @@ def _strayed(summit: Summit, beside: Sequence[CurvePoint], size: float) -> bool:
     return elsewhere and summit.amplitude > STRAYED * size
 
 
-def _prominent(found: list[tuple[int, Summit]], sizes: np.ndarray) -> list[Summit]:
+def _prominent(ascent: Ascent, found: list[tuple[int, Summit]], sizes: np.ndarray) -> list[Summit]:
     """Of maxima between which the curve does not dip, only the highest."""
     kept: list[tuple[int, Summit]] = []
     for k, summit in found:
         if kept:
             last, before = kept[-1]
             lower = min(before.amplitude, summit.amplitude)
-            if same(before, summit) or min(sizes[last : k + 1], default=lower) > (1.0 - PROMINENCE) * lower:
+            dip = min(sizes[last : k + 1], default=lower)
+            if dip > (1.0 - PROMINENCE) * lower or ascent.one_crest(before, summit):
                 if summit.amplitude > before.amplitude:
                     kept[-1] = (k, summit)
                 continue

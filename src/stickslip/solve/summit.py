@@ -14,6 +14,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.solve.newton import correct
+from stickslip.solve.peak import PROMINENCE
 
 SAMPLING, COARSEST = 4.0, 6e-5
 """The relative amplitude by which a summit may be below the top that its slopes foretell: this over the squared samples of a
@@ -26,6 +27,12 @@ FREQUENCY_SCALE = 0.05
 STRIDE, TRIALS, NARROWEST = 0.7, 40, 1e-7
 DETOURS = (1.0, 0.6, 1.7)
 """A place may lie on a cusp where Newton's method fails: others, as shares of the step."""
+
+NEAR, AS_HIGH = 0.02, 0.01
+"""Relative distances in frequency and height from which on two summits are never taken for one."""
+
+CUSPS = 40.0
+"""Relative height of the corners that samples make in a flat top: this over the squared samples of a period."""
 
 FLATTEST = 0.05
 """Relative curvature that a top is taken to have before two slopes have told it."""
@@ -99,22 +106,11 @@ class Summit:
         """Whether the amplitude rises to the peak and falls from it at an angle."""
         return self.jump > KINK * self.amplitude
 
-    def width(self, share: float = 1e-3) -> float:
-        """Half the band, in rad/s, over which the amplitude stays within `share` of the peak: how well its frequency is known."""
-        reach = np.sqrt(2.0 * share * self.amplitude / max(abs(self.curvature), np.finfo(float).tiny))
-        if self.jump > 0.0:
-            reach = min(reach, 2.0 * share * self.amplitude / self.jump)
-        return float(abs(self.plane.omega) * reach)
-
-
-SAME = 3.0
-"""Two summits within so many widths of each other are one."""
-
-
-def same(a: Summit, b: Summit) -> bool:
-    """Whether two summits of one curve are one: closer than the width of their tops, and as high."""
-    near = abs(a.omega - b.omega) <= SAME * max(a.width(), b.width(), 1e-6 * a.omega)
-    return near and abs(a.amplitude - b.amplitude) <= 1e-2 * max(a.amplitude, b.amplitude)
+    @property
+    def reach(self) -> float:
+        """Arc length in which the amplitude falls by 0.1 % by the curvature: a guess, for a summit stands where facets meet."""
+        bend = np.clip(-self.curvature / self.amplitude, FLATTEST, 1.0)
+        return float(np.sqrt(2e-3 / bend))
 
 
 def plane_at(balance: HarmonicBalance, evaluation: Evaluation) -> Plane:
@@ -164,6 +160,26 @@ class Ascent:
         sample = self._sample(evaluation, plane, 0.0)
         bend = float(np.clip(curvature, -3.0, -FLATTEST) if curvature is not None else -1.0) * sample.amplitude
         return self._climb([sample], plane, bend)
+
+    def beside(self, summit: Summit, s: float) -> Evaluation | None:
+        """The curve at arc length s from a summit; None where Newton's method fails."""
+        point, plane = summit.point, summit.plane
+        start = Point(point.forces + s * plane.forces, point.omega + s * plane.omega, point.level)
+        return self._corrected(start, plane.at(s))
+
+    def one_crest(self, a: Summit, b: Summit) -> bool:
+        """Whether two summits of the same problem are one peak: near, as high, and the curve between them does not dip, in the
+        middle, by more than `PROMINENCE`, or what samples make of a flat top.
+        """
+        lower, higher = sorted((a.amplitude, b.amplitude))
+        dip = max(PROMINENCE, CUSPS / self.balance.tables.E.shape[0] ** 2)
+        if abs(a.omega - b.omega) > NEAR * a.omega or higher - lower > max(AS_HIGH, dip) * lower:
+            return False
+        point, other = a.point, b.point
+        start = Point(0.5 * (point.forces + other.forces), 0.5 * (point.omega + other.omega), point.level)
+        motion = 0.5 * (a.evaluation.w + b.evaluation.w)
+        middle = self._corrected(start, a.plane.through(motion, start.omega))
+        return middle is not None and (1.0 - dip) * lower <= self.amplitude(middle) <= (1.0 + AS_HIGH) * higher
 
     def _climb(self, samples: list[_Sample], plane: Plane, bend: float) -> Summit:
         """Samples around the summit until no more than the tolerance is to be gained."""

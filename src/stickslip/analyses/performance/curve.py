@@ -109,7 +109,7 @@ def performance_curve(
 _POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")
 _EVENT = ("case", "event_number")
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "frequency": (_POINT, "Hz", "resonance frequency"),
+    "frequency": (_POINT, "Hz", "resonance frequency, the middle of the band within 0.1 % of the peak"),
     "amplitude": (_POINT, "m", "amplitude of the first harmonic at the resonance"),
     "amplitude_per_force": (_POINT, "m/N", "amplitude at the resonance per excitation force"),
     "inertance": (_POINT, "m/(s2 N)", "inertance at the resonance"),

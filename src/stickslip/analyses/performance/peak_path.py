@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PeakPath:
-    """`dataset`: frequency, amplitude, frequency_width and on_kink of every peak, axes (value, branch), NaN where a peak is not
-    there; highest (value,); events: what happened to peaks, each with the values between which it did.
+    """`dataset`: frequency and frequency_width (middle and half of the band within 0.1 % of the peak), amplitude and on_kink of
+    every peak, axes (value, branch), NaN where a peak is not there; highest (value,); events: what happened to peaks, each with
+    the values between which it did.
     """
 
     dataset: xr.Dataset
@@ -67,10 +68,11 @@ def follow_peaks(
     with threadpool_limits(1, user_api="blas"):
         follower = Follower(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row)
         found = follower.follow(chosen.tolist(), every, lambda fraction: progress(fraction, "following peaks"))
-    return PeakPath(_dataset(found), tuple(found.events))
+        dataset = _dataset(follower, found)
+    return PeakPath(dataset, tuple(found.events))
 
 
-def _dataset(found: Following) -> xr.Dataset:
+def _dataset(follower: Follower, found: Following) -> xr.Dataset:
     import xarray as xr
 
     shape = (len(found.values), len(found.branches))
@@ -78,8 +80,8 @@ def _dataset(found: Following) -> xr.Dataset:
     for b, branch in enumerate(found.branches):
         for k, value in enumerate(found.values):
             if value in branch.places:
-                summit = branch.places[value].summit
-                row = (summit.omega / (2.0 * np.pi), summit.amplitude, summit.width() / (2.0 * np.pi), float(summit.on_kink))
+                summit, crest = branch.places[value].summit, follower.crest(branch.places[value])
+                row = (crest.omega / (2.0 * np.pi), summit.amplitude, crest.width / (2.0 * np.pi), float(summit.on_kink))
                 for name, number in zip(arrays, row, strict=True):
                     arrays[name][k, b] = number
     units = {"frequency": "Hz", "amplitude": "m", "frequency_width": "Hz", "on_kink": "1"}

@@ -26,6 +26,7 @@ from stickslip.harmonic.energy import EnergyBalance
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
+from stickslip.solve.crest import Crest
 from stickslip.solve.linear_peak import linear_peak
 from stickslip.solve.peak_following import Follower, Following, Place
 
@@ -109,8 +110,8 @@ class _Curve:
         follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output)
         found = follower.follow(work.ratios[::-1], work.every, lambda fraction: tell(0.8 * fraction))
         arrays = self._empty(len(work.ratios), len(found.branches))
-        for k, ratio in enumerate(work.ratios):
-            self._fill(arrays, k, ratio, found)
+        for k in range(len(work.ratios)):
+            self._fill(arrays, k, follower, found)
         arrays |= self._optimum(follower, found, arrays)
         arrays |= _told(found)
         linear = {"free": self.free, "stuck": self.stuck}
@@ -128,7 +129,8 @@ class _Curve:
             arrays[name] = np.full((points, branches), np.nan)
         return arrays
 
-    def _fill(self, arrays: dict[str, NDArray[Any]], k: int, ratio: float, found: Following) -> None:
+    def _fill(self, arrays: dict[str, NDArray[Any]], k: int, follower: Follower, found: Following) -> None:
+        ratio = self.work.ratios[k]
         force = self.unit * self.balance_and_level(ratio)[1]
         for b, branch in enumerate(found.branches):
             if ratio in branch.places:
@@ -141,16 +143,18 @@ class _Curve:
             arrays["detached_amplitude_per_force"][k] = detached[1].summit.amplitude / force
         highest = found.highest(ratio)
         if highest is not None:
+            crest = follower.crest(highest[1])
             arrays["branch"][k] = highest[0]
-            self._fill_place(arrays, k, highest[1], force)
+            arrays["branch_frequency"][k, highest[0]] = crest.omega / (2.0 * np.pi)
+            self._fill_place(arrays, k, highest[1], crest, force)
 
-    def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, force: float) -> None:
+    def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, crest: Crest, force: float) -> None:
         balance, summit = self.balance_and_level(place.value)[0], place.summit
         evaluation = summit.evaluation
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
         energy = EnergyBalance(balance).at(evaluation, cycle)
         per_force = summit.amplitude / force
-        frequency = summit.omega / (2.0 * np.pi)
+        frequency = crest.omega / (2.0 * np.pi)
         regions = contact_regions(balance, evaluation, cycle)
         rubbing = np.array([bool(contact.tangential) for contact in self.problem.contacts])
         rows = [c for c, contact in enumerate(self.problem.contacts) for _ in contact.directions]
@@ -158,11 +162,11 @@ class _Curve:
             "frequency": frequency,
             "amplitude": summit.amplitude,
             "amplitude_per_force": per_force,
-            "inertance": summit.omega**2 * per_force,
+            "inertance": crest.omega**2 * per_force,
             "normalised_amplitude": per_force * self.unit / self.free.amplitude,
             "normalised_inertance": per_force * self.unit / self.free.amplitude * (frequency / self.free.frequency) ** 2,
             "normalised_frequency": frequency / self.free.frequency,
-            "frequency_width": summit.width() / (2.0 * np.pi),
+            "frequency_width": crest.width / (2.0 * np.pi),
             "on_kink": float(summit.on_kink),
             "region": whole_region(regions, rubbing),
             "loss_factor": energy.loss_factor,

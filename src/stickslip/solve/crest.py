@@ -1,0 +1,68 @@
+"""The band around a peak in which the amplitude stays within a share of it: how well the frequency of a peak is known.
+
+The curvature at the summit does not tell: samples make facets of a flat top, and a summit stands on the corner of two. The ends
+of the band are solved, beyond the facets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+from stickslip.solve.summit import Ascent, Summit
+
+SHARE = 1e-3
+"""Share of the peak by which the amplitude falls to the ends of the band."""
+
+CLOSE = 1.4
+"""An end is foretold from a place that has fallen by between 1/1.4 and 1.4 times the share."""
+
+SOLVES = 8
+WIDEN = 2.5
+
+
+@dataclass(frozen=True)
+class Crest:
+    """The band in rad/s in which the amplitude of a peak stays within `SHARE` of it."""
+
+    low: float
+    high: float
+
+    @property
+    def omega(self) -> float:
+        """The middle of the band, rad/s: the frequency of the peak without the corners that samples make."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def width(self) -> float:
+        """Half the band, rad/s."""
+        return 0.5 * (self.high - self.low)
+
+
+def crest_of(ascent: Ascent, summit: Summit) -> Crest:
+    """The band around a summit, about two solutions for each end."""
+    ends = [summit.omega, *(_end(ascent, summit, side) for side in (-1.0, 1.0))]
+    return Crest(min(ends), max(ends))
+
+
+def _end(ascent: Ascent, summit: Summit, side: float) -> float:
+    """The frequency at which the amplitude has fallen by the share; where Newton's method fails before, the last one solved."""
+    inner, outer, s, omega = 0.0, 0.0, summit.reach, summit.omega
+    for _ in range(SOLVES):
+        evaluation = ascent.beside(summit, side * s)
+        if evaluation is None:
+            outer, s = s, 0.5 * (inner + s)
+            continue
+        here = evaluation.point.omega
+        fallen = max(1.0 - ascent.amplitude(evaluation) / summit.amplitude, 1e-12)
+        stretch = sqrt(SHARE / fallen)
+        if 1.0 / CLOSE <= fallen / SHARE <= CLOSE:
+            return summit.omega + stretch * (here - summit.omega)
+        if fallen < SHARE:
+            inner, omega = s, here
+        else:
+            outer = s
+        s *= min(max(stretch, 1.0 / WIDEN), WIDEN)
+        if outer and not inner < s < outer:
+            s = 0.5 * (inner + outer)
+    return omega
