@@ -28,7 +28,7 @@ from stickslip.structure.modes import Modes, natural_modes
 from stickslip.structure.sector_surface import SectorSurface
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TunedDisk(Problem):
     """A disk of equal sectors and dampers under engine-order excitation, solved as one sector.
 
@@ -53,6 +53,9 @@ class TunedDisk(Problem):
             if beyond:
                 raise fault(what, "must act on the sector itself", beyond)
         super().__post_init__()
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()}; one of {self.sectors} sectors, engine order {self.engine_order}"
 
     def _output_directions(self) -> list[Mapping[str, float]]:
         return [Output.of(output).direction for output in self.outputs]
@@ -185,12 +188,15 @@ class TunedDisk(Problem):
         return Output(f"{sector}/{given.name}", self._named(given.direction, sector))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FullDisk(Problem):
     """A disk with all its sectors, tuned or mistuned: a `Problem` that knows how many there are and what excites them."""
 
     sectors: int = 1
     engine_order: int = 0
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()}; {self.sectors} sectors, engine order {self.engine_order}"
 
     @property
     def sample_multiple(self) -> int:

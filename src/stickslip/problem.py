@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import SMALLEST, Array, InputError, fault, of_kind, several, storable, unique
+from stickslip.checks import SMALLEST, Array, InputError, counted, fault, of_kind, several, storable, unique
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
@@ -36,7 +36,7 @@ class LinearSystem(NamedTuple):
     outputs: NDArray[Any]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Problem:
     """M q̈ + C q̇ + K q + Bᵀ f(B q) = p(t).
 
@@ -69,6 +69,15 @@ class Problem:
             raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
         self._check_names()
         self._check_held()
+
+    def __repr__(self) -> str:
+        sizes = (
+            counted(self.structure.size, "degree of freedom", "degrees of freedom"),
+            f"{counted(len(self.contacts), 'contact')} ({counted(len(self.B), 'row')})",
+            counted(len(self.forces), "force"),
+            f"outputs {', '.join(self.output_names[:4])}{', ...' if len(self.outputs) > 4 else ''}",
+        )
+        return f"{type(self).__name__} {self.title!r}: {', '.join(sizes)}"
 
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""

@@ -38,11 +38,21 @@ QUANTITIES = {
 }
 
 
-def quantity_named(name: str) -> Quantity:
-    """The quantity of a name; refused with the nearest known one."""
+PER_FORCE = {quantity.name_per_force: quantity for quantity in QUANTITIES.values()} | {
+    "compliance": QUANTITIES["displacement"],
+    "accelerance": QUANTITIES["acceleration"],
+}
+"""By the names of what they are per force."""
+
+
+def quantity_named(name: str, per_force: bool = False) -> tuple[Quantity, bool]:
+    """The quantity of a name and whether it is wanted per force: by the name of its own (mobility) it is."""
+    if name in PER_FORCE:
+        return PER_FORCE[name], True
     if name not in QUANTITIES:
-        raise fault("quantity", "must be displacement, velocity or acceleration", name, nearest(name, QUANTITIES))
-    return QUANTITIES[name]
+        rule = f"must be {', '.join(QUANTITIES)}, or per force {', '.join(PER_FORCE)}"
+        raise fault("quantity", rule, name, nearest(name, [*QUANTITIES, *PER_FORCE]))
+    return QUANTITIES[name], per_force
 
 
 def angular_factor(frequency: Array, quantity: Quantity) -> Array:
@@ -53,11 +63,12 @@ def angular_factor(frequency: Array, quantity: Quantity) -> Array:
 def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.Dataset:
     """The response of a result as another quantity: `response` (case, point, output, harmonic, part), `amplitude` and `rms`.
 
-    name: displacement, velocity or acceleration; per_force divides by the force level (receptance, mobility, inertance).
+    name: displacement, velocity or acceleration; per_force divides by the force level. Or the name of what that makes, receptance
+    (compliance), mobility, inertance (accelerance).
     """
     import xarray as xr
 
-    quantity = quantity_named(name)
+    quantity, per_force = quantity_named(name, per_force)
     rate = 2.0 * np.pi * dataset["frequency"] * dataset["harmonic"]
     complex_response = dataset["response"].isel(part=0) + 1j * dataset["response"].isel(part=1)
     values = complex_response * (1j * rate) ** quantity.order
@@ -113,7 +124,7 @@ def quantity_table(dataset: xr.Dataset, name: str = "displacement", per_force: b
 
 def peak_table(dataset: xr.Dataset, name: str = "displacement", per_force: bool = False) -> pd.DataFrame:
     """Every peak of the displacement's first harmonic as a row, its amplitude as another quantity at that frequency."""
-    quantity = quantity_named(name)
+    quantity, per_force = quantity_named(name, per_force)
     names = ["peak_frequency", "peak_amplitude", "peak_loss_factor"]
     table = dataset[names].to_dataframe().reset_index().dropna(subset=["peak_frequency"])
     scale = angular_factor(table["peak_frequency"].to_numpy(), quantity)

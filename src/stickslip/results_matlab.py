@@ -29,7 +29,7 @@ def save_mat(dataset: xr.Dataset, path: str | Path, quantity: str = "displacemen
     """Write one result as a .mat file, whole or not at all; returns the path.
 
     quantity: displacement, velocity or acceleration, of which `response`, `amplitude` and `rms` are then; per_force divides
-    by the force level.
+    by the force level, as the names receptance, mobility and inertance do.
     """
     return save_all_mat({"": dataset}, path, quantity, per_force)
 

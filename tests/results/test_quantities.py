@@ -32,6 +32,28 @@ def test_receptance_mobility_and_inertance(response, name, order):
     assert found["amplitude"].attrs["units"] == ("m/N", "m/(s N)", "m/(s2 N)")[order]
 
 
+@pytest.mark.parametrize(
+    ("name", "of"),
+    [
+        ("receptance", "displacement"),
+        ("compliance", "displacement"),
+        ("mobility", "velocity"),
+        ("inertance", "acceleration"),
+        ("accelerance", "acceleration"),
+    ],
+)
+def test_what_a_quantity_per_force_is_called_names_it(response, name, of):
+    assert response.as_quantity(name).identical(response.as_quantity(of, per_force=True))
+    assert ss.quantity_table(response.dataset, name).equals(ss.quantity_table(response.dataset, of, per_force=True))
+    assert ss.peak_table(response.dataset, name).equals(ss.peak_table(response.dataset, of, per_force=True))
+    labels = [
+        response.plot(quantity=quantity, **options).axes[0].get_ylabel()
+        for quantity, options in ((name, {}), (of, {"per_force": True}))
+    ]
+    assert labels[0] == labels[1]
+    assert labels[0].startswith("amplitude per force")
+
+
 def test_an_acceleration_is_the_second_derivative_in_time():
     """Of a motion with mean and harmonics, by its samples."""
     data = ss.forced_response(ss.rigs.three_mass_wedge(), [222.0]).dataset
@@ -56,7 +78,9 @@ def test_tables(response, tmp_path):
     row = table.iloc[-1]
     assert row["amplitude [m/s]"] == pytest.approx(4.0 * abs(receptance(1.5)) * 2 * np.pi * 1.5, rel=1e-9)
     assert row["phase [deg]"] == pytest.approx(np.degrees(np.angle(1j * receptance(1.5))), rel=1e-9)
-    with pytest.raises(ss.InputError, match=r"quantity must be displacement, velocity or acceleration, but is 'speed'"):
+    with pytest.raises(
+        ss.InputError, match=r"must be displacement, velocity, acceleration, or per force receptance, mobility, .* but is 'speed'"
+    ):
         ss.quantity_table(response.dataset, "speed")
 
 

@@ -108,13 +108,15 @@ class ForcedResponse:
     def sensitivity(self, case: int, point: int, parameters: Mapping[str, Parameter]) -> Sensitivity:
         """dX/dθ of any solved point at its frequency, those of an overhanging branch included, as by `stickslip.sensitivity`.
 
-        At a peak (`peak_point`) the slope of the amplitude is that of the peak's height too, since the curve is level there, but
-        for the kinks of sampled friction, on which peaks sit: some per cent may lie between with 256 samples, 0.1 % with 2048.
+        At a peak (`peak_point`) the slope of the amplitude is nearly that of the peak's height, since the curve is level there.
+        But sampled friction puts peaks on kinks, and by a parameter that shifts the resonance a point beside the top has another
+        slope: up to 10 % may lie between with 256 samples, 0.1 % with 2048. `what_matters` has slopes of peaks.
         """
         return point_sensitivity(self.dataset, self.problem, case, point, parameters)
 
     def as_quantity(self, name: str, per_force: bool = False) -> xr.Dataset:
-        """Response, amplitude and rms as displacement, velocity or acceleration, absolute or per force."""
+        """Response, amplitude and rms as displacement, velocity or acceleration, absolute or per force: receptance, mobility,
+        inertance, which are names too."""
         return as_quantity(self.dataset, name, per_force)
 
     def stress(self, case: int, point: int, recovery: StressRecovery) -> xr.Dataset:

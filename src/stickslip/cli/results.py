@@ -41,8 +41,10 @@ def export(
             help="NAME.csv, a table of the curves (peaks, bounds, percentiles, stress: NAME_peaks.csv, ...); NAME.mat for MATLAB."
         ),
     ],
-    quantity: Annotated[str, typer.Option(help="displacement, velocity or acceleration.")] = "displacement",
-    per_force: Annotated[bool, typer.Option("--per-force", help="Receptance, mobility or inertance.")] = False,
+    quantity: Annotated[
+        str, typer.Option(help="displacement, velocity, acceleration; receptance, mobility, inertance.")
+    ] = "displacement",
+    per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
     from stickslip.quantities import peak_table, quantity_table

@@ -14,7 +14,7 @@ from stickslip.checks import SMALLEST, Array, Faults, InputError, counted, fault
 from stickslip.models.content import NEEDED, Content, Point, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
-from stickslip.structure.matrices import check_names
+from stickslip.structure.matrices import check_names, freedoms
 from stickslip.structure.sparse import Sparse, square_sparse, symmetric_sparse
 from stickslip.units import UnitSystem
 
@@ -22,7 +22,7 @@ CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
 LETTERS = ("M", "K", "C")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """M q̈ + C q̇ + K q = p, sparse, SI.
 
@@ -39,6 +39,9 @@ class Model:
     format: str = ""
     file: str = ""
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Model {self.file!r}: {freedoms(self.dofs)}, {counted(len(self.nodes), 'node')} with coordinates"
 
     @property
     def size(self) -> int:

@@ -43,11 +43,11 @@ def response_curves(
 
     Of start states every curve is a thin line, and the one whose peak is the median is drawn out.
 
-    quantity: displacement in µm (or m), velocity or acceleration.
+    quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance.
 
     Peaks are marked with dots, points without convergence with crosses on the frequency axis.
     """
-    index, derived = output_index(dataset, output), quantity_named(quantity)
+    index, (derived, per_force) = output_index(dataset, output), quantity_named(quantity, per_force)
     with house_style():
         figure = Figure(figsize=(7.6, 4.8), layout="constrained")
         axes = figure.add_subplot()

@@ -36,7 +36,7 @@ class WaveMatrices(NamedTuple):
     C: Waves | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CyclicStructure(Structure):
     """A disk of `sectors` equal sectors; as a `Structure` it is the motion in which all sectors are alike (nodal diameter 0).
 
@@ -48,6 +48,9 @@ class CyclicStructure(Structure):
     masses: Waves | None = None
     stiffnesses: Waves | None = None
     dampings: Waves | None = None
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()}, {self.sectors} sectors"
 
     def index(self, dof: str) -> int:
         """Position of a degree of freedom, of this sector or of the following one."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, InputError, fault, nearest, several, square, storable, symmetric, unique
+from stickslip.checks import SMALLEST, Array, InputError, counted, fault, nearest, several, square, storable, symmetric, unique
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Structure:
     """M q̈ + C q̇ + K q = p, dense.
 
@@ -45,6 +45,10 @@ class Structure:
         if lowest < -1e-9 * scale * size:
             raise fault("M", "must have no negative eigenvalue", lowest, "Check the sign and the units of the mass.")
 
+    def __repr__(self) -> str:
+        rule = "undamped" if self.damping is None else type(self.damping).__name__
+        return f"{type(self).__name__}: {freedoms(self.dofs)}, {rule if self.C is None else 'with C'}"
+
     @property
     def size(self) -> int:
         return len(self.dofs)
@@ -72,6 +76,12 @@ class Structure:
         if isinstance(damping, np.ndarray):
             return replace(self, C=damping, damping=None)
         return replace(self, C=None, damping=damping)
+
+
+def freedoms(dofs: Sequence[str]) -> str:
+    """How many degrees of freedom there are, and the first and last of them."""
+    listed = ", ".join(dofs) if len(dofs) < 5 else f"{', '.join(dofs[:2])}, ..., {dofs[-1]}"
+    return f"{counted(len(dofs), 'degree of freedom', 'degrees of freedom')} ({listed})"
 
 
 def check_names(dofs: Sequence[str]) -> None:

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, vector
+from stickslip.checks import Array, counted, fault, vector
 from stickslip.structure.craig_bampton import Reduction
+from stickslip.structure.matrices import freedoms
 from stickslip.structure.solid import STEEL, Material, Solid
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -21,13 +22,16 @@ INSIDE = 1e-6
 """How far beyond its cell, in local coordinates from 0 to 1, a place on a face may lie by rounding."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StressRecovery:
     """σ = rows q at named places. rows (places, 6, dofs) [Pa/m], components xx, yy, zz, xy, yz, zx; dofs: names of q."""
 
     places: tuple[str, ...]
     rows: Array
     dofs: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"StressRecovery: {counted(len(self.places), 'place')} from {freedoms(self.dofs)}"
 
 
 def stress_recovery(
