@@ -16,6 +16,7 @@ from channel import Side
 from growth import grow
 from headline import headline
 from page_comparison import table
+from scaling import scaling
 from startup import memory, startup
 
 ROOT = Path(__file__).parent.parent
@@ -37,7 +38,9 @@ def main() -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python bench", description=__doc__)
     parser.add_argument(
-        "--only", choices=("headline", "limit", "growth", "startup", "memory", "blade", "page"), help="one part; the rest stays"
+        "--only",
+        choices=("headline", "limit", "growth", "startup", "memory", "blade", "scaling", "page"),
+        help="one part; the rest stays",
     )
     return parser.parse_args()
 
@@ -61,6 +64,7 @@ def _measure(found: dict[str, Any], only: str | None) -> None:
             "pyHarm": startup(environment.pyharm_side, {"B1 F=1": {"ds": 0.1}, "B2a": {"ds": 2.0}, "B2b": {"ds": 0.5}}),
         },
         "memory": lambda: _memory(found),
+        "scaling": scaling,
     }
     for name, step in steps.items():
         if only in (None, name):

@@ -8,7 +8,7 @@ from typing import Any
 
 import figures
 from page_comparison import accuracy, blade, headline, memory, startup
-from page_cost import growth, limit
+from page_cost import growth, limit, scaling
 
 
 def write(found: dict[str, Any], docs: Path) -> None:
@@ -26,6 +26,7 @@ def write(found: dict[str, Any], docs: Path) -> None:
         parts.append(growth(found["growth"]))
     parts += [blade(found["blade"])] if "blade" in found else []
     parts += [memory(found["memory"])] if "memory" in found else []
+    parts += [scaling(found["scaling"])] if "scaling" in found else []
     parts += [(Path(__file__).parent / "findings.md").read_text(), METHOD]
     (docs / "benchmarks.md").write_text("\n\n".join(part.strip() for part in parts) + "\n")
 

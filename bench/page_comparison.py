@@ -86,7 +86,9 @@ def _verdict(found: dict[str, Any]) -> str:
         results = [result for case, result in found.items() if case.split()[0] == problem]
         ratio = sum(r["pyHarm"]["cpu"] for r in results) / sum(r["stickslip"]["cpu"] for r in results)
         reached = "reached" if ratio >= target else "missed"
-        sentences.append(f"{problem} {ratio:.0f} times less (target {target}: {reached})")
+        single = sorted(result["pyHarm"]["cpu"] / result["stickslip"]["cpu"] for result in results)
+        levels = f"; single levels {single[0]:.0f} to {single[-1]:.0f}" if len(single) > 1 else ""
+        sentences.append(f"{problem} {ratio:.0f} times less (target {target}: {reached}{levels})")
     starred = [case for case, result in found.items() if not result["both_right"]]
     note = f" A star marks cases where one code was not right at any setting tried: {', '.join(starred)}." if starred else ""
     return "Over all force levels: " + "; ".join(sentences) + "." + note
