@@ -6,9 +6,12 @@ from collections.abc import Iterator
 from math import pi, sqrt
 
 import numpy as np
+from scipy.optimize import brentq
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.curve import performance_curve
+from stickslip.analyses.performance.what_matters import what_matters
+from stickslip.problem import Problem
 from stickslip.rigs import single_blade, single_mass
 from stickslip.units import hertz, logspace, radians_per_second
 from verify.counting import counted
@@ -27,6 +30,7 @@ def rows() -> Iterator[Row]:
     yield from damped()
     yield from undamped()
     yield from rig()
+    yield from slopes()
 
 
 def damped() -> Iterator[Row]:
@@ -40,6 +44,9 @@ def damped() -> Iterator[Row]:
     best = performance_curve(single_mass(damping=0.01, kt=KD), logspace(0.5, 5.0, 15), harmonics=1, samples=8192).optimum()
     yield relative("Lowest peak", best["optimum_amplitude_per_force"], 5.870724, 1e-6, INDEPENDENT)
     yield absolute("Optimum μF_C/F_E", best["optimum_ratio"], 1.47424, 2e-3, INDEPENDENT)
+    ends = [brentq(lambda ratio: exact_peak(ratio) - 1.1 * 5.870724, *bracket, xtol=1e-6) for bracket in ((0.9, 1.4), (1.6, 3.0))]
+    for words, end in zip(("low", "high"), ends, strict=True):
+        yield relative(f"Plateau within 10 % of it, {words} end", best[f"plateau_{words}"], end, 1e-3, maximised)
     scaled = np.array([0.9, 1.5, 4.0])
     pair = [performance_curve(single_mass(damping=0.01, kt=KD), scaled / mu, mu, harmonics=1, samples=8192) for mu in (0.3, 0.6)]
     gap = np.max(np.abs(pair[0].dataset.amplitude_per_force.values / pair[1].dataset.amplitude_per_force.values - 1.0))
@@ -78,3 +85,16 @@ def rig() -> Iterator[Row]:
     yield at_most("Single blade: solutions of following, per one of sweeping", share, 1.0 / 20.0, "twenty times fewer")
     whole = following() / 60.0 / each
     yield at_most("The same with the optimum and the sweeps that check it", whole, 1.0 / 10.0, "measured")
+
+
+def slopes() -> Iterator[Row]:
+    """A = 1/(c √(k/m − (c/2m)²)) of a linear mass."""
+    ranges, share = {"damping": (0.018, 0.022), "stiffness": (0.9, 1.1), "mass": (0.9, 1.1)}, 1e-4
+
+    def linear(**values: float) -> Problem:
+        return single_mass(**values, kt=1e-9)
+
+    found = what_matters(linear, ranges, radians_per_second(0.85, 1.15), draws=2, harmonics=1).dataset
+    exact = (-0.2 * (1.0 - share), -0.1 * (1.0 + share), 0.1 * (1.0 - share))
+    for name, slope, value in zip(ranges, found.slope.values, exact, strict=True):
+        yield relative(f"What matters, linear mass: slope of ln A by the {name} over its range", slope, value, 2e-4, CLOSED)

@@ -13,6 +13,8 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.work import _told
+from stickslip.report.performance import sentences
+from stickslip.solve.peak_following import Follower
 from stickslip.units import logspace
 
 KD = 0.5
@@ -86,6 +88,33 @@ def test_following_agrees_with_the_sweeps_that_check_it(damped):
     assert np.abs(gap[np.isfinite(gap)]).max() < 2e-6
     assert damped.events() == []
     assert float(dataset.energy_residual.max()) < 1e-8
+
+
+@pytest.mark.parametrize("ratios", [logspace(0.3, 50.0, 9), [0.1, 1.0, 10.0], [0.5, 1.0, 50.0]])
+def test_optimum_and_plateau_do_not_depend_on_the_values(ratios):
+    """Exact solution of one harmonic: lowest at 1.47424, 10 % higher at 1.1181 and 2.1250."""
+    best = performance_curve(mass(), ratios, harmonics=1, samples=512).optimum()
+    assert best["optimum_amplitude_per_force"] == pytest.approx(5.870724, rel=1e-4)
+    assert best["optimum_ratio"] == pytest.approx(1.47424, rel=0.01)
+    assert [best["plateau_low"], best["plateau_high"]] == pytest.approx([1.1181, 2.1250], rel=1e-3)
+
+
+def test_an_optimum_at_an_end_of_the_values_is_said_so():
+    curve = performance_curve(mass(), [1.0, 4.0], harmonics=1, samples=128)
+    with pytest.warns(UserWarning, match="at an end of the values, F_C/F_E = 1: it may be lower beyond"):
+        best = curve.optimum()
+    assert best["plateau_high"] == pytest.approx(3.08, rel=2e-3)
+    assert "at an end of the values" in sentences(curve.dataset)[0]
+
+
+def test_an_optimum_between_curves_that_are_lost_is_said_so(monkeypatch):
+    monkeypatch.setattr(Follower, "at", lambda *arguments: None)
+    monkeypatch.setattr(Follower, "swept", lambda *arguments: None)
+    curve = performance_curve(mass(), [1.0, 1.5, 4.0], harmonics=1, samples=128)
+    with pytest.warns(UserWarning, match="the search for the lowest peak ended, since no peak was found at F_C/F_E = "):
+        best = curve.optimum()
+    assert best["optimum_ratio"] == 1.5
+    assert np.isnan(best["plateau_high"])
 
 
 @pytest.mark.parametrize("samples", [256, 1024])

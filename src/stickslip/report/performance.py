@@ -34,8 +34,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
             f"within 10 % of it from {ends[0]} to {ends[1]}"
         )
-        if np.any(np.isclose(one["optimum_ratio"], dataset["force_ratio"].values[[0, -1]])):
-            lines[-1] += "; this is an end of the values: it may be lower beyond"
+        if doubt := str(dataset["optimum_doubt"].values[case]):
+            lines[-1] += f"; {doubt}"
         lines += [f"  {name}: {words}" for words in _detached(dataset, case)]
         lines += [f"  {name}: {words}" for words in _happened(dataset, case)]
     return lines

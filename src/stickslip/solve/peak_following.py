@@ -154,11 +154,27 @@ class Follower:
         return found
 
     def at(self, found: Following, value: float) -> Place | None:
-        """The highest peak at a value between those followed; None where no branch reaches it."""
+        """The highest peak at a value between those followed; None where the highest branch on a side of it does not reach it."""
+        below = max((known for known in found.values if known <= value), default=None)
+        above = min((known for known in found.values if known >= value), default=None)
+        beside = [None if known is None else found.highest(known) for known in (below, above)]
+        if any(one is None or not _spans(found.branches[one[0]], value) for one in beside):
+            return None
         near = min(found.values, key=lambda known: abs(_abscissa(known) - _abscissa(value)))
         inside = [branch for k, branch in enumerate(found.branches) if _spans(branch, value) and not found.apart(k, near)]
         places = [place for place in (self._reach(branch, value, HALVINGS) for branch in inside) if place is not None]
         return max(places, key=lambda place: place.summit.amplitude, default=None)
+
+    def swept(self, value: float) -> Place | None:
+        """The highest peak of a full sweep at a value; None where the sweep is lost or has none."""
+        balance, level = self.problem_of(value)
+        try:
+            summits, _, solves = swept_summits(balance, level, self.band, self.output)
+        except LostCurveError:
+            return None
+        self.solves += solves
+        highest = max(summits, key=lambda summit: summit.amplitude, default=None)
+        return None if highest is None else Place(value, highest, balance.stiffness)
 
     def _advance(self, found: Following, before: float, value: float) -> None:
         """Every living branch from one value to the next."""

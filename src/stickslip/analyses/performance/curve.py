@@ -5,6 +5,7 @@ F_C is the static pull on a damper, F_E the amplitude of the excitation. The res
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike
 from stickslip.analyses.arguments import ends_of, fineness_of, frictions_of, output_of, ratios_of
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.performance.work import PerformanceWork, Vary, stacked
+from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Vary, stacked
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
@@ -34,9 +35,15 @@ class PerformanceCurve:
     problem: Problem
 
     def optimum(self, case: int = 0) -> dict[str, float]:
-        """The lowest peak of a curve: ratio, amplitude per force [m/N], frequency [Hz], and the ends of the plateau."""
-        names = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
-        return {name: float(self.dataset[name][case]) for name in names}
+        """The lowest peak of a curve: ratio, amplitude per force [m/N], frequency [Hz], and the ends of the plateau.
+
+        Warns, in the words of `optimum_doubt` of the dataset, where it may not be the lowest: at an end of the values, or where
+        a curve between them could not be solved.
+        """
+        doubt = str(self.dataset["optimum_doubt"].values[case])
+        if doubt:
+            warnings.warn(doubt, stacklevel=2)
+        return {name: float(self.dataset[name][case]) for name in OPTIMUM}
 
     def events(self, case: int = 0) -> list[str]:
         """What happened to peaks along a curve: born, ended, merged, swapped."""
@@ -136,6 +143,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "optimum_frequency": (("case",), "Hz", "frequency of the lowest peak"),
     "plateau_low": (("case",), "1", "F_C/F_E from which the peak is within 10 % of the lowest"),
     "plateau_high": (("case",), "1", "F_C/F_E up to which the peak is within 10 % of the lowest"),
+    "optimum_doubt": (("case",), "1", "why the optimum may not be the lowest peak"),
     "free_frequency": (("case",), "Hz", "resonance without contacts"),
     "free_amplitude_per_force": (("case",), "m/N", "peak without contacts"),
     "stuck_frequency": (("case",), "Hz", "resonance with all contacts stuck"),

@@ -10,16 +10,15 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import ends_of
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.contact_regions import contact_regions, whole_region
+from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
 from stickslip.analyses.work import Arrays, Tell
-from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -31,8 +30,6 @@ from stickslip.solve.linear_peak import linear_peak
 from stickslip.solve.peak_following import Follower, Following, Place
 
 Vary = Literal["force", "preload"]
-PLATEAU = 0.1
-"""The plateau is where the peak is higher than at the optimum by at most this share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +109,7 @@ class _Curve:
         arrays = self._empty(len(work.ratios), len(found.branches))
         for k in range(len(work.ratios)):
             self._fill(arrays, k, follower, found)
-        arrays |= self._optimum(follower, found, arrays)
+        arrays |= self._optimum(follower, found)
         arrays |= _told(found)
         linear = {"free": self.free, "stuck": self.stuck}
         for name, peak in linear.items():
@@ -180,54 +177,22 @@ class _Curve:
         arrays["contact_region"][k] = regions
         arrays["dissipated"][k] = np.bincount(rows, energy.dissipated, minlength=len(self.problem.contacts))
 
-    def _optimum(self, follower: Follower, found: Following, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """The lowest peak per force: refined between the neighbours of the lowest point; and the plateau around it."""
-        x, y = np.log(self.work.ratios), arrays["amplitude_per_force"]
-        names = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
-        if not np.isfinite(y).any():
-            return {name: np.array(np.nan) for name in names}
-        k = int(np.nanargmin(y))
-        best, value, frequency = float(x[k]), float(y[k]), float(arrays["frequency"][k])
-        if 0 < k < y.size - 1:
-
-            def peak(log_ratio: float) -> float:
-                nonlocal best, value, frequency
-                place = follower.at(found, float(np.exp(log_ratio)))
-                if place is None:
-                    return 10.0 * value
-                force = self.unit * self.balance_and_level(place.value)[1]
-                if place.summit.amplitude / force < value:
-                    best, value, frequency = log_ratio, place.summit.amplitude / force, place.summit.omega / (2.0 * np.pi)
-                return float(place.summit.amplitude / force)
-
-            minimize_scalar(peak, bounds=(x[k - 1], x[k + 1]), method="bounded", options={"xatol": 2e-4, "maxiter": 20})
-        plateau = _plateau(np.append(x, best), np.append(y, value), (1.0 + PLATEAU) * value, best)
-        return dict(zip(names, map(np.array, (np.exp(best), value, frequency, *plateau)), strict=True))
+    def _optimum(self, follower: Follower, found: Following) -> dict[str, NDArray[Any]]:
+        """The lowest peak per force, the plateau around it, and what makes them doubtful."""
+        peak = PeakBetween(follower, found, lambda ratio: self.unit * self.balance_and_level(ratio)[1])
+        if not peak.places:
+            return {name: np.array(np.nan) for name in OPTIMUM} | {"optimum_doubt": np.array("no peak was found")}
+        best = lowest_peak(peak)
+        numbers = (best.ratio, best.amplitude_per_force, best.frequency, *best.plateau)
+        return dict(zip(OPTIMUM, map(np.array, numbers), strict=True)) | {"optimum_doubt": np.array(best.doubt)}
 
 
+OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
 PER_POINT = (
     *("frequency", "amplitude", "amplitude_per_force", "inertance", "normalised_amplitude", "normalised_inertance"),
     *("normalised_frequency", "frequency_width", "on_kink", "region", "loss_factor", "residual", "energy_residual"),
     *("slip_work_error", "branch", "detached_frequency", "detached_amplitude_per_force"),
 )
-
-
-def _plateau(x: Array, y: Array, height: float, best: float) -> tuple[float, float]:
-    """The ratios on both sides of the best one at which the curve reaches a height; NaN on a side where it does not."""
-    order = np.argsort(x)
-    x, y = x[order], y[order]
-    ends = []
-    for side in (-1, 1):
-        inside = (x - best) * side >= 0.0
-        along, heights = x[inside][::side], y[inside][::side]
-        beyond = np.flatnonzero(heights > height)
-        if not beyond.size or beyond[0] == 0:
-            ends.append(np.nan)
-            continue
-        k = int(beyond[0])
-        share = (height - heights[k - 1]) / (heights[k] - heights[k - 1])
-        ends.append(float(np.exp(along[k - 1] + share * (along[k] - along[k - 1]))))
-    return ends[0], ends[1]
 
 
 def _told(found: Following) -> dict[str, NDArray[Any]]:
