@@ -9,10 +9,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 import stickslip as ss
 from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.work import _told
+from stickslip.plots.performance_curve import REGION_COLOURS
 from stickslip.report.performance import sentences
 from stickslip.solve.peak_following import Follower
 from stickslip.units import logspace
@@ -158,3 +160,10 @@ def test_values_far_apart_are_swept():
     )
     assert curve.dataset.amplitude.values[0, 1] == pytest.approx(peak, rel=1e-4)
     assert curve.optimum()["optimum_amplitude_per_force"] == pytest.approx(5.871, rel=0.01)
+
+
+def test_every_state_is_seen_on_white():
+    """A bar of lift-off in near white looked like a gap."""
+    darkest = [min(to_rgb(colour)) for colour in REGION_COLOURS]
+    assert len(set(REGION_COLOURS)) == 4
+    assert max(darkest) < 0.75
