@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from stickslip.checks import Array
-from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, STICK, house_style, plain
+from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, SLIP, STICK, house_style, plain
 from stickslip.results_view import Length, unit_for
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _unit(dataset: xr.Dataset) -> Length:
 
 def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """The pairs of variables that the worst peak depends on most, in their old order."""
-    sensitivity = np.abs(np.nan_to_num(dataset["sensitivity"].values))
+    sensitivity = np.abs(np.nan_to_num(dataset["sensitivity"].values)).max(axis=1)
     order = sorted(range(len(pairs)), key=lambda k: -float(sensitivity[list(pairs[k])].sum()))
     return [pairs[k] for k in sorted(order[:MOST_PANELS])]
 
@@ -72,17 +72,22 @@ def _allowed(axes: Axes, dataset: xr.Dataset, i: int, j: int, value: Array, size
     other = value[:, j] if i != j else size
     points = axes.scatter(value[:, i], other, c=size, s=34, edgecolor="white", linewidth=0.4, norm=norm)
     best = dataset["optimum"].values
-    height = best[j] if i != j else float(dataset["optimum_peak"]) / _unit(dataset).metres
+    height = best[j] if i != j else float(dataset["worst_peak"][int(dataset["optimum_design"])]) / _unit(dataset).metres
     axes.plot(best[i], height, "*", color="black", markersize=13, markeredgecolor="white", label="best")
     low, high = dataset["near_low"].values, dataset["near_high"].values
     if i != j:
-        corners = [low[i], high[i], high[i], low[i], low[i]], [low[j], low[j], high[j], high[j], low[j]]
-        axes.plot(*corners, color=GREY, linewidth=0.9, linestyle="--", label="holds all within 5 %")
+        axes.plot([low[i], high[i]], [best[j], best[j]], color=GREY, linewidth=1.5, label="one alone within 5 %")
+        axes.plot([best[i], best[i]], [low[j], high[j]], color=GREY, linewidth=1.5)
+    else:
+        axes.plot([low[i], high[i]], [height, height], color=GREY, linewidth=1.5, label="within 5 %")
     return points
 
 
 def _bars(axes: Axes, dataset: xr.Dataset, names: list[str]) -> None:
-    axes.barh(range(len(names)), dataset["sensitivity"].values, color=STICK, height=0.6)
+    slopes = dataset["sensitivity"].values
+    for side, color, place in ((0, SLIP, 0.2), (1, STICK, -0.2)):
+        axes.barh(np.arange(len(names)) + place, slopes[:, side], color=color, height=0.36, label=("less", "more")[side])
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     axes.set_yticks(range(len(names)), [plain(name) for name in names])
-    axes.set(xlabel="d ln(worst peak)/d ln(variable) at the best design")
+    axes.set(xlabel="change of the worst peak in %, for 1 % less and 1 % more")
+    axes.legend(loc="best", frameon=True, framealpha=0.8, edgecolor="none")

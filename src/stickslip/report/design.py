@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+MORE = 0.1
+"""A worst peak over all start states is said to be far above that of the drawn ones from this share on."""
+
+FALLS, SIDES = -0.01, ("less", "more")
+"""A best design is said to lie on a slope where 1 % of a variable takes more than 0.01 % off its worst peak."""
+
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The best design, how flat it is, and what matters."""
@@ -26,19 +32,14 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if no_optimum(dataset):
         return [counts]
     names = [str(name) for name in dataset["variable"].values]
-    lines = [f"worst resonance of the best design: {_size(dataset, 'optimum_peak')}"]
-    for k, name in enumerate(names):
-        low, high, slope = (float(dataset[key].values[k]) for key in ("near_low", "near_high", "sensitivity"))
-        change = f"1 % more of it changes the worst resonance by {slope:+.2g} %" if np.isfinite(slope) else "others are refused"
-        lines.append(
-            f"  {name} = {float(dataset['optimum'].values[k]):.4g}; designs within 5 % have {low:.4g} to {high:.4g}; {change}"
-        )
+    best, optimum = dataset.isel(design=int(dataset["optimum_design"])), float(dataset["optimum_peak"])
+    lines = [f"worst resonance of the best design: {_peak(best)}"]
+    if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
+        more = percent(optimum / float(best["sampled_peak"]) - 1.0)
+        lines.append(f"  that is {more} more than the drawn start states tell, over which alone constraints are met")
+    lines += [_variable(dataset, k, name) for k, name in enumerate(names)]
     lines += [f"  known design {_compared(dataset, k)}" for k in range(int(dataset.attrs.get("known", 0)))]
-    searched = float(dataset["searched_peak"])
-    if np.isfinite(searched):
-        more = searched / float(dataset["optimum_peak"]) - 1.0
-        found = f"{_size(dataset, 'searched_peak')} there, {percent(more)} more" if more > 1e-6 else "nothing higher there"
-        lines.append(f"over all start states a search finds {found}")
+    lines += _caveats(dataset, best, names)
     partly = int(np.count_nonzero((dataset["allowed"].values == 1) & (dataset["failed"].values > 0)))
     lines.append(counts)
     return [*lines, f"{partly} met the constraints only where a peak was solved and come last"] if partly else lines
@@ -49,13 +50,54 @@ def _size(dataset: xr.Dataset, name: str) -> str:
     return f"{length_text(float(dataset[name]))}{dataset[name].attrs['units'].removeprefix('m')}"
 
 
+def _peak(design: xr.Dataset) -> str:
+    """The worst peak of a design over all start states and from those drawn; what is told of a sample is told as such."""
+    if not int(design["searches"]):
+        return _size(design, "worst_peak")
+    return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the drawn ones)"
+
+
+def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
+    """The best value of a variable, its range, and what 1 % of it does to either side."""
+    value, low, high = (float(dataset[key].values[k]) for key in ("optimum", "near_low", "near_high"))
+    ends = [float(dataset[key].values[k]) for key in ("low", "high")]
+    told = f"alone {low:.4g} to {high:.4g} stays within 5 %"
+    if np.allclose([low, high], ends, rtol=0.0, atol=1e-9 * (ends[1] - ends[0])):
+        told = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
+    slopes = zip(SIDES, dataset["sensitivity"].values[k], strict=True)
+    changes = [f"1 % {side}: {slope:+.2g} %" if np.isfinite(slope) else f"{side}: not allowed" for side, slope in slopes]
+    return f"  {name} = {value:.4g}; {told}; {', '.join(changes)}"
+
+
+def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[str]:
+    """Where the best design is not the end of the search, and what slopes and ranges do not hold."""
+    slopes = dataset["sensitivity"].values
+    falls = [
+        f"{side} {name}"
+        for name, pair in zip(names, slopes, strict=True)
+        for side, s in zip(SIDES, pair, strict=True)
+        if s < FALLS
+    ]
+    told, seen = [], float(best["worst_peak"])
+    if falls:
+        ways = " or ".join(falls)
+        told.append(f"the search has not converged: {ways} lowers the worst resonance; more refinements or more designs go on")
+    if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
+        told.append(
+            f"ranges and changes are those of {_size(best, 'worst_peak')}, which the search of designs saw in the best one"
+        )
+    return told
+
+
 def _compared(dataset: xr.Dataset, design: int) -> str:
-    """A known design beside the best one."""
+    """A known design beside the best one, over all start states if they were searched."""
     one, words = dataset.isel(design=design), ", ".join(_variables(dataset, design))
     if not float(one["allowed"]):
         return f"{words}: breaks a constraint"
-    less = 1.0 - float(dataset["optimum_peak"]) / float(one["worst_peak"])
-    return f"{words}: {_size(one, 'worst_peak')}; the best is {percent(less)} lower"
+    if design == int(dataset["optimum_design"]):
+        return f"{words}: {_peak(one)}; it is the best"
+    peak = float(one["searched_peak" if int(one["searches"]) else "worst_peak"])
+    return f"{words}: {_peak(one)}; the best is {percent(1.0 - float(dataset['optimum_peak']) / peak)} lower"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -87,6 +129,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
     table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
     table[f"worst peak [{dataset['worst_peak'].attrs['units']}]"] = dataset["worst_peak"].values
+    table["from virgin contacts and drawn starts"] = dataset["sampled_peak"].values
+    table["over all start states, where searched"] = dataset["searched_peak"].values
     table["at Hz"] = dataset["worst_frequency"].values
     table["at force level"] = dataset["worst_force"].values
     table["at friction"] = dataset["worst_friction"].values

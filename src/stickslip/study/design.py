@@ -49,10 +49,13 @@ class DesignTable(Table):
     levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
     friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
-    starts: Annotated[int, Field(ge=0, le=MOST, description="drawn start states beside virgin contacts")] = 2
+    starts: Annotated[
+        int, Field(ge=0, le=MOST, description="drawn start states beside virgin contacts; 0: virgin ones alone")
+    ] = 2
     search: Annotated[
-        bool, Field(description="search all start states in the worst case of every design, not only of the best")
-    ] = False
+        bool,
+        Field(description="search all start states in the worst case of every design, not only of those that may be the best"),
+    ] = True
     objective: Annotated[Literal["amplitude", "amplitude_per_force"], Field(description="what is least")] = "amplitude"
     no_jamming: Annotated[
         str | None, Field(description="the argument that holds the platform angle in degrees: 1 − μ tan α stays positive")

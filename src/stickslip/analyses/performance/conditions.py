@@ -16,7 +16,8 @@ Case = tuple[float, float, int]
 @dataclass(frozen=True)
 class Conditions:
     """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
-    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case.
+    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case. Without
+    drawn start states contacts are virgin ones, and nothing is searched.
     """
 
     forces: tuple[float, ...]
@@ -60,4 +61,4 @@ def conditions_of(
     fine = fineness_of(harmonics=fineness[0], samples=fineness[1])
     forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
     frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
-    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fine, search)
+    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fine, search and starts > 0)

@@ -15,8 +15,10 @@ from stickslip.analyses.arguments import made, maker, output_of, point_of, range
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
+from stickslip.analyses.performance.design_around import Around, around
 from stickslip.analyses.performance.design_constraints import Constraint
-from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine, sensitivities
+from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
+from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
@@ -29,9 +31,6 @@ if TYPE_CHECKING:
 FACTOR = 2.0
 """Friction is uncertain by a factor of two unless said otherwise (S0: it evolves with wear)."""
 
-NEAR = 0.05
-"""An optimum is as flat as the part of the design space is large in which the worst peak is higher by at most this share."""
-
 
 class ProblemOf(Protocol):
     """The problem of a design: `problem_of(friction=0.3, mass=0.02, angle=45.0)`."""
@@ -42,7 +41,7 @@ class ProblemOf(Protocol):
 @dataclass(frozen=True, eq=False)
 class Design:
     """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
-    the optimum with its sensitivities d ln(worst peak)/d ln(variable) and its neighbourhood, NaN where no design meets all.
+    the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
 
     dataset: xr.Dataset
@@ -73,7 +72,7 @@ def design_damper(
     known: Sequence[Mapping[str, float]] = (),
     friction_factor: float = FACTOR,
     starts: int = 2,
-    search: bool = False,
+    search: bool = True,
     levels: int = 4,
     designs: int = 24,
     generations: int = 0,
@@ -91,15 +90,18 @@ def design_damper(
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
     variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
     nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
-    starts: drawn start states of the contacts beside virgin ones. search: in the worst case of every design all start states are
-    searched as `response_bounds` does at the peak, else for the optimum alone (`searched_peak`): a sample may miss the worst.
+    starts: drawn start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
+    search: in the worst case of every design all start states are searched as `response_bounds` does at the peak, for two to
+    four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
+    states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
     objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
     such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
     known: designs {name: value} to compute first, such as the damper as built.
 
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
-    from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. What
-    `finished` keeps is not computed again.
+    from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
+    the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst peak, as
+    this search counts it, is at most 5 % higher. What `finished` keeps is not computed again.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
@@ -125,6 +127,9 @@ def planned_design(
     for name, constraint in of_kind("constraints", constraints, Mapping).items():  # type: ignore[type-abstract]
         if not callable(constraint):
             raise fault(f"Constraint {name!r}", "must be a function of a Trial", constraint)
+    if "friction" in named:
+        remedy = "Contacts have any friction within `friction_factor` of the argument `friction`; name other variables."
+        raise fault("variables", "must not hold friction, which no designer chooses", list(named), remedy)
     box, make = tuple(named.values()), maker(problem_of)
     low, high = np.array(box).T
     unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
@@ -156,7 +161,7 @@ class DesignWork:
         """Everything that a case depends on, as far as a function can say what it does."""
         maker = f"{getattr(self.problem_of, '__module__', '')}.{getattr(self.problem_of, '__qualname__', self.problem_of)}"
         return tuple(
-            f"design {point!r} of {self.variables}, {self.conditions}, {self.constraints}, {maker}" for point in self.points
+            f"design at {point!r} of {self.variables}, {self.conditions}, {self.constraints}, {maker}" for point in self.points
         )
 
     @property
@@ -176,6 +181,7 @@ class DesignWork:
             "point": self.points[case],
             "place": place,
             "margins": worst.margins,
+            "each": worst.each,
             "cpu_seconds": time.process_time() - started,
         }
         return {name: np.array(value) for name, value in found.items()} | {"failed": np.array(worst.failed).reshape(-1, 3)}
@@ -188,12 +194,13 @@ class DesignWork:
         """The worst peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
         with threadpool_limits(1, user_api="blas"):
-            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, self.constraints, tell)
+            limits = dict(zip(self.limits, self.constraints, strict=True))
+            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, limits, tell)
 
-    def searched(self, point: Array, level: float, friction: float) -> float:
+    def searched(self, case: int, level: float, friction: float) -> float:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""
         with threadpool_limits(1, user_api="blas"):
-            return searched_peak(self.problem(point.tolist(), float(friction)), float(level), self.conditions)
+            return searched_peak(self.problem(self.points[case], friction), level, self.conditions)
 
 
 def finished_design(
@@ -205,14 +212,18 @@ def finished_design(
     workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> xr.Dataset:
-    """Generations and a simplex from the sampled designs, then everything as a dataset."""
-    expected = refinements + generations * len(results) + 2 * len(work.box)
+    """Generations and a simplex from the sampled designs, the best of all over all start states, then everything as a dataset."""
+    expected = refinements + generations * len(results) + 16 * len(work.box)
     designs = Designs(work, [Record.of(arrays) for arrays in results], finished, workers, progress, expected)
     if generations:
         evolve(designs, generations, work.conditions.seed)
     if refinements:
         refine(designs, refinements)
-    return _dataset(work, designs)
+    starts = AllStarts(designs, work.conditions.frictions)
+    if not designs.best.allowed:
+        return _dataset(work, designs, starts, -1, None)
+    best = starts.best(work.known) if work.conditions.starts else designs.records.index(designs.best)
+    return _dataset(work, designs, starts, best, around(designs, designs.records[best]))
 
 
 def no_optimum(dataset: xr.Dataset) -> str:
@@ -230,10 +241,10 @@ def no_optimum(dataset: xr.Dataset) -> str:
     )
 
 
-def _dataset(work: DesignWork, designs: Designs) -> xr.Dataset:
+def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: Around | None) -> xr.Dataset:
     import xarray as xr
 
-    records, best = list(designs.records), designs.best
+    records = designs.records
     most = max(len(record.failed) for record in records)
     failed = np.full((len(records), most, 3), np.nan)
     for row, record in zip(failed, records, strict=True):
@@ -244,13 +255,13 @@ def _dataset(work: DesignWork, designs: Designs) -> xr.Dataset:
     place = np.array([record.place for record in records])
     points = np.array([record.point for record in records])
     allowed = np.array([record.allowed for record in records])
-    nothing = np.full(low.size, np.nan)
-    optimum, ends, slopes, size, searched = nothing, (nothing, nothing), nothing, np.nan, np.nan
-    if best.allowed:
-        near = points[allowed & (place[:, 0] <= (1.0 + NEAR) * best.place[0])]
-        optimum, ends, size = best.point, (near.min(axis=0), near.max(axis=0)), float(best.place[0])
-        slopes = sensitivities(designs, best)
-        searched = work.searched(best.point, *best.place[2:4]) if conditions.starts else np.nan
+    searches = np.array([starts.searches(k) for k in range(len(records))])
+    peaks = np.array([starts.peak(k) for k in range(len(records))])
+    optimum, nothing = np.full(low.size, np.nan), np.full(low.size, np.nan)
+    slopes, ends, size = np.full((low.size, 2), np.nan), (nothing, nothing), np.nan
+    if near is not None:
+        optimum, size = points[best], float(peaks[best])
+        slopes, ends = near.slopes, (near.low, near.high)
 
     def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
         return dims, values, {"units": unit, "long_name": words}
@@ -258,7 +269,14 @@ def _dataset(work: DesignWork, designs: Designs) -> xr.Dataset:
     margins = np.array([record.margins for record in records]).reshape(len(records), len(work.limits))
     data = {
         "value": described(("design", "variable"), points, "as given", "variables of the design"),
-        "worst_peak": described("design", place[:, 0], units, "worst resonance amplitude"),
+        "worst_peak": described("design", place[:, 0], units, "worst resonance amplitude, as the search of designs counts it"),
+        "sampled_peak": described(
+            "design", [_highest(record.each[:, 0]) for record in records], units, "the same from virgin contacts and drawn starts"
+        ),
+        "searched_peak": described(
+            "design", np.where(searches > 0, peaks, np.nan), units, "the same over all start states, where they were searched"
+        ),
+        "searches": described("design", searches, "1", "friction coefficients under which all start states were searched"),
         "worst_frequency": described("design", place[:, 1], "Hz", "frequency of the worst resonance"),
         "worst_force": described("design", place[:, 2], "1", "force level of the worst resonance"),
         "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
@@ -271,16 +289,21 @@ def _dataset(work: DesignWork, designs: Designs) -> xr.Dataset:
         "failed_start": described(("design", "failure"), failed[:, :, 2], "1", "its start state, 0 virgin"),
         "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
         "optimum": described("variable", optimum, "as given", "the best design"),
-        "optimum_peak": described((), size, units, "worst resonance amplitude of the best design"),
-        "searched_peak": described((), searched, units, "there, the highest resonance over all start states that a search finds"),
-        "sensitivity": described("variable", slopes, "1", "d ln(worst peak)/d ln(variable) at the best design"),
-        "near_low": described("variable", ends[0], "as given", "least value within 5 % of the best"),
-        "near_high": described("variable", ends[1], "as given", "largest value within 5 % of the best"),
+        "optimum_design": described((), best, "1", "its number, -1 where there is none"),
+        "optimum_peak": described((), size, units, "worst resonance amplitude of the best design that is known"),
+        "sensitivity": described(
+            ("variable", "side"), slopes, "1", "relative rise of worst_peak per relative change that way, from the best design"
+        ),
+        "near_low": described(
+            "variable", ends[0], "as given", "least value, alone, with worst_peak at most 5 % higher (to 2 % of the box)"
+        ),
+        "near_high": described("variable", ends[1], "as given", "largest value, alone, with worst_peak at most 5 % higher"),
         "low": described("variable", low, "as given", "lower end of the variable"),
         "high": described("variable", high, "as given", "upper end of the variable"),
     }
     coords = {
         "variable": described("variable", list(work.variables), "1", "variable of the design"),
+        "side": described("side", ["less", "more"], "1", "the way in which the variable is changed"),
     }
     if work.limits:
         data["margin"] = described(("design", "constraint"), margins, "1", "least margin of each constraint; positive where met")
@@ -291,5 +314,10 @@ def _dataset(work: DesignWork, designs: Designs) -> xr.Dataset:
         "frictions": list(conditions.frictions),
     }
     attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
-    attrs |= {"known": work.known, "nearest": records.index(best)}
+    attrs |= {"known": work.known, "nearest": records.index(designs.best)}
     return xr.Dataset(data, coords, attrs)
+
+
+def _highest(sizes: Array) -> float:
+    """The largest of the numbers, infinite where there is none."""
+    return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else np.inf

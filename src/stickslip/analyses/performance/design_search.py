@@ -7,18 +7,21 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import differential_evolution, minimize
 
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
-from stickslip.checks import Array
+from stickslip.checks import Array, InputError
 
 POPULATION = 5
 """Designs that differential evolution needs; the middle of the box stands in for missing ones."""
 
 ASIDE = 0.12
 """Edge of the first simplex, as a share of the box."""
+
+GAIN = 1e-4
+"""Less than this share of the worst peak is no gain."""
 
 
 class DesignCases(Work, Protocol):
@@ -31,20 +34,26 @@ class DesignCases(Work, Protocol):
     def at(self, points: Sequence[Array]) -> DesignCases:
         """The work of other designs."""
 
+    def searched(self, case: int, level: float, friction: float) -> float:
+        """The highest resonance over all start states of a case, m."""
+
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak."""
+    """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak, and
+    what each friction coefficient gives as in `Worst`.
+    """
 
     point: Array
     place: Array
     margins: Array
     failed: Array
+    each: Array
 
     @classmethod
     def of(cls, arrays: Arrays) -> Record:
         """From the arrays of a case."""
-        return cls(*(np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed")))
+        return cls(*(np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed", "each")))
 
     @property
     def allowed(self) -> bool:
@@ -67,7 +76,7 @@ class Record:
 class Designs:
     """The designs computed so far, and more on demand: each of them once, kept by `finished`, several side by side.
 
-    expected: how many more a search will ask for, about, which `progress` counts.
+    expected: how many cases a search will ask for, about, which `progress` counts.
     """
 
     work: DesignCases
@@ -79,7 +88,7 @@ class Designs:
 
     def __post_init__(self) -> None:
         self.low, self.high = np.array(self.work.box).T
-        self.sampled = len(self.records)
+        self.done = 0
 
     @property
     def best(self) -> Record:
@@ -102,16 +111,25 @@ class Designs:
 
     def solved(self, points: Sequence[Array]) -> list[Record]:
         """Designs computed, or given back by what keeps them."""
-        if not points:
-            return []
-        done = len(self.records) - self.sampled
+        return [Record.of(arrays) for arrays in self.computed(self.work.at(points))] if points else []
+
+    def solved_where_possible(self, points: Sequence[Array]) -> list[Record | None]:
+        """Designs computed; None where a design cannot be made or a constraint of it fails."""
+        try:
+            return list(self.solved(points))
+        except InputError:
+            return [None] if len(points) == 1 else [self.solved_where_possible([point])[0] for point in points]
+
+    def computed(self, work: Work) -> list[Arrays]:
+        """The cases of a work, side by side, or given back by what keeps them."""
+        count = len(work.names)
 
         def tell(fraction: float, text: str) -> None:
-            share = (done + len(points) * fraction) / max(self.expected, done + len(points))
-            self.progress(share, f"design {len(self.records) + 1}")
+            self.progress((self.done + count * fraction) / max(self.expected, self.done + count), text)
 
-        workers = self.workers if len(points) > 1 else 1
-        return [Record.of(arrays) for arrays in all_cases(self.work.at(points), self.finished, workers, tell)]
+        results = all_cases(work, self.finished, self.workers if count > 1 else 1, tell)
+        self.done += count
+        return results
 
     def _known(self, point: Array) -> Record | None:
         return next((record for record in self.records if _same(record.point, point)), None)
@@ -132,25 +150,19 @@ def evolve(designs: Designs, generations: int, seed: int) -> None:
 
 
 def refine(designs: Designs, most: int) -> None:
-    """A simplex search of at most so many designs from the best one known."""
+    """Simplex searches of at most so many designs together, each from the best one known, until one gains nothing."""
+    left, before = most, np.inf
+    while left > 0 and designs.best.penalised < (1.0 - GAIN) * before:
+        before = designs.best.penalised
+        left -= _simplex(designs, left)
+
+
+def _simplex(designs: Designs, most: int) -> int:
+    """One simplex search from the best design; how many it asked for."""
     best = designs.best
     unit = designs.unit(best.point)
     simplex = np.vstack([unit, *(unit + np.where(unit > 0.5, -ASIDE, ASIDE) * row for row in np.eye(unit.size))])
-    options = {"initial_simplex": simplex, "maxfev": most, "xatol": 2e-3, "fatol": 1e-4 * best.penalised}
+    options = {"initial_simplex": simplex, "maxfev": most, "xatol": 2e-3, "fatol": GAIN * best.penalised}
     box = [(0.0, 1.0)] * unit.size
-    minimize(lambda unit: designs.at([unit])[0], unit, method="Nelder-Mead", bounds=box, options=options)  # type: ignore[call-overload]
-
-
-def sensitivities(designs: Designs, best: Record, step: float = 0.02) -> NDArray[Any]:
-    """d ln(worst peak)/d ln(variable) by differences of ± `step` of the box, to one side where the other is refused (NaN where
-    both are); the worst case may change between them.
-    """
-    moves = step * (designs.high - designs.low)
-    sides = designs.solved([best.point + sign * row for row in np.diag(moves) for sign in (-1.0, 1.0)])
-    slopes = []
-    for k, move in enumerate(moves):
-        sizes = np.array([sides[2 * k].place[0], best.place[0], sides[2 * k + 1].place[0]])
-        ends = np.flatnonzero(np.isfinite(sizes))[[0, -1]]
-        gone = move * float(np.diff(ends)[0])
-        slopes.append(float(np.diff(sizes[ends])[0]) / gone * best.point[k] / best.place[0] if gone else np.nan)
-    return np.array(slopes)
+    found = minimize(lambda unit: designs.at([unit])[0], unit, method="Nelder-Mead", bounds=box, options=options)  # type: ignore[call-overload]
+    return int(found.nfev)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,14 +13,14 @@ from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work import Tell
-from stickslip.checks import Array, finite
+from stickslip.checks import Array, InputError, finite
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_following import Follower
 from stickslip.solve.peak_sweep import swept_summits
-from stickslip.solve.start_solutions import SHORTEST
+from stickslip.solve.start_solutions import SHORTEST, UnsolvedError
 from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 SHARE = 0.7
@@ -32,6 +32,9 @@ class Worst:
     """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint (NaN where it was not asked), and
     the cases without a solved peak as (force level, friction, start); start: 0 for virgin contacts, else the number of the drawn
     state, −1 for a searched one.
+
+    each (frictions, 3): for every friction coefficient the highest peak from virgin contacts and drawn starts, its force level,
+    and the highest over all start states at that level (NaN where not searched).
     """
 
     size: float
@@ -40,16 +43,15 @@ class Worst:
     friction: float
     start: int
     margins: tuple[float, ...]
+    each: Array
     failed: tuple[Case, ...] = ()
-    summit: Summit | None = None
-    balance: HarmonicBalance | None = None
 
 
 def worst_peak(
     problem_of: Callable[[float], Problem],
     variables: dict[str, float],
     conditions: Conditions,
-    constraints: Sequence[Constraint],
+    constraints: Mapping[str, Constraint],
     tell: Tell = lambda fraction: None,
 ) -> Worst:
     """The highest resonance over all conditions, and the least margin of each constraint over them.
@@ -60,29 +62,39 @@ def worst_peak(
     """
     margins = _geometric_margins(variables, conditions, constraints)
     if any(margin <= 0.0 for margin in margins):
-        return Worst(np.inf, np.nan, np.nan, np.nan, -1, margins)
+        return Worst(np.inf, np.nan, np.nan, np.nan, -1, margins, np.full((len(conditions.frictions), 3), np.nan))
     search = _Search(variables, conditions, constraints)
     for k, mu in enumerate(conditions.frictions):
         tell(k / len(conditions.frictions))
         search.with_friction(mu, problem_of(mu))
-    worst = search.worst()
-    if not (conditions.search and np.isfinite(worst.size)):
-        return worst
-    searched = searched_peak(problem_of(worst.friction), worst.force, conditions)
-    return replace(worst, size=searched, start=-1) if searched > worst.size else worst
+    if conditions.search and np.isfinite(search.size):
+        search.search_all_starts(problem_of(search.place[2]))
+    return search.worst()
 
 
 def _geometric_margins(
-    variables: dict[str, float], conditions: Conditions, constraints: Sequence[Constraint]
+    variables: dict[str, float], conditions: Conditions, constraints: Mapping[str, Constraint]
 ) -> tuple[float, ...]:
     """The least margin of each constraint that needs no solution, NaN for the others."""
     trials = [Trial(variables, mu, conditions.forces[-1], {}) for mu in conditions.frictions]
-    return tuple(min(asked(c, trial) for trial in trials) if is_geometric(c) else np.nan for c in constraints)
+    return tuple(
+        min(asked(name, constraint, trial) for trial in trials) if is_geometric(constraint) else np.nan
+        for name, constraint in constraints.items()
+    )
 
 
-def asked(constraint: Constraint, trial: Trial) -> float:
-    """The margin of a constraint; refused unless it is a number."""
-    return finite(f"What a constraint returns for {dict(trial.variables)}", constraint(trial))
+def asked(name: str, constraint: Constraint, trial: Trial) -> float:
+    """The margin of a constraint; refused unless it is a number, and where the constraint fails."""
+    where = ", ".join([*(f"{key}={value:g}" for key, value in trial.variables.items()), f"friction={trial.friction:g}"])
+    try:
+        margin = constraint(trial)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"Constraint {name!r} must return a number, but raises {type(error).__name__} at {where}: {error}."
+        ) from error
+    return finite(f"What constraint {name!r} returns at {where}", margin)
 
 
 CLOUD, BEGIN = 8, 1
@@ -92,7 +104,8 @@ CLOUD, BEGIN = 8, 1
 def searched_peak(problem: Problem, level: float, conditions: Conditions) -> float:
     """The highest resonance |X_1| over all start states, m, one variable per contact: the best that a search finds.
 
-    NaN with friction discs, whose start states cannot be searched. Per force level where amplitudes count so.
+    NaN with friction discs, whose start states cannot be searched, and where no solution is found. Per force level where
+    amplitudes count so.
     """
     if any(contact.elements.coupled for contact in problem.contacts):
         return np.nan
@@ -100,26 +113,36 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
     band = resonance_band(HarmonicBalance(problem, *fineness), output)
     ends, seed = (band.low, band.high), conditions.seed
     work = BoundsWork(problem, ends, (level,), "peak", output, CLOUD, BEGIN, "slider_offset", "contact", seed, *fineness)
-    search = work.search(0)
-    search.run(lambda fraction: None, [UPPER])
+    try:
+        search = work.search(0)
+        search.run(lambda fraction: None, [UPPER])
+    except UnsolvedError:
+        return np.nan
     found = search.best[UPPER][0]
     highest = np.nan if found is None else found.value
     return highest / level if conditions.per_force else highest
 
 
 class _Search:
-    def __init__(self, variables: dict[str, float], conditions: Conditions, constraints: Sequence[Constraint]) -> None:
+    def __init__(self, variables: dict[str, float], conditions: Conditions, constraints: Mapping[str, Constraint]) -> None:
         self.variables, self.conditions, self.constraints = variables, conditions, constraints
-        self.best = Worst(-np.inf, np.nan, np.nan, np.nan, -1, ())
+        self.size, self.place = -np.inf, (np.nan, np.nan, np.nan, -1)
+        self.each = np.full((len(conditions.frictions), 3), np.nan)
         self.margins = np.full(len(constraints), np.inf)
         self.failed: list[Case] = []
 
     def worst(self) -> Worst:
         """What was found; a design without any peak is infinitely bad."""
-        best = self.best
-        size = best.size if np.isfinite(best.size) else np.inf
-        place = (best.frequency, best.force, best.friction, best.start, tuple(self.margins.tolist()), tuple(self.failed))
-        return Worst(size, *place, best.summit, best.balance)
+        size = self.size if np.isfinite(self.size) else np.inf
+        return Worst(size, *self.place, tuple(self.margins.tolist()), self.each, tuple(self.failed))
+
+    def search_all_starts(self, problem: Problem) -> None:
+        """Search all start states in the worst case, whose problem this is."""
+        frequency, level, mu, _ = self.place
+        found = searched_peak(problem, level, self.conditions)
+        self.each[self.conditions.frictions.index(mu), 2] = found
+        if found > self.size:
+            self.size, self.place = found, (frequency, level, mu, -1)
 
     def with_friction(self, mu: float, problem: Problem) -> None:
         """All force levels and start states under one friction coefficient."""
@@ -186,11 +209,13 @@ class _Search:
         """Take one case into account."""
         size = summit.amplitude / (level if self.conditions.per_force else 1.0)
         trial = self._trial(mu, level, summit, balance)
-        margins = [asked(constraint, trial) for constraint in self.constraints]
+        margins = [asked(name, constraint, trial) for name, constraint in self.constraints.items()]
         self.margins = np.minimum(self.margins, margins) if margins else self.margins
-        if size > self.best.size:
-            frequency = summit.omega / (2.0 * np.pi)
-            self.best = Worst(size, frequency, level, mu, start, (), (), summit, balance)
+        own = self.each[self.conditions.frictions.index(mu)]
+        if not size <= own[0]:
+            own[:2] = size, level
+        if size > self.size:
+            self.size, self.place = size, (summit.omega / (2.0 * np.pi), level, mu, start)
 
     def _trial(self, mu: float, level: float, summit: Summit, balance: HarmonicBalance) -> Trial:
         evaluation = summit.evaluation
