@@ -20,6 +20,9 @@ POPULATION = 5
 ASIDE = 0.12
 """Edge of the first simplex, as a share of the box."""
 
+WORTH = 5.0
+"""Processes of this machine are started for cases that take this much longer, s of processor time, one after the other."""
+
 GAIN = 1e-4
 """Less than this share of the worst peak is no gain."""
 
@@ -41,7 +44,7 @@ class DesignCases(Work, Protocol):
 @dataclass(frozen=True, eq=False)
 class Record:
     """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak, and
-    what each friction coefficient gives as in `Worst`.
+    what each friction coefficient gives as in `Worst`; the processor time it took [s].
     """
 
     point: Array
@@ -49,11 +52,13 @@ class Record:
     margins: Array
     failed: Array
     each: Array
+    seconds: float = np.inf
 
     @classmethod
     def of(cls, arrays: Arrays) -> Record:
         """From the arrays of a case."""
-        return cls(*(np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed", "each")))
+        found = {name: np.asarray(arrays[name]) for name in ("point", "place", "margins", "failed", "each")}
+        return cls(**found, seconds=float(arrays["cpu_seconds"]))
 
     @property
     def allowed(self) -> bool:
@@ -127,9 +132,14 @@ class Designs:
         def tell(fraction: float, text: str) -> None:
             self.progress((self.done + count * fraction) / max(self.expected, self.done + count), text)
 
-        results = all_cases(work, self.finished, self.workers if count > 1 else 1, tell)
+        few = count == 1 or (isinstance(self.workers, int) and (count - 1) * self._seconds() < WORTH)
+        results = all_cases(work, self.finished, 1 if few else self.workers, tell)
         self.done += count
         return results
+
+    def _seconds(self) -> float:
+        """The processor time of a design, about; infinite where none is known."""
+        return float(np.mean([record.seconds for record in self.records])) if self.records else np.inf
 
     def _known(self, point: Array) -> Record | None:
         return next((record for record in self.records if _same(record.point, point)), None)
