@@ -6,10 +6,13 @@ of the band are solved, beyond the facets.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from math import sqrt
 
-from stickslip.solve.summit import Ascent, Summit
+import numpy as np
+
+from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 SHARE = 1e-3
 """Share of the peak by which the amplitude falls to the ends of the band."""
@@ -19,6 +22,8 @@ CLOSE = 1.4
 
 SOLVES = 8
 WIDEN = 2.5
+FARTHEST = 0.3
+"""Arc length beyond which the middle of a band is not sought for a summit."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,20 @@ class Crest:
     def width(self) -> float:
         """Half the band, rad/s."""
         return 0.5 * (self.high - self.low)
+
+
+def settled(ascent: Ascent, summit: Summit) -> tuple[Summit, Crest]:
+    """The summit that the middle of the band climbs to, where it is higher as corners of samples are, and the band around it."""
+    crest = crest_of(ascent, summit)
+    s = (crest.omega - summit.omega) / summit.plane.omega if summit.plane.omega else 0.0
+    middle = ascent.beside(summit, float(np.clip(s, -FARTHEST, FARTHEST)))
+    if middle is not None:
+        with suppress(NoSummitError):
+            other = ascent.from_solved(middle)
+            higher = other.amplitude / summit.amplitude - 1.0
+            if 0.0 < higher <= 2.0 * ascent.dip:
+                return other, crest if higher < 0.1 * SHARE else crest_of(ascent, other)
+    return summit, crest
 
 
 def crest_of(ascent: Ascent, summit: Summit) -> Crest:

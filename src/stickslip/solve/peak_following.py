@@ -18,7 +18,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.solve.crest import Crest, crest_of
+from stickslip.solve.crest import Crest, settled
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_sweep import reaches_an_end, swept_summits
 from stickslip.solve.summit import Ascent, NoSummitError, Summit
@@ -283,12 +283,12 @@ class Follower:
         self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
         return one
 
-    def crest(self, place: Place) -> Crest:
-        """The band around the peak at a place."""
+    def settled(self, place: Place) -> tuple[Place, Crest]:
+        """A place on the highest corner that the middle of its band leads to, and that band."""
         ascent = Ascent(self.problem_of(place.value)[0], self.output)
-        crest = crest_of(ascent, place.summit)
+        summit, crest = settled(ascent, place.summit)
         self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
-        return crest
+        return Place(place.value, summit, place.stiffness), crest
 
     def _begin(self, found: Following, k: int, place: Place) -> None:
         """A branch from a swept peak, followed back to the earlier values as far as it goes."""

@@ -161,6 +161,11 @@ class Ascent:
         bend = float(np.clip(curvature, -3.0, -FLATTEST) if curvature is not None else -1.0) * sample.amplitude
         return self._climb([sample], plane, bend)
 
+    @property
+    def dip(self) -> float:
+        """The share by which a curve dips between two peaks, and not only between corners that samples make."""
+        return max(PROMINENCE, CUSPS / float(self.balance.tables.E.shape[0]) ** 2)
+
     def beside(self, summit: Summit, s: float) -> Evaluation | None:
         """The curve at arc length s from a summit; None where Newton's method fails."""
         point, plane = summit.point, summit.plane
@@ -172,7 +177,7 @@ class Ascent:
         middle, by more than `PROMINENCE`, or what samples make of a flat top.
         """
         lower, higher = sorted((a.amplitude, b.amplitude))
-        dip = max(PROMINENCE, CUSPS / self.balance.tables.E.shape[0] ** 2)
+        dip = self.dip
         if abs(a.omega - b.omega) > NEAR * a.omega or higher - lower > max(AS_HIGH, dip) * lower:
             return False
         point, other = a.point, b.point

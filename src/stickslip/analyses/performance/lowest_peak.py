@@ -78,6 +78,7 @@ def lowest_peak(peak: PeakBetween) -> LowestPeak:
     else:
         doubts.append(f"the lowest peak is at an end of the values, F_C/F_E = {exp(best):.4g}: it may be lower beyond")
     best = peak.lowest
+    peak.places[best], crest = peak.follower.settled(peak.places[best])
     plateau = []
     for side in (-1, 1):
         try:
@@ -85,8 +86,7 @@ def lowest_peak(peak: PeakBetween) -> LowestPeak:
         except LostCurveError as lost:
             plateau.append(np.nan)
             doubts.append(f"an end of the plateau is not known, since {lost}")
-    omega = peak.follower.crest(peak.places[best]).omega
-    return LowestPeak(exp(best), peak(best), omega / (2.0 * np.pi), (plateau[0], plateau[1]), "; ".join(doubts))
+    return LowestPeak(exp(best), peak(best), crest.omega / (2.0 * np.pi), (plateau[0], plateau[1]), "; ".join(doubts))
 
 
 def _reached(peak: PeakBetween, best: float, side: int) -> float:

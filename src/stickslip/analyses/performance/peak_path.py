@@ -80,7 +80,8 @@ def _dataset(follower: Follower, found: Following) -> xr.Dataset:
     for b, branch in enumerate(found.branches):
         for k, value in enumerate(found.values):
             if value in branch.places:
-                summit, crest = branch.places[value].summit, follower.crest(branch.places[value])
+                branch.places[value], crest = follower.settled(branch.places[value])
+                summit = branch.places[value].summit
                 row = (crest.omega / (2.0 * np.pi), summit.amplitude, crest.width / (2.0 * np.pi), float(summit.on_kink))
                 for name, number in zip(arrays, row, strict=True):
                     arrays[name][k, b] = number

@@ -129,21 +129,23 @@ class _Curve:
     def _fill(self, arrays: dict[str, NDArray[Any]], k: int, follower: Follower, found: Following) -> None:
         ratio = self.work.ratios[k]
         force = self.unit * self.balance_and_level(ratio)[1]
+        highest = found.highest(ratio)
+        if highest is not None:
+            b, (place, crest) = highest[0], follower.settled(highest[1])
+            found.branches[b].places[ratio] = place
+            arrays["branch"][k] = b
+            self._fill_place(arrays, k, place, crest, force)
         for b, branch in enumerate(found.branches):
             if ratio in branch.places:
                 summit = branch.places[ratio].summit
                 arrays["branch_frequency"][k, b] = summit.omega / (2.0 * np.pi)
                 arrays["branch_amplitude_per_force"][k, b] = summit.amplitude / force
+        if highest is not None:
+            arrays["branch_frequency"][k, highest[0]] = arrays["frequency"][k]
         detached = found.detached(ratio)
         if detached is not None:
             arrays["detached_frequency"][k] = detached[1].summit.omega / (2.0 * np.pi)
             arrays["detached_amplitude_per_force"][k] = detached[1].summit.amplitude / force
-        highest = found.highest(ratio)
-        if highest is not None:
-            crest = follower.crest(highest[1])
-            arrays["branch"][k] = highest[0]
-            arrays["branch_frequency"][k, highest[0]] = crest.omega / (2.0 * np.pi)
-            self._fill_place(arrays, k, highest[1], crest, force)
 
     def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, crest: Crest, force: float) -> None:
         balance, summit = self.balance_and_level(place.value)[0], place.summit
