@@ -81,7 +81,7 @@ def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[st
     told, seen = [], float(best["worst_peak"])
     if falls:
         ways = " or ".join(falls)
-        told.append(f"the search has not converged: {ways} lowers the worst resonance; more refinements or more designs go on")
+        told.append(f"the search has not converged: {ways} lowers the worst resonance; more designs, or generations, go on")
     if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
         told.append(
             f"ranges and changes are those of {_size(best, 'worst_peak')}, which the search of designs saw in the best one"
