@@ -223,3 +223,16 @@ def test_a_rig_that_takes_only_some_values_is_told_from_a_wrong_value():
         made.sensitivity(0, 0, {"mu": ss.Parameter(0.4, only_given)})
     with pytest.raises(ss.InputError, match="'mu' must make the problem itself"):
         made.sensitivity(0, 0, {"mu": ss.Parameter(0.3, only_given)})
+
+
+@pytest.mark.parametrize("name", ["c", "force", "static"])
+def test_another_damping_or_load_than_the_problem_has_is_refused(name):
+    """A value whose problem has the same stiffness and contacts, and other slopes."""
+
+    def made(c: float = 0.05, force: float = 1.0, static: float = 0.1) -> ss.Problem:
+        structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=c * np.eye(1))
+        slider = ss.Contact("slider", ss.Macroslip(kt=1.0, mu=1.0, normal_load=1.0), (ss.between("1.x", "ground"),))
+        return ss.Problem(structure, (slider,), (ss.Force("1.x", force, static),), ("1.x",))
+
+    with pytest.raises(ss.InputError, match="must make the problem itself of its value"):
+        ss.sensitivity(made(), 0.2, {name: ss.Parameter(0.3, lambda value: made(**{name: value}))})

@@ -267,7 +267,7 @@ def edge_of_jamming():
 
 def edge_of_what_can_be_made():
     def cannot(*, friction, load):
-        if load > 3.0:
+        if 3.0 < load < 4.0:
             raise ValueError("too much load")
         return one_mass(friction=friction, load=load)
 
@@ -370,3 +370,40 @@ def test_a_constraint_that_fails_is_named():
         ss.InputError, match=r"Constraint 'clearance' must return a number, but raises ZeroDivisionError at load="
     ):
         small(constraints={"clearance": lambda trial: 1 / 0})
+
+
+def sharp_at_the_edge(*, friction: float, load: float) -> ss.Problem:
+    """The optimum lies near the end of the box, where the problem cannot be made."""
+    if load >= 3.0:
+        raise ValueError("too much")
+    return one_mass(friction=friction, load=load)
+
+
+def test_a_search_goes_on_where_a_design_at_the_edge_cannot_be_made():
+    found = ss.design_damper(
+        sharp_at_the_edge,
+        {"load": (1.0, 3.0)},
+        (1.0, 1.0),
+        0.4,
+        friction_factor=1.0,
+        levels=1,
+        designs=4,
+        refinements=12,
+        starts=0,
+        harmonics=1,
+    )
+    assert 2.8 < found.optimum["load"] < 3.0
+
+
+def test_what_is_kept_belongs_to_the_problem_that_made_it():
+    """Two functions of one name, as after an edit: nothing of the one is given to the other."""
+    kept = Kept()
+
+    def optimum(damping):
+        def made(*, friction: float, load: float) -> ss.Problem:
+            return ss.rigs.single_mass(damping=damping, kt=KD, limit=load * friction)
+
+        effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "harmonics": 1, "samples": 64}
+        return float(ss.design_damper(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, finished=kept, **effort).dataset.optimum_peak)
+
+    assert optimum(0.05) < 0.9 * optimum(0.01)

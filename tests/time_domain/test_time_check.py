@@ -7,11 +7,15 @@ from time_domain.systems import landing_foot
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.time_response import time_response
 from stickslip.checks import InputError
+from stickslip.contact.cubic import CubicSpring
+from stickslip.contact.point import Contact, between
 from stickslip.loads import Force
+from stickslip.problem import Problem
 from stickslip.rigs import single_mass, three_mass_wedge
 from stickslip.solve.time_march import distance, growth
+from stickslip.structure.matrices import Structure
 from stickslip.time.methods import Newmark
-from stickslip.units import hertz
+from stickslip.units import hertz, radians_per_second
 
 FREQUENCY = 1.1 / (2.0 * np.pi)
 
@@ -72,7 +76,7 @@ def test_a_peak_that_is_not_there(swept, options):
 
 def test_a_curve_without_peak_has_no_point_of_it(response):
     with pytest.raises(
-        InputError, match="The curve of case 1 and output 0 must have a peak inside the band, but is 'without one'"
+        InputError, match="The curve of case 1 and output 0 must have a peak inside the band, but is 'one without'"
     ):
         response.peak_point(1)
 
@@ -191,3 +195,24 @@ def test_steps_that_gain_energy_are_given_up():
     found = time_response(landing_foot(1e-3), 0.8 / (2.0 * np.pi), steps_per_period=400, method=Newmark())
     assert "grew without bound" in found.sentence
     assert not found.periodic
+
+
+def with_a_resting_output(damping, force):
+    """A Duffing mass, and one apart from it that a static force pushes aside: at rest."""
+    structure = Structure(np.eye(2), np.diag([1.0, 2.0]), ("1.x", "2.x"), C=np.diag([damping, 0.3]))
+    spring = Contact("spring", CubicSpring(k3=1.0), tangential=(between("1.x", "ground"),))
+    forces = (Force("1.x", force), Force("2.x", static=1.0))
+    return Problem(structure, (spring,), forces, ("1.x", "2.x"))
+
+
+def test_an_output_at_rest_is_no_difference_and_hides_no_instability():
+    """Rounding over rounding was a difference of 0.5, and made the motion that leaves the middle branch look like an error."""
+    response = forced_response(with_a_resting_output(0.05, 0.2), radians_per_second(0.8, 3.5), harmonics=9)
+    frequencies = 2.0 * np.pi * response.dataset.frequency.to_numpy()[0]
+    turns = np.flatnonzero(np.diff(frequencies) < 0.0)
+    right = response.verify_in_time(0, 2, steps_per_period=1000)
+    assert right.agrees(1e-3)
+    assert np.max(right.period_difference) < 1e-4
+    middle = response.verify_in_time(0, int(turns[turns.size // 2]), steps_per_period=1000)
+    assert middle.unstable
+    assert not middle.agrees(1e-3)

@@ -69,7 +69,7 @@ class ForcedResponse:
         frequencies, amplitudes = (dataset[f"peak_{name}"].to_numpy()[row, :, column] for name in ("frequency", "amplitude"))
         count = int(np.isfinite(frequencies).sum())
         if not count:
-            raise fault(f"The curve of case {row} and output {column}", "must have a peak inside the band", "without one")
+            raise fault(f"The curve of case {row} and output {column}", "must have a peak inside the band", "one without")
         rank = between("peak", peak, 0, count - 1)
         return nearest_point(dataset, row, column, float(frequencies[rank]), float(amplitudes[rank]))
 
@@ -108,9 +108,9 @@ class ForcedResponse:
     def sensitivity(self, case: int, point: int, parameters: Mapping[str, Parameter]) -> Sensitivity:
         """dX/dθ of any solved point at its frequency, those of an overhanging branch included, as by `stickslip.sensitivity`.
 
-        At a peak (`peak_point`) the slope of the amplitude is nearly that of the peak's height, since the curve is level there.
-        But sampled friction puts peaks on kinks, and by a parameter that shifts the resonance a point beside the top has another
-        slope: up to 10 % may lie between with 256 samples, 0.1 % with 2048. `what_matters` has slopes of peaks.
+        At a peak (`peak_point`) it is not the slope of the peak's height: sampled friction puts peaks on kinks, and by a
+        parameter that shifts the resonance a point beside the top has another slope, even another sign. Slopes of peaks:
+        `what_matters`.
         """
         return point_sensitivity(self.dataset, self.problem, case, point, parameters)
 

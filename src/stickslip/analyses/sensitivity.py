@@ -70,13 +70,15 @@ def _check(name: str, parameter: Parameter, problem: Problem) -> None:
 
 
 def _alike(one: Problem, other: Problem) -> bool:
-    """Whether two problems are the same but for rounding: their matrices, contacts and outputs."""
+    """Whether two problems are the same but for rounding: their matrices, contacts, loads and outputs."""
     pairs = list(zip(_arrays(one), _arrays(other), strict=True))
     return all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-12 * np.abs(b).max(initial=0.0)) for a, b in pairs)
 
 
 def _arrays(problem: Problem) -> tuple[NDArray[Any], ...]:
-    return problem.structure.M, problem.structure.K, problem.B, problem.output_rows, *contact_table(problem.contacts)
+    structure, highest = problem.structure, max((h for force in problem.forces for h in force.amplitudes), default=0)
+    linear = (structure.M, structure.K, problem.mean_stiffness, problem.C, problem.B, problem.output_rows)
+    return *linear, problem.static_load, problem.load_powers(highest), *contact_table(problem.contacts)
 
 
 def sensitivity(

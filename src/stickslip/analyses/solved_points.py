@@ -25,7 +25,8 @@ MISMATCH = 1e-6
 where another processor reduced it; by 1e-4 where a friction coefficient differs by a thousandth."""
 
 REMEDY = (
-    "The results are of another problem: give the one that made them, their study is dataset.attrs['study'], or run this one."
+    "The results are of another problem: give the one that made them (of a study, dataset.attrs['study']; of a sample, with its "
+    "start state), or run this one."
 )
 
 
@@ -56,7 +57,7 @@ class SolvedPoints:
         missed = max(found.error, _apart(found.w, known), _apart(found.w[:, 1:], known[:, 1:]))
         if not missed <= MISMATCH:
             what = f"The share by which point {place[1]} of case {place[0]} misses the balance of the problem"
-            raise fault(what, f"must be at most {MISMATCH:g}", float(f"{missed:.2g}"), REMEDY)
+            raise fault(what, f"must be at most {MISMATCH:g}", float(f"{missed:.3g}"), REMEDY)
         return found
 
     def point(self, case: int, point: int) -> Point:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 LEFT = 10.0
 """A last period so many times as far from the harmonic balance as the first one has left it."""
 
+REST = 1e-9
+"""An output that vibrates by less than this share of the largest motion is at rest."""
+
 FEWEST_PERIODS = 20
 """Periods that half the steps are allowed at least."""
 
@@ -47,7 +50,7 @@ class TimeCheck:
     @property
     def amplitude_difference(self) -> Array:
         """(|X_1| of the harmonic balance − |X_1| in time)/|X_1| in time."""
-        return _relative(self.harmonic_amplitude - self.time_amplitude, self.time_amplitude)
+        return _relative(self.harmonic_amplitude - self.time_amplitude, _moving(self.time_amplitude))
 
     @property
     def periodic(self) -> bool:
@@ -67,9 +70,9 @@ class TimeCheck:
     @property
     def unstable(self) -> bool:
         """Whether the motion was seen to leave the periodic one of the harmonic balance: the changes from period to period grew,
-        and the last period is ten times as far away as the first or more."""
-        far = np.max(self.period_difference) > LEFT * np.max(self.first_period_difference)
-        return self._bounded and self.time.cycle.growth > 1.0 and bool(far)
+        and the last period of an output is ten times as far away as its first or more."""
+        far = self.period_difference > LEFT * np.maximum(self.first_period_difference, REST)
+        return self._bounded and self.time.cycle.growth > 1.0 and bool(np.any(far))
 
     def agrees(self, tolerance: float = 1e-3) -> bool:
         """Whether every output agrees in first harmonic and over the period with the periodic motion the integration tends to.
@@ -175,11 +178,14 @@ def verify_in_time(
 
 
 def _period_difference(harmonic: np.ndarray, marched: Array) -> Array:
-    """rms of Re Σ X_h exp(i h ω t) − x over a period relative to that of the vibration of x (outputs, N); X (outputs, H+1)."""
+    """rms of Re Σ X_h exp(i h ω t) − x over a period relative to that of the vibration of x (outputs, N); X (outputs, H+1).
+
+    Of an output at rest, relative to what moves most or to its own displacement, whichever is larger.
+    """
     turns = np.outer(np.arange(harmonic.shape[1]), np.arange(marched.shape[1])) / marched.shape[1]
     balanced = np.real(harmonic @ np.exp(2j * np.pi * turns))
-    vibration = marched - marched.mean(axis=1, keepdims=True)
-    return _relative(_rms(balanced - marched), _rms(vibration))
+    means = marched.mean(axis=1, keepdims=True)
+    return _relative(_rms(balanced - marched), _moving(_rms(marched - means), np.abs(means[:, 0])))
 
 
 def _step_error(time: TimeResponse, settings: March) -> Array:
@@ -195,11 +201,17 @@ def _step_error(time: TimeResponse, settings: March) -> Array:
         return np.full(fine.size, np.nan)
     coarser = replace(settings, steps_per_period=steps, periods=max(cycle.periods, FEWEST_PERIODS))
     halved = march(time.problem, cycle.omega, cycle.level, cycle.end, coarser)
-    return _relative(np.abs(harmonics_of(halved.outputs, 1)[:, 1] - fine), np.abs(fine)) + halved.distance
+    return _relative(np.abs(harmonics_of(halved.outputs, 1)[:, 1] - fine), _moving(np.abs(fine))) + halved.distance
 
 
 def _rms(signals: Array) -> Array:
     return np.asarray(np.sqrt(np.mean(signals**2, axis=1)))
+
+
+def _moving(sizes: Array, means: Array | float = 0.0) -> Array:
+    """The sizes of the outputs' vibration; of outputs at rest but for rounding, the largest size or the own mean instead."""
+    largest = np.maximum(np.max(sizes, initial=0.0), means)
+    return np.asarray(np.where(sizes > REST * largest, sizes, largest))
 
 
 def _relative(difference: Array, size: Array) -> Array:

@@ -72,7 +72,8 @@ def time_response(
 
 def _check_harmonics(harmonics: int, steps: int) -> None:
     if int(harmonics) != harmonics or not 1 <= harmonics < steps / 2:
-        raise fault("harmonics", f"must be a whole number between 1 and half the steps per period, {steps}", harmonics)
+        remedy = f"Half of steps_per_period, {steps}, is the most: take more steps, or fewer harmonics."
+        raise fault("The number of harmonics kept", f"must be a whole number from 1 to {(steps - 1) // 2}", harmonics, remedy)
 
 
 def harmonics_of(signals: Array, harmonics: int) -> np.ndarray:

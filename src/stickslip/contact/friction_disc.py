@@ -40,7 +40,8 @@ class FrictionDisc(Law):
 
     The parameters are those of `Macroslip`. Starts: a slider position (s1, s2) or a ratio with |(m1, m2)| ≤ 1, one value per
     direction; the traction it gives at the last sample is clipped onto the disc.
-    Accuracy: second order in the samples, exact where motion and limit go straight from one to the next.
+    Accuracy: second order in the samples, exact where motion and limit go straight from one to the next; first order where the
+    contact lands and then sticks, since a landing happens at a sample.
     Source: the law is that of Menq and Yang (1998); the closed form of a step is ours.
     """
 

@@ -32,8 +32,10 @@ def design_space(dataset: xr.Dataset) -> Figure:
             points = _panel(axes, dataset, i, j, names)
         if points is not None:
             units = dataset["worst_peak"].attrs["units"].replace("m", _unit(dataset).name, 1)
-            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {units}")
-        _bars(panels[-1], dataset, names)
+            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {units}", extend="max")
+            _bars(panels[-1], dataset, names)
+        else:
+            panels[-1].remove()
     return figure
 
 

@@ -66,7 +66,7 @@ def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
         told = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
     slopes = zip(SIDES, dataset["sensitivity"].values[k], strict=True)
     changes = [f"1 % {side}: {slope:+.2g} %" if np.isfinite(slope) else f"{side}: not allowed" for side, slope in slopes]
-    return f"  {name} = {value:.4g}; {told}; {', '.join(changes)}"
+    return f"  {name} = {value:.4g}; {told}; {', '.join(changes)} (over 2 % of its range)"
 
 
 def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[str]:

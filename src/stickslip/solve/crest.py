@@ -20,6 +20,12 @@ SHARE = 1e-3
 CLOSE = 1.4
 """An end is foretold from a place that has fallen by between 1/1.4 and 1.4 times the share."""
 
+ROUNDS, LEAP = 4, 5e-3
+"""How often a higher corner of the same top is looked for, and how much higher one may be."""
+
+FLAT = 1e-4
+"""Half-way to its ends a smooth top has fallen by a quarter of `SHARE`; where by less than this, there may be a higher corner."""
+
 SOLVES = 8
 WIDEN = 2.5
 FARTHEST = 0.3
@@ -45,17 +51,33 @@ class Crest:
 
 
 def settled(ascent: Ascent, summit: Summit) -> tuple[Summit, Crest]:
-    """The summit that the middle of the band climbs to, where it is higher as corners of samples are, and the band around it."""
+    """The highest summit that is climbed to from inside the band, as corners of samples are, and the band around it."""
     crest = crest_of(ascent, summit)
-    s = (crest.omega - summit.omega) / summit.plane.omega if summit.plane.omega else 0.0
-    middle = ascent.beside(summit, float(np.clip(s, -FARTHEST, FARTHEST)))
-    if middle is not None:
-        with suppress(NoSummitError):
-            other = ascent.from_solved(middle)
-            higher = other.amplitude / summit.amplitude - 1.0
-            if 0.0 < higher <= 2.0 * ascent.dip:
-                return other, crest if higher < 0.1 * SHARE else crest_of(ascent, other)
+    for _ in range(ROUNDS):
+        other = _higher(ascent, summit, crest)
+        if other is None:
+            break
+        gained = other.amplitude / summit.amplitude - 1.0
+        summit = other
+        if gained < 0.1 * SHARE:
+            break
+        crest = crest_of(ascent, summit)
     return summit, crest
+
+
+def _higher(ascent: Ascent, summit: Summit, crest: Crest) -> Summit | None:
+    """A higher summit from the middle of the band, or from where the band is flatter than a parabola would be, if any."""
+    for share in (0.0, -0.5, 0.5):
+        away = crest.omega + share * crest.width - summit.omega
+        s = away / summit.plane.omega if summit.plane.omega else 0.0
+        evaluation = ascent.beside(summit, float(np.clip(s, -FARTHEST, FARTHEST)))
+        if evaluation is None or (share and ascent.amplitude(evaluation) < (1.0 - FLAT) * summit.amplitude):
+            continue
+        with suppress(NoSummitError):
+            other = ascent.from_solved(evaluation)
+            if 0.0 < other.amplitude / summit.amplitude - 1.0 <= LEAP:
+                return other
+    return None
 
 
 def crest_of(ascent: Ascent, summit: Summit) -> Crest:

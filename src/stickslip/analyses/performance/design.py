@@ -107,8 +107,6 @@ def design_damper(
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
     more = between("generations", generations, 0), between("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
-    middle = [0.5 * (low + high) for low, high in work.box]
-    output_of(work.problem(middle, conditions.frictions[0]), output)
     results = all_cases(work, finished, workers, progress)
     return Design(finished_design(work, results, *more, finished, workers, progress))
 
@@ -136,12 +134,16 @@ def planned_design(
     given = enumerate(of_kind("known", known, Sequence))  # type: ignore[type-abstract]
     first = tuple(dict.fromkeys(point_of(f"known[{k}]", one, named) for k, one in given))
     points = (*first, *(tuple(float(v) for v in row) for row in low + unit * (high - low)))
-    return DesignWork(make, tuple(named), box, points, conditions, tuple(constraints), tuple(constraints.values()), len(first))
+    limits = (tuple(constraints), tuple(constraints.values()))
+    work = DesignWork(make, tuple(named), box, points, conditions, *limits, len(first))
+    middle = work.problem((0.5 * (low + high)).tolist(), conditions.frictions[0])
+    output_of(middle, conditions.output)
+    return replace(work, fingerprint=middle.fingerprint)
 
 
 @dataclass(frozen=True, eq=False)
 class DesignWork:
-    """Designs as independent cases, of which the first `known` were asked for."""
+    """Designs as independent cases, of which the first `known` were asked for; fingerprint: of the problem amid the box."""
 
     problem_of: ProblemOf
     variables: tuple[str, ...]
@@ -151,6 +153,7 @@ class DesignWork:
     limits: tuple[str, ...]
     constraints: tuple[Constraint, ...]
     known: int = 0
+    fingerprint: str = ""
 
     def at(self, points: Sequence[Array]) -> DesignWork:
         """The work of other designs."""
@@ -159,10 +162,9 @@ class DesignWork:
     @property
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on, as far as a function can say what it does."""
-        maker = f"{getattr(self.problem_of, '__module__', '')}.{getattr(self.problem_of, '__qualname__', self.problem_of)}"
-        return tuple(
-            f"design at {point!r} of {self.variables}, {self.conditions}, {self.constraints}, {maker}" for point in self.points
-        )
+        what = [_named(self.problem_of), *map(_named, self.constraints)]
+        how = f"{self.variables} in {self.box}, {self.conditions}, {self.limits}, {what}, in the middle {self.fingerprint}"
+        return tuple(f"design at {point!r} of {how}" for point in self.points)
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -201,6 +203,12 @@ class DesignWork:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""
         with threadpool_limits(1, user_api="blas"):
             return searched_peak(self.problem(self.points[case], friction), level, self.conditions)
+
+
+def _named(function: object) -> str:
+    """A function by where it stands, anything else by what it says of itself: equal in every process."""
+    name = getattr(function, "__qualname__", "")
+    return f"{getattr(function, '__module__', '')}.{name}" if name else repr(function)
 
 
 def finished_design(

@@ -77,6 +77,10 @@ class Record:
         return not self.allowed, len(self.failed) > 0, self.penalised
 
 
+REFUSED = 1e6
+"""How many times worse than the best design one counts that cannot be made."""
+
+
 @dataclass(eq=False)
 class Designs:
     """The designs computed so far, and more on demand: each of them once, kept by `finished`, several side by side.
@@ -104,15 +108,15 @@ class Designs:
         return np.asarray((point - self.low) / (self.high - self.low))
 
     def at(self, units: ArrayLike) -> list[float]:
-        """The worst peaks, penalised, of designs (designs, variables) given as shares of the box."""
+        """The worst peaks, penalised, of designs given as shares of the box, (designs, variables); of one refused, far more."""
         points = self.low + np.clip(np.asarray(units, dtype=float), 0.0, 1.0) * (self.high - self.low)
         new: list[Array] = []
         for point in points:
             if self._known(point) is None and not any(_same(point, other) for other in new):
                 new.append(point)
-        self.records += self.solved(new)
+        self.records += [record for record in self.solved_where_possible(new) if record is not None]
         known = [self._known(point) for point in points]
-        return [record.penalised for record in known if record is not None]
+        return [REFUSED * self.best.penalised if record is None else record.penalised for record in known]
 
     def solved(self, points: Sequence[Array]) -> list[Record]:
         """Designs computed, or given back by what keeps them."""
