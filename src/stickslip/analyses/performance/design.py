@@ -285,7 +285,12 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
             "design", np.where(searches > 0, peaks, np.nan), units, "the same over all start states, where they were searched"
         ),
         "searches": described("design", searches, "1", "friction coefficients under which all start states were searched"),
-        "worst_frequency": described("design", place[:, 1], "Hz", "frequency of the worst resonance"),
+        "worst_frequency": described(
+            "design",
+            place[:, 1],
+            "Hz",
+            "frequency of the worst resonance, from a drawn start state where the worst is a searched one",
+        ),
         "worst_force": described("design", place[:, 2], "1", "force level of the worst resonance"),
         "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
         "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 virgin, -1 searched"),
