@@ -252,75 +252,18 @@ def no_optimum(dataset: xr.Dataset) -> str:
 def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: Around | None) -> xr.Dataset:
     import xarray as xr
 
-    records = designs.records
-    most = max(len(record.failed) for record in records)
-    failed = np.full((len(records), most, 3), np.nan)
-    for row, record in zip(failed, records, strict=True):
-        row[: len(record.failed)] = record.failed
-
-    conditions, (low, high) = work.conditions, np.array(work.box).T
-    units = "m per unit level" if conditions.per_force else "m"
-    place = np.array([record.place for record in records])
-    points = np.array([record.point for record in records])
-    allowed = np.array([record.allowed for record in records])
-    searches = np.array([starts.searches(k) for k in range(len(records))])
-    peaks = np.array([starts.peak(k) for k in range(len(records))])
-    optimum, nothing = np.full(low.size, np.nan), np.full(low.size, np.nan)
-    slopes, ends, size = np.full((low.size, 2), np.nan), (nothing, nothing), np.nan
-    if near is not None:
-        optimum, size = points[best], float(peaks[best])
-        slopes, ends = near.slopes, (near.low, near.high)
-
-    def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
-        return dims, values, {"units": unit, "long_name": words}
-
-    margins = np.array([record.margins for record in records]).reshape(len(records), len(work.limits))
-    data = {
-        "value": described(("design", "variable"), points, "as given", "variables of the design"),
-        "worst_peak": described("design", place[:, 0], units, "worst resonance amplitude, as the search of designs counts it"),
-        "sampled_peak": described(
-            "design", [_highest(record.each[:, 0]) for record in records], units, "the same from virgin contacts and drawn starts"
-        ),
-        "searched_peak": described(
-            "design", np.where(searches > 0, peaks, np.nan), units, "the same over all start states, where they were searched"
-        ),
-        "searches": described("design", searches, "1", "friction coefficients under which all start states were searched"),
-        "worst_frequency": described(
-            "design",
-            place[:, 1],
-            "Hz",
-            "frequency of the worst resonance, from a drawn start state where the worst is a searched one",
-        ),
-        "worst_force": described("design", place[:, 2], "1", "force level of the worst resonance"),
-        "worst_friction": described("design", place[:, 3], "1", "friction coefficient of the worst resonance"),
-        "worst_start": described("design", place[:, 4], "1", "start state of the worst resonance, 0 virgin, -1 searched"),
-        "failed": described("design", [len(record.failed) for record in records], "1", "conditions without a solved peak"),
-        "failed_force": described(
-            ("design", "failure"), failed[:, :, 0], "1", "force level of a condition without a solved peak"
-        ),
-        "failed_friction": described(("design", "failure"), failed[:, :, 1], "1", "its friction coefficient"),
-        "failed_start": described(("design", "failure"), failed[:, :, 2], "1", "its start state, 0 virgin"),
-        "allowed": described("design", allowed.astype(np.int8), "1", "1 where all constraints are met"),
-        "optimum": described("variable", optimum, "as given", "the best design"),
-        "optimum_design": described((), best, "1", "its number, -1 where there is none"),
-        "optimum_peak": described((), size, units, "worst resonance amplitude of the best design that is known"),
-        "sensitivity": described(
-            ("variable", "side"), slopes, "1", "relative rise of worst_peak per relative change that way, from the best design"
-        ),
-        "near_low": described(
-            "variable", ends[0], "as given", "least value, alone, with worst_peak at most 5 % higher (to 2 % of the box)"
-        ),
-        "near_high": described("variable", ends[1], "as given", "largest value, alone, with worst_peak at most 5 % higher"),
-        "low": described("variable", low, "as given", "lower end of the variable"),
-        "high": described("variable", high, "as given", "upper end of the variable"),
-    }
-    coords = {
-        "variable": described("variable", list(work.variables), "1", "variable of the design"),
-        "side": described("side", ["less", "more"], "1", "the way in which the variable is changed"),
-    }
+    conditions, records = work.conditions, designs.records
+    values = _of_designs(designs, starts) | _of_optimum(designs, starts, best, near)
+    coords: dict[str, Any] = {"variable": list(work.variables), "side": ["less", "more"]}
     if work.limits:
-        data["margin"] = described(("design", "constraint"), margins, "1", "least margin of each constraint; positive where met")
-        coords["constraint"] = described("constraint", list(work.limits), "1", "constraint")
+        values["margin"] = np.array([record.margins for record in records]).reshape(len(records), len(work.limits))
+        coords["constraint"] = list(work.limits)
+    units = "m per unit level" if conditions.per_force else "m"
+
+    def described(name: str, value: Any) -> tuple[Any, Any, dict[str, str]]:
+        dims, unit, words = VARIABLES[name]
+        return dims, value, {"units": unit or units, "long_name": words}
+
     attrs: dict[str, Any] = {
         "title": "Design of a damper",
         "forces": list(conditions.forces),
@@ -328,7 +271,79 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
     }
     attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
     attrs |= {"known": work.known, "nearest": records.index(designs.best)}
-    return xr.Dataset(data, coords, attrs)
+    data, labels = ({name: described(name, value) for name, value in part.items()} for part in (values, coords))
+    return xr.Dataset(data, labels, attrs)
+
+
+def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
+    """What is known of every design, in the order in which they were computed."""
+    records = designs.records
+    failed = np.full((len(records), max(len(record.failed) for record in records), 3), np.nan)
+    for row, record in zip(failed, records, strict=True):
+        row[: len(record.failed)] = record.failed
+    searches = np.array([starts.searches(k) for k in range(len(records))])
+    place = np.array([record.place for record in records]).T
+    worst = ("worst_peak", "worst_frequency", "worst_force", "worst_friction", "worst_start")
+    return {
+        "value": np.array([record.point for record in records]),
+        **dict(zip(worst, place, strict=True)),
+        "sampled_peak": [_highest(record.each[:, 0]) for record in records],
+        "searched_peak": np.where(searches > 0, [starts.peak(k) for k in range(len(records))], np.nan),
+        "searches": searches,
+        "failed": [len(record.failed) for record in records],
+        **dict(zip(("failed_force", "failed_friction", "failed_start"), np.moveaxis(failed, 2, 0), strict=True)),
+        "allowed": np.array([record.allowed for record in records], dtype=np.int8),
+    }
+
+
+def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: Around | None) -> dict[str, Any]:
+    """The best design and what lies around it, NaN where there is none."""
+    nothing = np.full(designs.low.size, np.nan)
+    return {
+        "optimum": nothing if near is None else designs.records[best].point,
+        "optimum_design": best,
+        "optimum_peak": np.nan if near is None else starts.peak(best),
+        "sensitivity": np.column_stack([nothing, nothing]) if near is None else near.slopes,
+        "near_low": nothing if near is None else near.low,
+        "near_high": nothing if near is None else near.high,
+        "low": designs.low,
+        "high": designs.high,
+    }
+
+
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "value": (("design", "variable"), "as given", "variables of the design"),
+    "worst_peak": (("design",), "", "worst resonance amplitude, as the search of designs counts it"),
+    "worst_frequency": (
+        ("design",),
+        "Hz",
+        "frequency of the worst resonance, from a drawn start state where the worst is a searched one",
+    ),
+    "worst_force": (("design",), "1", "force level of the worst resonance"),
+    "worst_friction": (("design",), "1", "friction coefficient of the worst resonance"),
+    "worst_start": (("design",), "1", "start state of the worst resonance, 0 virgin, -1 searched"),
+    "sampled_peak": (("design",), "", "the same from virgin contacts and drawn starts"),
+    "searched_peak": (("design",), "", "the same over all start states, where they were searched"),
+    "searches": (("design",), "1", "friction coefficients under which all start states were searched"),
+    "failed": (("design",), "1", "conditions without a solved peak"),
+    "failed_force": (("design", "failure"), "1", "force level of a condition without a solved peak"),
+    "failed_friction": (("design", "failure"), "1", "its friction coefficient"),
+    "failed_start": (("design", "failure"), "1", "its start state, 0 virgin"),
+    "allowed": (("design",), "1", "1 where all constraints are met"),
+    "margin": (("design", "constraint"), "1", "least margin of each constraint; positive where met"),
+    "optimum": (("variable",), "as given", "the best design"),
+    "optimum_design": ((), "1", "its number, -1 where there is none"),
+    "optimum_peak": ((), "", "worst resonance amplitude of the best design that is known"),
+    "sensitivity": (("variable", "side"), "1", "relative rise of worst_peak per relative change that way, from the best design"),
+    "near_low": (("variable",), "as given", "least value, alone, with worst_peak at most 5 % higher (to 2 % of the box)"),
+    "near_high": (("variable",), "as given", "largest value, alone, with worst_peak at most 5 % higher"),
+    "low": (("variable",), "as given", "lower end of the variable"),
+    "high": (("variable",), "as given", "upper end of the variable"),
+    "variable": (("variable",), "1", "variable of the design"),
+    "side": (("side",), "1", "the way in which the variable is changed"),
+    "constraint": (("constraint",), "1", "constraint"),
+}
+"""Dimensions, unit ("" for that of the objective) and meaning of the variables of a design."""
 
 
 def _highest(sizes: Array) -> float:
