@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.decoupling import States, Turned, partners, states, wave_states
 from stickslip.harmonic.receptance import Modes, change, driven_states, frequency_gains, motion, motion_slope, pulled, receptance
+from stickslip.harmonic.resonances import Resonances
 from stickslip.problem import Problem
 
 
@@ -28,7 +31,7 @@ class LinearPart:
         which = [problem.wave(h) if problem.differs_by_harmonic else problem.wave(0) for h in orders]
         joined = _joined(list(waves.values()))
         kind = joined.kind
-        self.harmonics = harmonics
+        self.problem, self.harmonics = problem, harmonics
         self.modes = Modes(
             shape=joined.shape,
             receiver=joined.receiver,
@@ -44,6 +47,11 @@ class LinearPart:
             last=np.array([ends[wave] for wave in which]),
         )
         self._whole = self.modes._replace(shape=joined.output)
+
+    @cached_property
+    def resonances(self) -> Resonances:
+        """Where the harmonics may meet a resonance."""
+        return Resonances(self.problem, self.harmonics)
 
     def motion(self, forces: Array, omega: float, level: float) -> Array:
         """Motion (rows, 2H+1) of contact rows and outputs; forces λ (contact rows, 2H+1)."""

@@ -18,6 +18,7 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition
 from stickslip.harmonic.iteration import Direction
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric, solve_at
+from stickslip.solve.hidden_resonance import hidden_resonance
 from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
 CLOSED = "The curve closed on itself."
@@ -211,7 +212,8 @@ class _Tracer:
             following.point.value(self.parameter) - start.value(self.parameter),
         )
         turn = current.turn(following)
-        crossed = turn < self.control.reversed and error < self.control.straight * distance
+        backwards = following.tangent.parameter * current.tangent.parameter < 0.0
+        crossed = backwards and turn < self.control.reversed and error < self.control.straight * distance
         if crossed:
             # Another branch crosses: the determinant has changed its sign, not the curve its direction.
             following, turn = replace(following, tangent=following.tangent.turned()), -turn
@@ -220,6 +222,10 @@ class _Tracer:
         close = error < 8.0 * self.control.error and turn > self.control.cosine
         if distance >= 1e-3 and not (close and self._beside(current, following, distance, turn)):
             return 0.5
+        if distance >= 1e-3 and self.parameter == "omega":
+            hidden = hidden_resonance(self.balance, current, following)
+            if hidden is not None:
+                return 0.6 * hidden if hidden > 0.3 else 0.4
         if crossed:
             self.orientation = -self.orientation
         self.step = self._next_step(distance, error, correction.iterations)
@@ -229,6 +235,9 @@ class _Tracer:
         """Whether the point on the plane at `distance` is on the same branch, as far as the way there tells."""
         chord = current.chord(following, self.parameter)
         if chord > 1.5 * distance:
+            return False
+        change = following.point.value(self.parameter) - current.point.value(self.parameter)
+        if max(change * current.tangent.parameter, change * following.tangent.parameter) < 0.0:
             return False
         return bool(np.arccos(min(distance / chord, 1.0)) <= np.arccos(min(turn, 1.0)) + self.control.sideways)
 

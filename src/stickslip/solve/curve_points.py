@@ -12,6 +12,9 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, P
 from stickslip.kernels import kernel
 from stickslip.solve.newton import correct, fixed
 
+ROUNDING = 1e-9
+"""Motion below this share of the largest is rounding: an output at a node."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Metric:
@@ -36,10 +39,10 @@ def moving_sizes(w: Array, rows: int) -> tuple[float, float]:
 
 
 def relative_metric(w: Array, rows: int, scales: Sequence[float], parameter_scale: float) -> Metric:
-    """Motion w of contacts and of outputs relative to the two scales, which do not count where they are zero."""
+    """Motion w of contacts and of outputs relative to the two scales; what moves by rounding alone does not count."""
     weight = np.zeros_like(w)
     for where, scale in zip((slice(0, rows), slice(rows, None)), scales, strict=True):
-        if scale > 0.0:
+        if scale > ROUNDING * max(scales):
             weight[where] = 1.0 / scale**2
     return Metric(weight, 1.0 / parameter_scale**2)
 

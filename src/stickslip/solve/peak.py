@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
-from stickslip.solve.curve_points import CurvePoint, Tangent, hermite
+from stickslip.solve.curve_points import ROUNDING, CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
 
 TOLERANCE = 1e-8
@@ -103,6 +103,14 @@ class _Interval:
         bend = abs(mean - 0.5 * (self.low.slope + self.high.slope))
         return max(abs(self.low.slope), abs(self.high.slope), bend, self.doubt)
 
+    @property
+    def height(self) -> float:
+        """Where the tangents of a rising and a falling end meet, about the highest amplitude inside."""
+        a, b = self.low, self.high
+        if not a.slope > 0.0 > b.slope:
+            return max(a.amplitude, b.amplitude)
+        return a.amplitude + a.slope * (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope)
+
     def bound(self, steepness: float) -> float:
         """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
         return 0.5 * (self.low.amplitude + self.high.amplitude + steepness * self.width)
@@ -132,6 +140,54 @@ def _bound(intervals: list[_Interval], i: int) -> float:
     return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
 
 
+def _sampled(place: _Place, row: int, measure: Measure) -> _Sample:
+    size, gradient = measure(place.point.evaluation.w[row])
+    return _Sample(place, size, float(gradient @ place.motion_slope[row]))
+
+
+def _turns(a: float, b: float, da: float, db: float) -> list[float]:
+    """Fractions at which the cubic through two sizes with slopes of one sign has its two extremes, if it has them."""
+    if da * db <= 0.0:
+        return []
+    square, linear = 3.0 * (2.0 * (a - b) + da + db), 2.0 * (3.0 * (b - a) - 2.0 * da - db)
+    discriminant = linear * linear - 4.0 * square * da
+    if square == 0.0 or discriminant <= 0.0:
+        return []
+    turns = sorted((-linear + sign * discriminant**0.5) / (2.0 * square) for sign in (-1.0, 1.0))
+    return turns if turns[0] > 0.0 and turns[1] < 1.0 else []
+
+
+def _gather(tops: list[list[_Interval]], more: list[_Interval], sizes: Array) -> None:
+    """Add tops, in the order of the curve, to the last group, or begin another one where the curve dips before them."""
+    for top in more:
+        if tops:
+            last = tops[-1][-1]
+            between = sizes[last.low.place.segment + 1 : top.low.place.segment + 1]
+            if min(between, default=np.inf) >= (1.0 - PROMINENCE) * min(last.height, top.height):
+                tops[-1].append(top)
+                continue
+        tops.append([top])
+
+
+def _hill(intervals: list[_Interval], tops: list[_Interval]) -> list[_Interval]:
+    """The intervals around tops, up to a trough that parts them from a higher place or dips by `PROMINENCE`."""
+    ends = [next(i for i, part in enumerate(intervals) if part.low.place is top.low.place) for top in (tops[0], tops[-1])]
+    height = max(sample.amplitude for top in tops for sample in (top.low, top.high))
+
+    def parted(interval: _Interval, far: _Sample) -> bool:
+        if not interval.low.slope <= 0.0 < interval.high.slope:
+            return False
+        dips = min(interval.low.amplitude, interval.high.amplitude) < (1.0 - PROMINENCE) * height
+        return dips or far.amplitude > (1.0 + PROMINENCE) * height
+
+    first, last = ends
+    while first > 0 and not parted(intervals[first - 1], intervals[first - 1].low):
+        first -= 1
+    while last < len(intervals) - 1 and not parted(intervals[last + 1], intervals[last + 1].high):
+        last += 1
+    return intervals[first : last + 1]
+
+
 def _prominent(found: list[_Sample], sizes: Array) -> list[_Sample]:
     """Maxima between which the curve, of given sizes at its points, dips; of the others only the highest."""
     kept: list[_Sample] = []
@@ -158,6 +214,7 @@ class PeakSearch:
         self.balance, self.curve, self.tolerance = balance, curve, tolerance
         self.lengths = np.cumsum([point.length for point in curve])
         self.solved: dict[int, list[_Place]] = {}
+        self.failed: set[tuple[int, float]] = set()
         self.planes: dict[int, tuple[PathCondition, float]] = {}
 
     def peaks(self, output: int, measure: Measure = first_harmonic, least: float = 0.0) -> Peaks:
@@ -165,26 +222,31 @@ class PeakSearch:
         row = self.balance.rows + output
         measured = [measure(point.evaluation.w[row]) for point in self.curve]
         sizes = np.array([size for size, _ in measured])
-        rising = [float(g @ p.tangent.motion[row]) > 0.0 for (_, g), p in zip(measured, self.curve, strict=True)]
+        if sizes.max(initial=0.0) <= ROUNDING * max((np.abs(point.evaluation.w).max() for point in self.curve), default=0.0):
+            return Peaks((), (), 0)
+        slopes = [float(g @ p.tangent.motion[row]) for (_, g), p in zip(measured, self.curve, strict=True)]
         floor = least * float(sizes.max(initial=0.0))
-        found, unsolved = [], 0
+        tops: list[list[_Interval]] = []
         for k in range(len(self.curve) - 1):
-            if rising[k] and not rising[k + 1] and sizes[k : k + 2].max() >= floor:
-                best, missed = self._highest(k, row, measure)
-                found.append(best)
-                unsolved += missed
+            if sizes[k : k + 2].max() < floor:
+                continue
+            length = self.curve[k + 1].length
+            for turn in _turns(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]):
+                self._solve_inside(k, turn)
+            if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
+                _gather(tops, [i for i in self._intervals(k, row, measure) if i.low.slope > 0.0 >= i.high.slope], sizes)
+        searched = [self._highest(together, row, measure) for together in tops]
+        found = [best for best, _ in searched if best is not None]
         places = [sample.place for sample in _prominent(found, sizes)]
+        unsolved = sum(missed for _, missed in searched)
         return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
 
-    def _highest(self, segment: int, row: int, measure: Measure) -> tuple[_Sample, int]:
-        """The highest place on the segments around a change from rising to falling, and how many places were not solved."""
-
-        def sample(place: _Place) -> _Sample:
-            size, gradient = measure(place.point.evaluation.w[row])
-            return _Sample(place, size, float(gradient @ place.motion_slope[row]))
-
-        first, last = max(segment - NEIGHBOURS, 0), min(segment + NEIGHBOURS, len(self.curve) - 2)
-        intervals = [interval for k in range(first, last + 1) for interval in _intervals([sample(p) for p in self._places(k)])]
+    def _highest(self, tops: list[_Interval], row: int, measure: Measure) -> tuple[_Sample | None, int]:
+        """The highest place around tops that no trough parts, None where the curve rises on to another peak; and how many
+        places were not solved."""
+        first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
+        last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
+        intervals = _hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
         bounds = [_bound(intervals, i) for i in range(len(intervals))]
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
         unsolved = 0
@@ -192,18 +254,24 @@ class PeakSearch:
             i = bounds.index(max(bounds))
             if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
                 break
-            place = self._solve(intervals[i])
+            place = self._solve(intervals[i].low.place, intervals[i].high.place, intervals[i].division())
             if place is None:
                 unsolved += 1
                 bounds[i] = 0.0
                 continue
-            middle = sample(place)
+            middle = _sampled(place, row, measure)
             intervals[i : i + 1] = intervals[i].divided(middle)
             bounds[i : i + 1] = [0.0, 0.0]
             for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
                 bounds[k] = _bound(intervals, k)
             best = max(best, middle, key=lambda end: end.amplitude)
-        return best, unsolved
+        low, high = intervals[0].low, intervals[-1].high
+        rises_on = (best is low and low.slope < 0.0) or (best is high and high.slope > 0.0)
+        return (None if rises_on else best), unsolved
+
+    def _intervals(self, k: int, row: int, measure: Measure) -> list[_Interval]:
+        """The intervals between the solved places of segment k."""
+        return _intervals([_sampled(place, row, measure) for place in self._places(k)])
 
     def _places(self, k: int) -> list[_Place]:
         """What is solved of segment k, in order; its two ends at least."""
@@ -228,16 +296,26 @@ class PeakSearch:
         length = float(self.lengths[k]) + fraction * span
         return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, point)
 
-    def _solve(self, interval: _Interval) -> _Place | None:
-        """A place inside an interval, kept for other searches; None where Newton's method fails."""
-        low, high, fraction = interval.low.place, interval.high.place, interval.division()
-        share = (fraction - low.fraction) / (high.fraction - low.fraction)
+    def _solve_inside(self, k: int, fraction: float) -> None:
+        """Solve segment k at a fraction, unless a place nearby is solved; it joins the places of the segment."""
+        places = self._places(k)
+        after = next(i for i, place in enumerate(places) if place.fraction >= fraction)
+        low, high = places[max(after - 1, 0)], places[after]
+        if min(fraction - low.fraction, high.fraction - fraction) > 0.02:
+            self._solve(low, high, fraction)
+
+    def _solve(self, low: _Place, high: _Place, fraction: float) -> _Place | None:
+        """A place between two of one segment, kept for other searches; None where Newton's method fails."""
+        if (low.segment, fraction) in self.failed:
+            return None
+        share, width = (fraction - low.fraction) / (high.fraction - low.fraction), high.length - low.length
         a, b = low.point.point, high.point.point
-        forces = hermite(a.forces, interval.width * low.forces_slope, b.forces, interval.width * high.forces_slope, share)
+        forces = hermite(a.forces, width * low.forces_slope, b.forces, width * high.forces_slope, share)
         condition, span = self._plane(low.segment, fraction)
         start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
         correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
         if correction.direction is None or correction.factors is None:
+            self.failed.add((low.segment, fraction))
             return None
         tangent, metric = Tangent(*correction.direction), self.curve[low.segment].metric
         point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, correction.factors.size, 0.0)

@@ -1,0 +1,96 @@
+"""Frequencies at which a curve may have a resonance, known before it is traced.
+
+They are the natural frequencies of the structure with all contacts stuck and without contacts, and their fractions 1/h, which
+harmonic h of a friction force excites. A lightly damped peak is so narrow that a step of the continuation can pass over it and
+both its ends look right; so each of these frequencies inside a step is solved. With friction, a resonance lies between its stuck
+and its free frequency, and friction makes it the wider the farther it lies from both.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.checks import Array, Index
+from stickslip.problem import LinearSystem, Problem
+from stickslip.structure.modes import natural_modes
+
+RIGID = 1e-6
+"""Modes below this share of the highest frequency are rigid motions."""
+
+UNDAMPED = 1e-8
+"""Modes with a smaller damping ratio have no peak that could be resolved."""
+
+
+class _Limit(NamedTuple):
+    """Modes of one linear structure: omega (m,) rad/s; damping ratios (m,); shapes (contact rows and outputs, m) of unit modal
+    mass; load (powers, m, 2H+1): modal forces of the harmonic loads."""
+
+    stuck: bool
+    omega: Array
+    ratios: Array
+    shapes: NDArray[Any]
+    load: NDArray[Any]
+
+
+class Resonances:
+    """Natural frequencies over h of the stuck and of the free structure; omega (k,): rad/s, ascending; harmonic (k,): h;
+    width (k,): half-width ζω of the peak, rad/s."""
+
+    def __init__(self, problem: Problem, harmonics: int) -> None:
+        powers = problem.load_powers(harmonics)
+        stiffness = problem.contact_stiffness
+        self.limits: list[_Limit] = []
+        known: dict[int, list[int]] = {}
+        rows: list[tuple[Array, ...]] = []
+        for h in range(1, harmonics + 1):
+            wave = problem.wave(h)
+            if wave not in known:
+                known[wave] = []
+                for turn, system in problem.waves(h):
+                    for stuck in (True, False):
+                        known[wave].append(len(self.limits))
+                        self.limits.append(_limit(system, turn, stiffness, powers, stuck))
+            for number in known[wave]:
+                omega, ratios = self.limits[number].omega, self.limits[number].ratios
+                chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > RIGID * omega.max(initial=0.0)))
+                same = np.ones(chosen.size)
+                rows.append((omega[chosen] / h, h * same, ratios[chosen] * omega[chosen] / h, number * same, chosen.astype(float)))
+        joined = np.concatenate([np.array(part) for part in rows], axis=1)
+        joined = joined[:, np.argsort(joined[0], kind="stable")]
+        self.omega, self.width = joined[0], joined[2]
+        self.harmonic, self._number, self._mode = (joined[k].astype(np.int64) for k in (1, 3, 4))
+
+    def between(self, low: float, high: float) -> Index:
+        """Numbers of the resonances with low < ω < high, ascending."""
+        first, last = np.searchsorted(self.omega, [low, high])
+        return np.array([k for k in range(first, last) if self.omega[k] > low], dtype=np.int64)
+
+    def motion(self, k: int, level: float, forces: Array, carried: Array) -> Array:
+        """About the largest motion of contact rows and outputs (rows,) [m] that resonance k could add in harmonic h.
+
+        forces λ and carried F = λ + K_c w, (contact rows, 2H+1) [N], drive the modes of the stuck and of the free structure.
+        """
+        limit, mode, h = self.limits[self._number[k]], self._mode[k], int(self.harmonic[k])
+        given = forces if limit.stuck else carried
+        omega = float(self.omega[k])
+        drive = level * (omega ** np.arange(limit.load.shape[0]) @ limit.load[:, mode, 2 * h - 1 : 2 * h + 1])
+        shape = limit.shapes[:, mode]
+        pull = shape[: given.shape[0]].conj() @ given[:, 2 * h - 1 : 2 * h + 1]
+        force = (drive[0] - 1j * drive[1]) - (pull[0] - 1j * pull[1])
+        natural = limit.omega[mode]
+        return np.asarray(np.abs(shape) * (abs(force) / (2.0 * limit.ratios[mode] * natural * natural)))
+
+
+def _limit(system: LinearSystem, turn: NDArray[Any], stiffness: Array, powers: Array, stuck: bool) -> _Limit:
+    bound = 0.0 if stuck else system.B.conj().T @ (stiffness[:, None] * system.B)
+    modes = natural_modes(system.M, np.asarray(system.K - bound))
+    omega = np.sqrt(np.maximum(modes.squares, 0.0))
+    losses = np.einsum("nm,nk,km->m", modes.shapes.conj(), system.C, modes.shapes, optimize=True).real
+    ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)
+    parts = powers.reshape(powers.shape[0], turn.size, -1, powers.shape[2])
+    load = np.einsum("nm,t,ptnk->pmk", modes.shapes.conj(), turn.conj(), parts, optimize=True)
+    shapes = np.vstack([system.B, system.outputs]) @ modes.shapes
+    return _Limit(stuck, omega, ratios, shapes, load)

@@ -1,0 +1,85 @@
+"""Whether a step of a curve passes over a resonance: the balance is solved at the resonances known inside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.solve.curve_points import ROUNDING, CurvePoint, between, hermite
+from stickslip.solve.newton import correct, fixed
+
+NEGLIGIBLE = 1e-3
+"""A resonance that could add no more than this share to the motion of any output is not looked at."""
+
+TOLERANCE = 0.02
+"""Relative difference between the motion at a resonance and the cubic through both ends, above which the step is too long."""
+
+NARROW = 1.0
+"""A step shorter than this many half-widths of a peak does not pass over it."""
+
+
+def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint) -> float | None:
+    """The fraction of the step from one point to the next where it passes over a resonance, None where it does not.
+
+    Motion and ω in between are cubics through both ends and their tangents. Where ω turns, the step is near a fold and short.
+    """
+    resonances = balance.linear.resonances
+    start, end = current.point.omega, following.point.omega
+    inside = resonances.between(min(start, end), max(start, end))
+    inside = inside[resonances.width[inside] * NARROW < abs(end - start)]
+    if not inside.size:
+        return None
+    step = following.length
+    stretch = step * following.metric.length(current.tangent.motion, current.tangent.parameter)
+    slopes = step * current.tangent.parameter, stretch * following.tangent.parameter
+    controls = start, start + slopes[0] / 3.0, end - slopes[1] / 3.0, end
+    if not (np.all(np.diff(controls) > 0.0) or np.all(np.diff(controls) < 0.0)):
+        return None
+    motions = current.evaluation.w, step * current.tangent.motion, following.evaluation.w, stretch * following.tangent.motion
+    carried = balance.carried_forces(current.evaluation), balance.carried_forces(following.evaluation)
+    for k in inside if end > start else inside[::-1]:
+        omega = float(resonances.omega[k])
+        fraction = _fraction(controls, omega)
+        expected = hermite(*motions, fraction)
+        sizes = _sizes(expected, balance.rows)
+        forces = between(current, following, fraction)
+        drive = (1.0 - fraction) * carried[0] + fraction * carried[1]
+        possible = _blocks(resonances.motion(int(k), current.point.level, forces, drive), balance.rows)
+        if np.all(possible <= NEGLIGIBLE * sizes):
+            continue
+        correction = correct(balance, Point(forces, omega, current.point.level), fixed("omega", omega), 12, 6)
+        if not correction.converged:
+            return fraction
+        found = correction.evaluation.w
+        sizes = np.maximum(sizes, _sizes(found, balance.rows))
+        if np.any(_sizes(found - expected, balance.rows) > TOLERANCE * sizes):
+            return fraction
+    return None
+
+
+def _fraction(controls: tuple[float, float, float, float], omega: float) -> float:
+    """Where the monotonic cubic with these control points passes a value, by Newton's method inside a bracket."""
+    a, b, c, d = controls
+    low, high, fraction = 0.0, 1.0, (omega - a) / (d - a)
+    for _ in range(60):
+        rest = 1.0 - fraction
+        beyond = rest**3 * a + 3.0 * rest**2 * fraction * b + 3.0 * rest * fraction**2 * c + fraction**3 * d - omega
+        if abs(beyond) <= 1e-6 * abs(d - a):
+            break
+        low, high = (low, fraction) if (beyond > 0.0) == (d > a) else (fraction, high)
+        rate = 3.0 * (rest**2 * (b - a) + 2.0 * rest * fraction * (c - b) + fraction**2 * (d - c))
+        fraction -= beyond / rate if rate else 0.0
+        if not low < fraction < high:
+            fraction = 0.5 * (low + high)
+    return fraction
+
+
+def _sizes(w: Array, rows: int) -> Array:
+    """Dynamic motion of the contacts together and of each output, (1 + outputs,)."""
+    sizes = _blocks(np.linalg.norm(w[:, 1:], axis=1), rows)
+    return np.asarray(np.maximum(sizes, ROUNDING * sizes.max(initial=0.0)))
+
+
+def _blocks(values: Array, rows: int) -> Array:
+    return np.concatenate([[np.linalg.norm(values[:rows])], values[rows:]])

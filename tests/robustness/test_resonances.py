@@ -1,0 +1,89 @@
+"""A witness of `make robustness`: every resonance of lightly damped structures is found, beside exact and solved peaks."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, linear_peaks, random_case, solved_peaks
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.solve import continuation
+from stickslip.solve.curve import solve_curve
+from stickslip.solve.peak import PeakSearch
+
+CASES = [*(("chain", seed) for seed in range(6)), *(("beam", seed) for seed in range(2))]
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize(("kind", "seed"), CASES)
+def test_every_peak_of_a_stuck_structure_is_found(kind, seed, ratio):
+    case, tally = random_case(kind, ratio, seed), Tally()
+    tally.add(case, STUCK * case.level, linear_peaks(case), exact=True)
+    assert tally.wrong == []
+
+
+@pytest.mark.parametrize(("kind", "seed", "ratio"), [("chain", 0, 1e-4), ("chain", 4, 1e-2), ("beam", 1, 1e-3)])
+def test_every_peak_with_slip_is_found(kind, seed, ratio):
+    case, tally = random_case(kind, ratio, seed), Tally()
+    reference = solved_peaks(case)
+    tally.add(case, case.level, reference, exact=False)
+    assert reference
+    assert tally.wrong == []
+
+
+def two_masses():
+    """ζ = 1e-4, so that the second peak is as narrow as 4e-4 rad/s."""
+    structure = ss.Structure(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]), ("1.x", "2.x"), damping=ss.ModalDamping(1e-4))
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=0.5, normal_load=1.0), (ss.between("1.x", "ground"),))
+    return ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+
+
+@pytest.mark.parametrize("band", [(0.5, 2.5), (2.5, 0.5), (0.9, 2.2)])
+def test_a_narrow_second_peak_is_not_passed_over(band):
+    """Stuck contact: |X| = |[K + BᵀK_cB + iωC − ω²M]⁻¹| exactly, 9.468e-4 at 1.8113 rad/s for unit force."""
+    response = ss.forced_response(two_masses(), ss.radians_per_second(*band), force=1e-6)
+    peaks = response.peaks()
+    highest = peaks.loc[(peaks.frequency * 2.0 * np.pi - 1.8113).abs() < 1e-3]
+    np.testing.assert_allclose(highest.amplitude, 9.468e-4, rtol=1e-4)
+    frequencies = response.dataset.frequency.values[0]
+    travelled = np.diff(frequencies[np.isfinite(frequencies)])
+    assert np.all(travelled * (band[1] - band[0]) > 0.0)
+    assert np.isfinite(response.at([1.8113 / (2.0 * np.pi)]).amplitude.values).sum() == 1
+
+
+def test_the_witness_fails_without_a_look_for_resonances(monkeypatch):
+    monkeypatch.setattr(continuation, "hidden_resonance", lambda *of: None)
+    tally = Tally()
+    for seed in range(6):
+        case = random_case("chain", 1e-4, seed)
+        tally.add(case, STUCK * case.level, linear_peaks(case), exact=True)
+    assert tally.missing + tally.low > 0
+
+
+def test_an_output_that_does_not_move_leaves_the_curve_alone():
+    """A symmetric chain driven antisymmetrically: its middle is a node, and has no peaks, since it moves by rounding alone."""
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    structure = ss.Structure(np.eye(3), K, ("1.x", "2.x", "3.x"), damping=ss.ModalDamping(1e-2))
+    law = ss.Macroslip(kt=0.5, mu=0.5, normal_load=1.0)
+    sliders = tuple(ss.Contact(f"slider {i}", law, (ss.between(f"{i}.x", "ground"),)) for i in (1, 3))
+    forces = (ss.Force("1.x", 1.0), ss.Force("3.x", -1.0))
+    band = ss.radians_per_second(0.5, 2.5)
+    alone = ss.forced_response(ss.Problem(structure, sliders, forces, ("2.x",)), band)
+    both = ss.forced_response(ss.Problem(structure, sliders, forces, ("2.x", "1.x")), band)
+    assert alone.dataset.case_outcome.values[0] == both.dataset.case_outcome.values[0] == ss.Outcome.CONVERGED
+    assert alone.peaks().empty
+    assert set(both.peaks().output) == {"1.x"}
+
+
+def test_a_low_hump_beside_a_high_peak_is_a_peak():
+    """Chain 4 with ζ = 1e-2: between two outputs' main peaks stands one that rises by 0.4 % out of its flank."""
+    case = random_case("chain", 1e-2, 4)
+    balance = HarmonicBalance(case.problem, HARMONICS, SAMPLES)
+    curve = solve_curve(balance, case.band, case.level, exactly=False)
+    search = PeakSearch(balance, curve.points)
+    assert any(abs(point.point.omega - 0.1704) < 2e-3 for point in search.peaks(0).points)
