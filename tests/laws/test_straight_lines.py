@@ -15,6 +15,7 @@ from stickslip.contact.start import SliderOffset, TractionRatio
 
 H, NT = 3, 64
 STEP = 1e-6
+VIRGIN = SliderOffset()
 LINES = {"first": (1.0, 0.0), "second": (0.0, 1.0), "oblique": (0.6, 0.8), "backwards": (-0.8, 0.6)}
 
 
@@ -28,7 +29,7 @@ def straight(sample: Sample, line: tuple[float, float], seed: int, normal: bool)
     return w
 
 
-def derivative(sample: Sample, w: np.ndarray, row: int, start=SliderOffset()) -> np.ndarray:
+def derivative(sample: Sample, w: np.ndarray, row: int, start=VIRGIN) -> np.ndarray:
     """dλ̂/dw[row] of all rows, (rows, 2H+1, 2H+1)."""
     here = answer(sample, start, w, NT)
     blocks = []
@@ -54,7 +55,7 @@ def test_derivatives_on_a_line_equal_central_differences(sample, line, normal):
                 ahead, behind = w.copy(), w.copy()
                 ahead[row, column] += STEP
                 behind[row, column] -= STEP
-                ends = [answer(sample, SliderOffset(), moved, NT).target for moved in (ahead, behind)]
+                ends = [answer(sample, VIRGIN, moved, NT).target for moved in (ahead, behind)]
                 np.testing.assert_allclose(found[:, :, column], (ends[0] - ends[1]) / (2.0 * STEP), atol=2e-7)
 
 
@@ -65,7 +66,7 @@ def test_the_derivative_of_a_disc_that_slips_forgets_the_start(sample, start):
     for line in LINES.values():
         for seed in range(3):
             w = straight(sample, line, seed, False)
-            if answer(sample, SliderOffset(), w, NT).unknown[0] == SLIPPING:
+            if answer(sample, VIRGIN, w, NT).unknown[0] == SLIPPING:
                 slipping += 1
                 for row in range(w.shape[0]):
                     expected = derivative(sample, w, row, start)
@@ -86,12 +87,12 @@ def test_a_shift_across_the_line_changes_no_traction():
 
 
 def test_a_small_motion_across_a_rubbing_line_solves_its_own_equation():
-    """u = A cos θ slips once it has come 2L/kt from a reversal. Across it T' = kt v' − (kt|u'|/L) T where it slips, kt v' elsewhere."""
+    """u = A cos θ slips once it has come 2L/kt from a reversal. Across it T' = kt v' − (kt|u'|/L) T in slip, kt v' in stick."""
     disc, kt, limit, amplitude, samples = DISC_SAMPLES[0], 2.0, 0.6, 0.5, 2048
     w = np.zeros((2, 2 * H + 1))
     w[0, 1] = amplitude
     onset = np.arccos(1.0 - 2.0 * limit / (kt * amplitude))
-    found = answer(disc, SliderOffset(), w, samples).own[1]
+    found = answer(disc, VIRGIN, w, samples).own[1]
 
     def across(column: int) -> np.ndarray:
         """Harmonics of T for v = cos θ (column 1) or sin θ (column 2), by its antisymmetry T(θ + π) = −T(θ)."""

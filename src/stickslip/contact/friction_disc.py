@@ -7,7 +7,8 @@ the spring's force onto the disc is of first order in the samples. Along one lin
 In the intercept y = T − kt u (2-vector) a step never takes two states apart from each other. Unlike the clamps of one direction,
 steps do not compose to a closed form: the period is marched until it repeats, and the derivative is
 carried along from the start, since a contact can come to rest on the edge of its disc, where the transient stays in it. Forward,
-not in reverse: the derivative changes only at slipping samples, and no harmonic need be carried through the transient.
+not in reverse: the derivative changes only at slipping samples, and no harmonic need be carried through the transient. It has
+to repeat as well: along a line the state does so after a period, a small motion across the line after many.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ def disc_period(
     empty: filled with dy/d(U1, U2, Z) after each event. Returns the periods marched (−1: not periodic) and whether anything,
     the clipping of the start included, ever acted.
 
-    Along a line the state repeats at once, long before the derivative across it does: that is then brought to its own limit.
+    Along a line the state repeats at once, long before the derivative across it, which is then brought to its own limit.
     """
     columns = E.shape[1]
     last = u.shape[1] - 1
@@ -156,7 +157,7 @@ def _march(
 
 @kernel
 def _decay(map_: Array) -> float:
-    """det(I − A) of the map of a period. One slip makes A rank one, of eigenvalues 0 and λ: the share 1 − λ of a deviation ends."""
+    """det(I − A) of the map of a period: one slip makes A rank one, of eigenvalues 0 and λ, and 1 − λ of a deviation dies out."""
     return float((1.0 - map_[0, 0]) * (1.0 - map_[1, 1]) - map_[0, 1] * map_[1, 0])
 
 
