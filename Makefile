@@ -3,6 +3,7 @@
 # make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
+# make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
 # make verify   every promised number into results/verify.json and docs/verification.md
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
 # make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
@@ -16,9 +17,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-test ci demo robustness: export OPENBLAS_NUM_THREADS = 1
-test ci: export OMP_NUM_THREADS = 1
-test ci: export MKL_NUM_THREADS = 1
+test test-rounding ci demo robustness: export OPENBLAS_NUM_THREADS = 1
+test test-rounding ci: export OMP_NUM_THREADS = 1
+test test-rounding ci: export MKL_NUM_THREADS = 1
 
 # The lower bounds of pyproject.toml in an environment of their own, and what touches every dependency. Newer dependencies of
 # these old packages warn; that is theirs, so warnings are no errors here.
@@ -32,7 +33,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: test-oldest setup bench demo test check format reference docs ci lock clean robustness verify-system verify
+.PHONY: test-oldest test-rounding setup bench demo test check format reference docs ci lock clean robustness verify-system verify
 
 setup: $(STAMP)
 
@@ -48,6 +49,10 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=ci
+
+# The kernels of the oldest processor are compiled anew: a minute of computing more, the first time.
+test-rounding: setup
+	$(BIN)/python tests/rounding.py all -n $(JOBS) --hypothesis-profile=ci
 
 verify-system: setup
 	command -v chromium >/dev/null || (apt-get update && apt-get install -y --no-install-recommends chromium)
@@ -83,6 +88,7 @@ docs: setup
 	$(BIN)/sphinx-build -b html docs docs/_build/html
 
 ci: check test
+	$(BIN)/python tests/rounding.py part -n $(JOBS) --hypothesis-profile=ci
 
 lock:
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile pyproject.toml --group dev --universal --python-version 3.11 \

@@ -80,7 +80,8 @@ def test_an_output_that_does_not_move_chooses_nothing():
     problem = chain_of_three()
     still = replace(problem, outputs=(*problem.outputs, Output("none", {problem.structure.dofs[0]: 1e-12})))
     alone, both = (sufficient_harmonics(each, (0.127, 0.32), [1.0], 1e-3) for each in (problem, still))
-    assert both == alone
+    assert both.left_out == pytest.approx(alone.left_out, rel=1e-8)  # one more row changes the rounding of the others
+    assert replace(both, left_out=alone.left_out) == alone
 
 
 def test_samples_that_do_not_suffice_are_said_and_too_few_refused():

@@ -95,6 +95,29 @@ def test_start_states_against_differences():
     np.testing.assert_allclose(found.by_start[0], found.by_parameter["offset"], rtol=1e-6, atol=1e-9)
 
 
+def disc_on_a_line(across: float) -> ss.Problem:
+    """One mass in a plane on a friction disc, driven along x, and across it by `across`."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 1.3]), ("1.x", "1.y"), C=0.05 * np.eye(2))
+    directions = (ss.between("1.x", "ground"), ss.between("1.y", "ground"))
+    disc = ss.Contact("disc", ss.FrictionDisc(1.0, 0.5, normal_load=1.0), directions)
+    forces = (ss.Force("1.x", 1.0), ss.Force("1.y", across))
+    return ss.Problem(structure, (disc,), forces, ("1.x", "1.y"))
+
+
+@pytest.mark.parametrize(("omega", "level"), [(1.0, 0.7), (1.25, 0.3)])
+def test_a_force_across_the_line_of_a_friction_disc_against_differences(omega, level):
+    """At across = 0 the disc rubs exactly along x; what the force across does there is the limit of solved motions beside."""
+    frequency, step = omega / (2.0 * np.pi), 1e-4
+    parameter = ss.Parameter(0.0, disc_on_a_line)
+    found = ss.sensitivity(disc_on_a_line(0.0), frequency, {"across": parameter}, level, harmonics=5, samples=128)
+    ends = [response(disc_on_a_line(side * step), frequency, level) for side in (1.0, -1.0)]
+    assert 0.05 < float(ends[0].dataset.share_slip.max()) < 0.95
+    expected = (motion(ends[0]) - motion(ends[1])) / (2.0 * step)
+    scale = np.abs(expected[1]).max()
+    assert scale > 0.1
+    np.testing.assert_allclose(found.by_parameter["across"], expected, atol=1e-6 * scale)
+
+
 def test_wrong_use_is_refused():
     with pytest.raises(ss.InputError, match="problem must be a Problem"):
         ss.sensitivity(None, 1.0, {})

@@ -15,6 +15,7 @@ from stickslip.loads import BaseMotion, Force
 from stickslip.problem import Problem
 from stickslip.rigs import lumped_blisk, three_mass_wedge
 from stickslip.structure.assembly import Spring
+from stickslip.structure.matrices import Structure
 
 H = 4
 
@@ -150,16 +151,44 @@ def critically_damped() -> Problem:
     return everything(C=inverse.T @ damping @ inverse)
 
 
+def takes_the_triangular_form(problem: Problem) -> bool:
+    return bool(LinearPart(problem, H).modes.above.any())
+
+
 def test_critical_damping_takes_the_triangular_form():
     """Coalescing poles have dependent eigenvectors; the Schur form needs none."""
     problem = critically_damped()
     part, direct = LinearPart(problem, H), DirectPart(problem, H)
-    assert part.modes.above.any()
+    assert takes_the_triangular_form(problem)
     rows = np.arange(problem.B.shape[0])
     for omega in (0.3, 1.0, 2.0):
         for found, expected in zip(motions(part, problem, omega), motions(direct, problem, omega), strict=True):
             assert_close(found, expected)
         assert_close(part.receptance(omega, H, rows, rows), direct.receptance(omega, H, rows, rows))
+
+
+def test_the_choice_of_the_form_does_not_depend_on_rounding():
+    """Other last bits of C, as another processor has them: critical damping keeps the triangular form, any other its modes."""
+    rng, critical = np.random.default_rng(1), critically_damped()
+    beside = critical.with_damping(critical.C + 1e-6 * np.diag(np.diag(critical.C)))
+    for _ in range(20):
+        rounding = 1.0 + 4e-16 * rng.standard_normal((6, 6))
+        assert takes_the_triangular_form(critical.with_damping(critical.C * rounding))
+        for plain in (beside, CASES["general"], CASES["overdamped"], CASES["gyroscopic"], CASES["massless, general"]):
+            assert not takes_the_triangular_form(plain.with_damping(plain.C * rounding))
+
+
+def test_an_undamped_motion_beside_damped_ones_keeps_its_modes():
+    """Its pole lies exactly on the imaginary axis, at a frequency 1 that has no rounding; its neighbours are damped together."""
+    M, K = np.eye(3), np.array([[1.0, 0.0, 0.0], [0.0, 3.0, -1.0], [0.0, -1.0, 2.0]])
+    C = np.array([[0.0, 0.0, 0.0], [0.0, 0.2, 0.05], [0.0, 0.05, 0.1]])
+    dofs = ("1.x", "1.y", "1.z")
+    problem = Problem(Structure(M, K, dofs, C), (), (Force("1.x", 1.0), Force("1.z", 1.0)), dofs)
+    part, direct = LinearPart(problem, H), DirectPart(problem, H)
+    assert not part.modes.above.any()
+    for omega in (0.9, 1.1, 2.0):
+        none = np.zeros((0, 2 * H + 1))
+        assert_close(part.motion(none, omega, 2.0), direct.motion(none, omega, 2.0))
 
 
 @pytest.mark.parametrize("name", ["general", "overdamped", "some overdamped", "gyroscopic", "massless, general"])

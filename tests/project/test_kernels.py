@@ -20,3 +20,14 @@ def test_the_first_process_says_that_it_compiles_and_the_next_one_has_no_need(tm
     assert first.stdout == second.stdout
     assert first.stderr.count("stickslip compiles its kernels") == 1
     assert second.stderr == ""
+
+
+def test_kernels_of_another_processor_stand_beside_those_of_this_one(tmp_path):
+    """In one folder each processor has its own, and none takes those of the other: `make test-rounding` compiles for two."""
+    own = {key: value for key, value in os.environ.items() if key != "NUMBA_CPU_NAME"} | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    other = own | {"NUMBA_CPU_NAME": "generic"}
+    compiled = []
+    for environment in (own, other, own, other):
+        ended = subprocess.run([sys.executable, "-c", COMPILES], env=environment, capture_output=True, text=True, check=True)
+        compiled.append("stickslip compiles its kernels" in ended.stderr)
+    assert compiled == [True, True, False, False]

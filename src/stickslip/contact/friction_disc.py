@@ -7,7 +7,8 @@ the spring's force onto the disc is of first order in the samples. Along one lin
 In the intercept y = T − kt u (2-vector) a step never takes two states apart from each other. Unlike the clamps of one direction,
 steps do not compose to a closed form: the period is marched until it repeats, and the derivative is
 carried along from the start, since a contact can come to rest on the edge of its disc, where the transient stays in it. Forward,
-not in reverse: the derivative changes only at slipping samples, and no harmonic need be carried through the transient.
+not in reverse: the derivative changes only at slipping samples, and no harmonic need be carried through the transient. It has
+to repeat as well: along a line the state does so after a period, a small motion across the line after many.
 """
 
 from __future__ import annotations
@@ -30,6 +31,9 @@ JUMP = 4
 
 TOLERANCE = 1e-14
 """Change of the intercepts over a period, relative to the forces, at which a period counts as repeating."""
+
+SETTLED = 1e-10
+"""Error of the derivative, relative to the stiffness, at which it counts as that of the steady period."""
 
 SLIP = 1
 
@@ -87,9 +91,11 @@ def disc_period(
     u (2, Nt) [m]; limit L and slope dL/dz (Nt,); kinds, values (2,): the start of each direction. tangents (Nt, 2, 3, 2H+1), or
     empty: filled with dy/d(U1, U2, Z) after each event. Returns the periods marched (−1: not periodic) and whether anything,
     the clipping of the start included, ever acted.
+
+    Along a line the state repeats at once, long before the derivative across it, which is then brought to its own limit.
     """
-    samples, columns = u.shape[1], E.shape[1]
-    last = samples - 1
+    columns = E.shape[1]
+    last = u.shape[1] - 1
     derive = tangents.size > 0
     state = np.zeros(2)
     change = np.zeros((2, 3, columns))
@@ -104,21 +110,16 @@ def disc_period(
     turn = np.zeros(6)
     acted = kinds[0] == RATIO or kinds[1] == RATIO
     acted = _step(kt, u, limit, slope, E, last, last, state, change, map_, derive, turn) or acted
-    size = max(np.max(limit), kt * np.max(np.abs(u)))
+    size, steepness = max(np.max(limit), kt * np.max(np.abs(u))), kt + np.max(np.abs(slope))
     for period in range(PERIODS):
         before, before_change = state.copy(), change.copy()
-        map_[0, 0], map_[0, 1], map_[1, 0], map_[1, 1] = 1.0, 0.0, 0.0, 1.0
-        slipped = False
-        for n in range(samples):
-            hit = _step(kt, u, limit, slope, E, (n - 1) % samples, n, state, change, map_, derive, turn)
-            event[n] = OPEN if limit[n] <= 0.0 else (SLIP if hit else STICK)
-            slipped = slipped or hit
-            y[0, n], y[1, n] = state[0], state[1]
-            if derive:
-                tangents[n] = change
+        slipped = _march(kt, u, limit, slope, E, state, change, map_, turn, y, event, tangents)
         acted = acted or slipped
         settled = abs(state[0] - before[0]) <= TOLERANCE * size and abs(state[1] - before[1]) <= TOLERANCE * size
         if not slipped or settled:
+            unsettled = slipped and derive and not _repeats(map_, before_change, change, steepness)
+            if unsettled and _jump(map_, state.copy(), before_change, state, change):
+                _march(kt, u, limit, slope, E, state, change, map_, turn, y, event, tangents)
             return period + 1, acted
         if period % JUMP == JUMP - 1:
             _jump(map_, before, before_change, state, change)
@@ -126,15 +127,62 @@ def disc_period(
 
 
 @kernel
-def _jump(map_: Array, before: Array, before_change: Array, state: Array, change: Array) -> None:
+def _march(
+    kt: float,
+    u: Array,
+    limit: Array,
+    slope: Array,
+    E: Array,
+    state: Array,
+    change: Array,
+    map_: Array,
+    turn: Array,
+    y: Array,
+    event: Index,
+    tangents: Array,
+) -> bool:
+    """One period: intercepts, events and derivatives of every sample, and the map of the period; whether anything slips."""
+    samples, derive = u.shape[1], tangents.size > 0
+    map_[0, 0], map_[0, 1], map_[1, 0], map_[1, 1] = 1.0, 0.0, 0.0, 1.0
+    slipped = False
+    for n in range(samples):
+        hit = _step(kt, u, limit, slope, E, (n - 1) % samples, n, state, change, map_, derive, turn)
+        event[n] = OPEN if limit[n] <= 0.0 else (SLIP if hit else STICK)
+        slipped = slipped or hit
+        y[0, n], y[1, n] = state[0], state[1]
+        if derive:
+            tangents[n] = change
+    return slipped
+
+
+@kernel
+def _decay(map_: Array) -> float:
+    """det(I − A) of the map of a period: one slip makes A rank one, of eigenvalues 0 and λ, and 1 − λ of a deviation dies out."""
+    return float((1.0 - map_[0, 0]) * (1.0 - map_[1, 1]) - map_[0, 1] * map_[1, 0])
+
+
+@kernel
+def _repeats(map_: Array, before: Array, change: Array, steepness: float) -> bool:
+    """Whether the derivative repeats: all that later periods would still change, |Δ|/(1 − λ), is nothing."""
+    largest = 0.0
+    for d in range(2):
+        for part in range(3):
+            for j in range(change.shape[2]):
+                largest = max(largest, abs(change[d, part, j] - before[d, part, j]))
+    return largest <= SETTLED * steepness * _decay(map_)
+
+
+@kernel
+def _jump(map_: Array, before: Array, before_change: Array, state: Array, change: Array) -> bool:
     """From y to y + (I − A)⁻¹ (Φ(y) − y), A = dΦ/dy of the last period, and the derivative likewise; slow creep ends at once.
 
-    Nothing happens where A has an eigenvalue near one: there the contact may rest anywhere along a direction.
+    Nothing happens where A has an eigenvalue near one: there the contact may rest anywhere along a direction. Returns whether
+    anything does.
     """
     a, b, c, d = 1.0 - map_[0, 0], -map_[0, 1], -map_[1, 0], 1.0 - map_[1, 1]
-    determinant = a * d - b * c
+    determinant = _decay(map_)
     if abs(determinant) < 1e-7:
-        return
+        return False
     x, y = state[0] - before[0], state[1] - before[1]
     state[0] = before[0] + (d * x - b * y) / determinant
     state[1] = before[1] + (a * y - c * x) / determinant
@@ -143,6 +191,7 @@ def _jump(map_: Array, before: Array, before_change: Array, state: Array, change
             x, y = change[0, part, j] - before_change[0, part, j], change[1, part, j] - before_change[1, part, j]
             change[0, part, j] = before_change[0, part, j] + (d * x - b * y) / determinant
             change[1, part, j] = before_change[1, part, j] + (a * y - c * x) / determinant
+    return True
 
 
 @kernel

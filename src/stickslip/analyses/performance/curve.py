@@ -100,7 +100,7 @@ def performance_curve(
     Amplitudes per force are in m/N, `inertance` = ω²|X_1|/F_E in m/(s² N); `normalised_...` are relative to the highest peak
     without contacts. `region` indexes stick, microslip, slip, lift-off. The curve is that of the peaks which a sweep of the
     excitation meets; where a higher one was followed onto a closed curve apart from it, `detached_amplitude_per_force` and
-    `detached_frequency` say so (which ones are found depends on the points).
+    `detached_frequency` say so (which of its peaks are found depends on the points, and on rounding).
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
     row, ratios, frictions = output_of(problem, output), ratios_of(force_ratio), frictions_of(friction)
