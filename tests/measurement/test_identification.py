@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.identification.identify import IdentificationWork, identify
+from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.result_checks import never_sliding
 from stickslip.checks import InputError
 from stickslip.cli import main
@@ -15,7 +16,8 @@ from stickslip.measurement.records import Record, write_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
 from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.solve.platform_relaxation import elements_of, relaxed_cycle
+from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycle
+from stickslip.solve.platform_relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 
 FRICTION = (0.18, 0.199, 0.45)
 TRUTH = {"kt": 56e6, "kn": 84e6, "mu_L1": 0.18, "mu_L2": 0.199, "mu_R": 0.45}
@@ -44,6 +46,51 @@ def test_two_schemes_give_one_cycle(truths, name):
     shown = relaxed_cycle(elements_of(rig), 80.0, MOTIONS[name].samples(1200))
     np.testing.assert_allclose(shown[:, 0], truths[name]["force_x"], atol=1e-5)
     np.testing.assert_allclose(shown[:, 4], truths[name]["rotation"], atol=1e-10)
+
+
+def newton_forces(rig, platform):
+    """Force on the right platform (steps, 2) [N] by Newton's march of the rig itself."""
+    model = CycleModel.of(rig)
+    march = steady_cycle(model, platform)
+    assert march.outcome == CycleOutcome.STEADY
+    return -march.record.force @ model.right
+
+
+@pytest.mark.parametrize(
+    ("angle", "name", "friction"),
+    [(37.0, "in", (0.18, 0.199, 0.405)), (45.0, "out", (0.18, 0.199, 0.45)), (45.0, "in", (0.18, 0.199, 0.45))],
+)
+def test_a_foot_that_grazes_lift_off_has_its_cycle(angle, name, friction):
+    """The load of L2 falls to 0.2 N or less: relaxation alone finds no balance with 120 steps a cycle."""
+    rig, platform = laboratory_damper(angle, 80.0, friction), MOTIONS[name].samples(120)
+    shown = relaxed_cycle(elements_of(rig), 80.0, platform)
+    np.testing.assert_allclose(shown[:, :2], newton_forces(rig, platform), atol=1e-3)
+
+
+@pytest.mark.parametrize("law", LINE_LAWS)
+def test_newtons_march_takes_every_law_of_the_lines(law):
+    """The cycle that relaxation gives as well, with unequal lines."""
+    values = {"kt": [50e6, 60e6, 45e6], "kn": [80e6, 95e6, 70e6], "mu": [0.15, 0.2, 0.3], "gaps": [0.3, 0.3, 0.3]}
+    elements = LINE_LAWS[law][0](elements_of(UNKNOWN_RIG), {k: np.array(v) for k, v in values.items()}, 80.0 / 3.0)
+    platform = MOTIONS["in"].samples(200)
+    relaxed, marched = (cycle(elements, 80.0, platform) for cycle in (relaxed_cycle, marched_cycle))
+    np.testing.assert_allclose(relaxed[:, :2], marched[:, :2], atol=1e-5)
+    np.testing.assert_allclose(relaxed[:, 4], marched[:, 4], atol=1e-10)
+
+
+def test_relaxation_alone_finds_the_balance_of_a_foot_that_carries_next_to_nothing():
+    """With sweeps alone the first position takes 14 000 of them."""
+    elements = elements_of(laboratory_damper(37.0, 80.0, (0.67, 0.023, 0.4), kt=318e6, kn=2.04e6))
+    q, anchor, shown = np.zeros(3), np.zeros(3), np.zeros((1, 5))
+    assert carry(elements, np.linalg.inv(stuck_stiffness(elements)), 80.0, np.zeros((1, 2)), q, anchor, shown) == 0
+    assert shown[0, 1] > 0.0
+
+
+def test_a_cycle_that_takes_many_periods_to_settle():
+    """Slow shakedown: the eighth cycle is 57 N away from the steady one."""
+    rig, platform = laboratory_damper(37.0, 80.0, (0.148, 1.09, 0.479), kt=21.3e6, kn=38.9e6), MOTIONS["in"].samples(120)
+    assert relaxed_cycle(elements_of(rig), 80.0, platform, 8) is None
+    np.testing.assert_allclose(relaxed_cycle(elements_of(rig), 80.0, platform)[:, :2], newton_forces(rig, platform), atol=1e-2)
 
 
 def test_exact_loops_give_the_parameters(truths):
