@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from stickslip.analyses.identification.damper_fit import UNSOLVED
 from stickslip.analyses.identification.identify import IdentificationWork, identify
+from stickslip.analyses.identification.line_laws import LINE_LAWS
+from stickslip.analyses.identification.refits import descend, likely_gaps, refitted, slopes
 from stickslip.analyses.identification.result_checks import never_sliding
 from stickslip.checks import InputError
 from stickslip.cli import main
@@ -14,8 +17,10 @@ from stickslip.measurement.cycles import whole_cycles
 from stickslip.measurement.records import Record, write_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
+from stickslip.report.identification import PRESENTATION
 from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.solve.platform_relaxation import elements_of, relaxed_cycle
+from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycle
+from stickslip.solve.platform_relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 
 FRICTION = (0.18, 0.199, 0.45)
 TRUTH = {"kt": 56e6, "kn": 84e6, "mu_L1": 0.18, "mu_L2": 0.199, "mu_R": 0.45}
@@ -46,6 +51,51 @@ def test_two_schemes_give_one_cycle(truths, name):
     np.testing.assert_allclose(shown[:, 4], truths[name]["rotation"], atol=1e-10)
 
 
+def newton_forces(rig, platform):
+    """Force on the right platform (steps, 2) [N] by Newton's march of the rig itself."""
+    model = CycleModel.of(rig)
+    march = steady_cycle(model, platform)
+    assert march.outcome == CycleOutcome.STEADY
+    return -march.record.force @ model.right
+
+
+@pytest.mark.parametrize(
+    ("angle", "name", "friction"),
+    [(37.0, "in", (0.18, 0.199, 0.405)), (45.0, "out", (0.18, 0.199, 0.45)), (45.0, "in", (0.18, 0.199, 0.45))],
+)
+def test_a_foot_that_grazes_lift_off_has_its_cycle(angle, name, friction):
+    """The load of L2 falls to 0.2 N or less: relaxation alone finds no balance with 120 steps a cycle."""
+    rig, platform = laboratory_damper(angle, 80.0, friction), MOTIONS[name].samples(120)
+    shown = relaxed_cycle(elements_of(rig), 80.0, platform)
+    np.testing.assert_allclose(shown[:, :2], newton_forces(rig, platform), atol=1e-3)
+
+
+@pytest.mark.parametrize("law", LINE_LAWS)
+def test_newtons_march_takes_every_law_of_the_lines(law):
+    """The cycle that relaxation gives as well, with unequal lines."""
+    values = {"kt": [50e6, 60e6, 45e6], "kn": [80e6, 95e6, 70e6], "mu": [0.15, 0.2, 0.3], "gaps": [0.3, 0.3, 0.3]}
+    elements = LINE_LAWS[law][0](elements_of(UNKNOWN_RIG), {k: np.array(v) for k, v in values.items()}, 80.0 / 3.0)
+    platform = MOTIONS["in"].samples(200)
+    relaxed, marched = (cycle(elements, 80.0, platform) for cycle in (relaxed_cycle, marched_cycle))
+    np.testing.assert_allclose(relaxed[:, :2], marched[:, :2], atol=1e-5)
+    np.testing.assert_allclose(relaxed[:, 4], marched[:, 4], atol=1e-10)
+
+
+def test_relaxation_alone_finds_the_balance_of_a_foot_that_carries_next_to_nothing():
+    """With sweeps alone the first position takes 14 000 of them."""
+    elements = elements_of(laboratory_damper(37.0, 80.0, (0.67, 0.023, 0.4), kt=318e6, kn=2.04e6))
+    q, anchor, shown = np.zeros(3), np.zeros(3), np.zeros((1, 5))
+    assert carry(elements, np.linalg.inv(stuck_stiffness(elements)), 80.0, np.zeros((1, 2)), q, anchor, shown) == 0
+    assert shown[0, 1] > 0.0
+
+
+def test_a_cycle_that_takes_many_periods_to_settle():
+    """Slow shakedown: the eighth cycle is 57 N away from the steady one."""
+    rig, platform = laboratory_damper(37.0, 80.0, (0.148, 1.09, 0.479), kt=21.3e6, kn=38.9e6), MOTIONS["in"].samples(120)
+    assert relaxed_cycle(elements_of(rig), 80.0, platform, 8) is None
+    np.testing.assert_allclose(relaxed_cycle(elements_of(rig), 80.0, platform)[:, :2], newton_forces(rig, platform), atol=1e-2)
+
+
 def test_exact_loops_give_the_parameters(truths):
     found = identify(records(truths, NO_ERRORS), UNKNOWN_RIG, errors=NO_ERRORS, resamples=8, population=5, generations=15)
     for name, value in found.values.items():
@@ -63,6 +113,80 @@ def test_loops_with_the_errors_of_a_rig(truths):
     assert found.dataset.misfit.sel(channel="force_x").max() < 0.05
     for figure in ("", "residuals", "posterior"):
         assert found.plot(figure=figure).axes
+
+
+def test_a_damper_that_grazes_lift_off_is_answered():
+    """Refused before: no steady cycle was found for any parameters. The load of L2 falls to 0.2 N and to nothing."""
+    friction = (0.18, 0.199, 0.405)
+    rig = laboratory_damper(37.0, 80.0, friction)
+    cycles = {name: true_cycle(rig, motion, 1200) for name, motion in MOTIONS.items()}
+    found = identify(records(cycles, RigErrors(), 3), UNKNOWN_RIG, resamples=12, population=5, generations=12)
+    truth = TRUTH | dict(zip(("mu_L1", "mu_L2", "mu_R"), friction, strict=True))
+    tolerance = {"kt": 0.2, "kn": 0.2, "mu_L1": 0.12, "mu_L2": 0.12, "mu_R": 0.05}
+    for name, value in found.values.items():
+        assert value == pytest.approx(truth[name], rel=tolerance[name]), name
+    assert not [sentence for sentence in found.warnings if "refits" in sentence]
+    assert sum(low <= truth[name] <= high for name, (low, high) in found.intervals.items()) >= 4
+    assert found.held_out == {}
+
+
+def test_no_interval_is_given_where_the_refits_failed(truths):
+    """From what a run kept: 12 of 32 refits found no way down; then cycles are missing."""
+    work = IdentificationWork((*map(whole_cycles, records(truths, RigErrors())),), UNKNOWN_RIG, steps=120)
+    theta = np.log([TRUTH[p.name] for p in work.fit.unknowns])
+    scattered = theta + 0.01 * np.random.default_rng(0).normal(size=(20, theta.size))
+    kept = {"theta": theta, "replicates": scattered, "law": np.array(0), "held_out": np.array([])}
+    for counts, words in (((12, 500, 0), "12 of 32 refits"), ((0, 1193, 152), "152 of 1193 cycles")):
+        found = work.identification(kept | {"counts": np.array(counts)})
+        assert all(np.isnan(ends).all() for ends in found.intervals.values())
+        assert found.warnings[0].startswith("No intervals are given: " + words)
+        assert str(found).count("no interval") == len(theta)
+        assert sum(line.endswith("no interval") for line in PRESENTATION.sentences(found.dataset)) == len(theta)
+        assert found.plot(figure="posterior").axes
+    fine = work.identification(kept | {"counts": np.array((3, 500, 0))})
+    assert fine.warnings[0] == "3 of 23 refits found no way down and are left out of the intervals."
+    assert all(low < fine.values[name] < high for name, (low, high) in fine.intervals.items())
+
+
+class Line:
+    """A fit of two unknowns in place of a damper's: residuals A x − b, unsolved beyond a wall."""
+
+    A, b = np.array([[2.0, 1.0], [0.5, 3.0], [1.0, -1.0]]), np.array([0.3, -0.2, 0.1])
+    bounds, cases = (np.array([-1.0, -1.0]), np.array([1.0, 1.0])), ((),)
+
+    def __init__(self, wall=np.inf):
+        self.wall = wall
+
+    def residuals(self, x):
+        return self.A @ x - self.b if x[0] < self.wall else np.full(3, UNSOLVED)
+
+
+def test_a_descent_ends_at_the_least_squares_and_counts_what_fails():
+    closed = np.linalg.lstsq(Line.A, Line.b, rcond=None)[0]
+    np.testing.assert_allclose(slopes(Line(), np.zeros(2)), Line.A, atol=1e-12)
+    for jacobian in (Line.A, Line.A @ np.diag([1.3, 0.8])):
+        found = descend(Line(), np.zeros(2), jacobian)
+        np.testing.assert_allclose(found.theta, closed, atol=2e-3)
+        assert found.moved
+        assert found.missing == 0
+    assert descend(Line(), closed, Line.A).moved
+    blocked = descend(Line(1e-9), np.zeros(2), Line.A, 6)
+    assert not blocked.moved
+    assert (blocked.cycles, blocked.missing) == (5, 4)
+
+
+def test_gaps_of_the_refits_are_those_that_the_loops_allow(truths):
+    """Contacts without gaps, and with gaps of 0.3: the loops themselves tell how wide the refits' gaps may be."""
+    friction = (0.14, 0.15, 0.25)
+    rig, means = laboratory_damper(37.0, 80.0, friction), []
+    for true in (rig, with_microslip(rig, 0.3)):
+        cycles = {name: true_cycle(true, motion, 1200) for name, motion in MOTIONS.items()}
+        work = IdentificationWork((*map(whole_cycles, records(cycles, RigErrors())),), UNKNOWN_RIG)
+        coarse, theta = work.fit.steps(120), np.log([56e6, 84e6, *friction])
+        jacobian = slopes(coarse, theta)
+        gaps, weights, _ = likely_gaps(coarse, refitted(coarse, theta, jacobian).theta, jacobian)
+        means.append(float(gaps @ weights))
+    assert means[0] < 0.2 < means[1] < 0.4
 
 
 @pytest.mark.parametrize(

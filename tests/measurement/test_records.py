@@ -116,6 +116,21 @@ def test_gaps_and_drift_are_said_and_the_cycle_is_left_out():
     assert "force_y" not in said
 
 
+def test_a_few_missing_rows_do_not_cost_their_cycles():
+    """Rows 700, 1100, 1101 and the first of a cycle; harmonics up to the thirtieth are those of the whole record."""
+    s, keep = signals(), np.ones(TIME.size, dtype=bool)
+    keep[[700, 1100, 1101, 5 * SAMPLES]] = False
+    holed = whole_cycles(Record(TIME[keep], {name: values[keep] for name, values in s.items()}), RATE)
+    whole = whole_cycles(Record(TIME, s), RATE)
+    assert holed.harmonics.shape == whole.harmonics.shape
+    assert not holed.warnings
+    scale = np.abs(whole.mean).max(axis=1)
+    assert np.max(np.abs(holed.mean - whole.mean) / scale[:, None]) < 2e-3
+    keep[1100:1112] = False
+    left = whole_cycles(Record(TIME[keep], {name: values[keep] for name, values in s.items()}), RATE)
+    assert "cycles with gaps are left out: 6 of 12" in left.warnings[0]
+
+
 @pytest.mark.parametrize(
     ("count", "step", "words"), [(2, 1, "at least 3 whole cycles"), (12, 4, "samples a cycle"), (5, 1, None)]
 )

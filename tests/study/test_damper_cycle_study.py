@@ -7,12 +7,16 @@ import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.analyses.damper_alone.cycles import steady_cycles
+from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.checks import InputError
 from stickslip.cli import main
 from stickslip.dampers import in_phase, out_of_phase
+from stickslip.dampers.between_platforms import LAWS
 from stickslip.results import open_results
 from stickslip.rigs import laboratory_damper
+from stickslip.solve.platform_relaxation import elements_of, relaxed_cycle
 from stickslip.study import read, templates
+from stickslip.study.damper_cycle import DamperTable
 
 KINDS = ("damper-cycle", "steady-cycles", "damper-evolution")
 TEMPLATES = [(Path(templates.__file__).parent / f"{kind}.toml").read_text() for kind in KINDS]
@@ -37,6 +41,36 @@ def test_the_template_runs_to_a_report(tmp_path, capsys):
     assert not end.value.code
 
 
+@pytest.mark.parametrize("law", LINE_LAWS)
+def test_a_cycle_takes_what_an_identification_finds(tmp_path, law):
+    """The study of an identified law has the cycle that the identification fitted, computed by its relaxation; ten elements
+    of iwan there, twenty here."""
+    study, gaps = tmp_path / "study.toml", {"microslip": 0.4}.get(law, 0.0)
+    keys = f'mu = [0.40, 0.22, 0.32]\nlaw = "{law}"\ngaps = {gaps}'
+    study.write_text(TEMPLATE.replace("mu = [0.40, 0.22, 0.32]", keys))
+    rig = read(study).plan.rig
+    found = damper_cycle(rig, in_phase(30e-6), steps=500)
+    frame = elements_of(laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)))
+    values = {"kt": frame.kt, "kn": frame.kn, "mu": frame.mu, "gaps": np.full(3, gaps)}
+    relaxed = relaxed_cycle(LINE_LAWS[law][0](frame, values, 50.0 / 3.0), 50.0, in_phase(30e-6).samples(500))
+    shown = found.dataset.force_on_right.values
+    np.testing.assert_allclose(shown, relaxed[:, :2], atol=0.15 if law == "iwan" else 1e-3)
+    plain = damper_cycle(laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6), steps=500).dataset.force_on_right
+    assert (law == "macroslip") == (np.max(np.abs(shown - plain.values)) < 0.3)
+
+
+def test_an_identification_names_its_laws_in_its_own_table(tmp_path):
+    study = tmp_path / "study.toml"
+    text = (Path(templates.__file__).parent / "identification.toml").read_text().replace("$loops", '["x.csv"]')
+    study.write_text(text.replace("mu = 0.3", 'mu = 0.3\nlaw = "iwan"'))
+    with pytest.raises(InputError, match=r"\[damper\] law must be macroslip in an identification.*\[identification\] law"):
+        read(study)
+
+
+def test_laws_of_studies_are_those_of_identifications():
+    assert set(DamperTable.model_fields["law"].annotation.__args__) == set(LINE_LAWS) == set(LAWS)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -46,6 +80,9 @@ def test_the_template_runs_to_a_report(tmp_path, capsys):
         ("pull = 50.0", "pull = -50.0", "pull"),
         ('shape = "three_point"', 'shape = "four_point"', "shape"),
         ("# frequency = 5.0", "frequency = 5.0", "method"),
+        ("pull = 50.0", 'pull = 50.0\nlaw = "iwann"', "macroslip.*iwan"),
+        ("pull = 50.0", 'pull = 50.0\nlaw = "microslip"', "gaps must be above 0 with the law microslip"),
+        ("pull = 50.0", "pull = 50.0\ngaps = 0.3", "gaps must be above 0 with the law microslip, and 0 with others"),
     ],
 )
 def test_faults_are_said(tmp_path, old, new, message):

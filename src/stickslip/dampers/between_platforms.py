@@ -13,12 +13,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, Index, fault, not_negative, of_kind, several, symmetric, vector
+from stickslip.checks import Array, Index, fault, nearest, not_negative, of_kind, several, symmetric, vector
+from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.point import Contact, Direction
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.dampers.damper import ContactSurface, Damper
+
+LAWS = ("macroslip", "iwan", "microslip")
+"""The laws that lines of contact may follow in an identification, and in a study."""
 
 DAMPER, LEFT, RIGHT = ("damper.x", "damper.y", "damper.rz"), ("left.x", "left.y"), ("right.x", "right.y")
 
@@ -125,6 +130,41 @@ class BetweenPlatforms:
         columns = [vector(name, value, count) for name, value in (("kt", kt), ("kn", kn), ("mu", mu))]
         laws = tuple(Macroslip(float(t), float(m), float(n)) for t, n, m in zip(*columns, strict=True))
         return cls(damper, laws, right, title)
+
+    @classmethod
+    def of_law(
+        cls,
+        law: str,
+        damper: Damper,
+        kt: ArrayLike,
+        kn: ArrayLike,
+        mu: ArrayLike,
+        gaps: float = 0.0,
+        right: ElasticPlatform | None = None,
+        title: str = "",
+    ) -> BetweenPlatforms:
+        """One of the laws of an identification for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on
+        a flat; "microslip", five elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines.
+
+        kt, kn [N/m], mu: each a number or one entry per line.
+        """
+        if law not in LAWS:
+            raise fault("law", "must be a known one", law, nearest(law, LAWS))
+        if (law == "microslip") != (not_negative("gaps", gaps) > 0.0):
+            raise fault("gaps", "must be above 0 with the law microslip, and 0 with others", (law, gaps))
+        frame = cls.macroslip(damper, kt, kn, mu, right, title)
+        if law == "macroslip":
+            return frame
+        laws: list[Law] = []
+        for one in frame.laws:
+            assert isinstance(one, Macroslip)
+            assert one.kn is not None
+            if law == "iwan":
+                laws.append(Iwan(one.kt, one.mu, one.kn))
+            else:
+                reach = 2.0 * gaps * float(frame.pull[1]) / (len(frame.laws) * one.kn)
+                laws.append(MicroslipArray.from_totals(one.kt, one.kn, one.mu, reach))
+        return replace(frame, laws=tuple(laws))
 
     @cached_property
     def points(self) -> tuple[PlanePoint, ...]:

@@ -18,7 +18,7 @@ HARMONICS = 30
 FEWEST_CYCLES = 3
 FEW_CYCLES = 8
 GAP = 1.5
-"""A step in time of more than this times the median is a gap."""
+"""A step in time of more than this times the median is a gap. Up to half a period of the highest harmonic it does no harm."""
 
 DRIFT = 0.02
 """Drift over the record, relative to the peak-to-peak value, from which it is stated."""
@@ -99,7 +99,8 @@ def whole_cycles(
 ) -> CycleSet:
     """The whole cycles of a record. frequency [Hz]: found from the platform's motion unless given. Phase 0 is the first sample.
 
-    Cycles with gaps are left out and drift is stated, both as warnings; fewer than three whole cycles are refused.
+    Cycles with gaps longer than half a period of the highest harmonic are left out and drift is stated, both as warnings; a few
+    missing rows do no harm. Fewer than three whole cycles are refused.
     """
     driver = _driver(record)
     rate = found_frequency(record.time, record.signals[driver]) if frequency is None else frequency
@@ -111,7 +112,7 @@ def whole_cycles(
     if per_cycle < 2 * harmonics + 3:
         rule = f"must have more than {2 * harmonics + 2} samples a cycle for {harmonics} harmonics"
         raise fault(f"{record.name}", rule, round(per_cycle, 1), "Sample faster, or ask for fewer harmonics.")
-    gaps = _cycles_with_gaps(phase)
+    gaps = _cycles_with_gaps(phase, harmonics)
     kept = [k for k in range(count) if k not in gaps]
     warnings = [*record.warnings, *_said_gaps(record.name, gaps, count)]
     if len(kept) < FEWEST_CYCLES:
@@ -159,10 +160,13 @@ def found_frequency(time: Array, values: Array) -> float:
     return float(rate)
 
 
-def _cycles_with_gaps(phase: Array) -> set[int]:
+def _cycles_with_gaps(phase: Array, harmonics: int) -> set[int]:
+    """Cycles in which a gap hides half a period of the highest harmonic, or in which too few samples are left for all of them."""
     steps = np.diff(phase)
-    wide = np.flatnonzero(steps > GAP * np.median(steps))
-    return {k for i in wide for k in range(int(phase[i]), int(np.ceil(phase[i + 1] - 1e-9)))}
+    wide = np.flatnonzero(steps > max(GAP * float(np.median(steps)), 0.5 / harmonics))
+    holed = {k for i in wide for k in range(int(phase[i]), int(np.ceil(phase[i + 1] - 1e-9)))}
+    samples = np.bincount(np.floor(phase + 1e-9).astype(np.int64))
+    return holed | {k for k, count in enumerate(samples) if count < 2 * harmonics + 3}
 
 
 def _said_gaps(name: str, gaps: set[int], count: int) -> list[str]:

@@ -86,7 +86,8 @@ def _pair(axes: Axes, dataset: xr.Dataset, across: str, up: str) -> None:
     """Refits of two unknowns, or their distribution where they are the same."""
     x = _scaled(dataset, across, dataset["replicates"].sel(parameter=across).values)
     low, high = _scaled(dataset, across, dataset["interval"].sel(parameter=across).values)
-    axes.axvspan(low, high, color=CONTACTS[0], alpha=0.12, linewidth=0)
+    if np.isfinite(low):
+        axes.axvspan(low, high, color=CONTACTS[0], alpha=0.12, linewidth=0)
     if across == up:
         axes.hist(x, bins=10, color=GREY)
         return

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stickslip.plots.files import Figures
 from stickslip.plots.identification import loops_and_fit, posterior, residuals
 from stickslip.report.presentation import Presentation
@@ -22,7 +24,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         units = str(one["parameter_units"].values)
         factor, shown = (1.0, "") if units == "1" else (1e-6, " N/um")
         value, (low, high) = float(one["value"]) * factor, one["interval"].values * factor
-        lines.append(f"{name:<6} {value:.4g}{shown}, 95 % between {low:.4g} and {high:.4g}{shown}")
+        known = f"95 % between {low:.4g} and {high:.4g}{shown}" if np.isfinite(low) else "no interval"
+        lines.append(f"{name:<6} {value:.4g}{shown}, {known}")
     if "held_out" in dataset:
         errors = zip(dataset["law"].values, dataset["held_out"].values, strict=True)
         told = ", ".join(f"{law} {error:.3g}" for law, error in errors)

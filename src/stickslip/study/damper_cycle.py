@@ -63,6 +63,12 @@ class DamperTable(Table):
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
     mu: Annotated[NotNegatives, Field(description="friction coefficient, of each line or by line")]
+    law: Annotated[
+        Literal["macroslip", "iwan", "microslip"], Field(description="that every line follows, as an identification finds it")
+    ] = "macroslip"
+    gaps: Annotated[
+        NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")
+    ] = 0.0
     platform_stiffness: Annotated[
         Positive | None, STIFFNESS, Field(description="of the rig under the right platform, in x and y; rigid unless given")
     ] = None
@@ -80,7 +86,8 @@ class DamperTable(Table):
         right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])
         damper = shape.damper(pull=values["pull"])
         title = f"{self.shape.replace('_', ' ').capitalize()} damper, {values['pull']:g} N"
-        return BetweenPlatforms.macroslip(damper, values["kt"], values["kn"], values["mu"], right, title)
+        columns = (values["kt"], values["kn"], values["mu"])
+        return BetweenPlatforms.of_law(self.law, damper, *columns, self.gaps, right, title)
 
 
 class MotionTable(Table):

@@ -90,6 +90,9 @@ class IdentificationPlan(Plan):
         damper, table = asked.tables["damper"], asked.tables["identification"]
         if not isinstance(damper, DamperTable) or not isinstance(table, IdentificationTable):
             raise AssertionError("the tables of an identification")
+        if damper.law != MACROSLIP:
+            remedy = "The laws that are fitted stand in [identification] law."
+            raise fault("[damper] law", "must be macroslip in an identification", damper.law, remedy)
         rig = damper.rig(asked.units)
         table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
         return cls(rig, table, asked.folder)

@@ -9,27 +9,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
-from stickslip.analyses.identification.damper_fit import DamperFit, parameters
+from stickslip.analyses.identification.damper_fit import UNSOLVED, DamperFit, parameters
 from stickslip.analyses.identification.dataset import identification_dataset, with_laws
 from stickslip.analyses.identification.first_guess import Clues, clues
 from stickslip.analyses.identification.line_laws import LINE_LAWS
+from stickslip.analyses.identification.refits import ALIKE, COARSE, Refits, refits, refitted, slopes
 from stickslip.analyses.identification.result_checks import checked_cases, never_sliding, remarks
 from stickslip.analyses.work import Arrays
 from stickslip.checks import Array, InputError, between, fault, nearest, seed_of
 from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.measurement.cycles import CycleSet, analysis, synthesis
+from stickslip.measurement.cycles import CycleSet
 from stickslip.measurement.records import Record
-from stickslip.measurement.rig_errors import RigErrors, distorted
+from stickslip.measurement.rig_errors import RigErrors
 
 if TYPE_CHECKING:
     import xarray as xr
+
+NEXT_TO_NOTHING = 0.05
+"""Difference of misfits, half the sum of squared residuals, from which they count as one."""
 
 FIRST_GAPS = 0.3
 """Where the search of a microslip law begins (`line_laws.py`)."""
@@ -37,11 +41,11 @@ FIRST_GAPS = 0.3
 CLOSE = 1.1
 """A simpler law is kept while its error on loops held out is below this times the smallest."""
 
-COARSE = 120
-"""Steps a cycle in the search and in refits of resampled data."""
+STARTS = 4
+"""Members of the search from which least squares begin, until the smallest misfit is found twice."""
 
-LAW_GAPS = 0.6
-"""Refits of macroslip take contacts with gaps drawn up to this: the true law is not known to be it (`DamperFit.gaps`)."""
+AGAIN = 0.02
+"""Relative difference of misfits from which they count as one."""
 
 CERTAINTY = 1.96
 """Standard deviations of a 95 % interval."""
@@ -51,7 +55,10 @@ CERTAINTY = 1.96
 class Identification:
     """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
     belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
-    relative misfit of each case and channel in `dataset`, warnings."""
+    relative misfit of each case and channel in `dataset`, warnings.
+
+    Intervals are NaN where the refits that they rest on failed; a warning then has the reason. `held_out` is empty where only one
+    law was asked for, since no loop was held out."""
 
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
@@ -75,8 +82,9 @@ class Identification:
         for name, value in self.values.items():
             low, high = self.intervals[name]
             factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/um")
-            rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({low * factor:.4g} to {high * factor:.4g}{unit})")
-        rows += [f"law    {self.law}, of {told(self.held_out)}"] if len(self.held_out) > 1 else []
+            known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
+            rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
+        rows += [f"law    {self.law}, of {told(self.held_out)}"] if self.held_out else []
         return "\n".join(rows)
 
 
@@ -105,7 +113,7 @@ def identify(
     steps: int = 500,
     resamples: int = 24,
     population: int = 6,
-    generations: int = 25,
+    generations: int = 15,
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> Identification:
@@ -139,7 +147,7 @@ class IdentificationWork:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     steps: int = 500
     population: int = 6
-    generations: int = 25
+    generations: int = 15
     name: str = "identification"
     laws: tuple[str, ...] = ("macroslip",)
 
@@ -178,34 +186,40 @@ class IdentificationWork:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         found = clues(self.cases, self.damper, self.errors)
         coarse = self.fit.steps(COARSE)
-        start = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: tell(0.5 * share))
-        best = _polished(self.fit, start)
+        starts = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: tell(0.5 * share))
+        best, others = _fitted(self.fit, starts)
         fits = {law: self.fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
-        errors = {law: held_out(fit, thetas[law]) if len(fits) > 1 else 0.0 for law, fit in fits.items()}
-        law = next(law for law, error in errors.items() if error <= CLOSE * min(errors.values()))
+        errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
+        law = next(law for law in fits if not errors or errors[law] <= CLOSE * min(errors.values()))
         tell(0.6)
-        replicates = _replicates(fits[law], thetas[law], self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
-        number = np.array(list(LINE_LAWS).index(law))
-        return {"theta": thetas[law], "replicates": replicates, "law": number, "held_out": np.array(list(errors.values()))}
+        places = others if law == "macroslip" else thetas[law][None]
+        again = refits(fits[law], thetas[law], places, self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
+        number, counts = np.array(list(LINE_LAWS).index(law)), np.array([again.lost, again.cycles, again.missing])
+        held = np.array(list(errors.values()))
+        return {"theta": thetas[law], "replicates": again.values, "counts": counts, "law": number, "held_out": held}
 
     def identification(self, arrays: Arrays) -> Identification:
         """The result from the arrays of `solve`."""
         theta, replicates = np.asarray(arrays["theta"]), np.asarray(arrays["replicates"])
         law = list(LINE_LAWS)[int(arrays["law"])]
         fit = self.fit.with_law(law)
-        scatter = np.sqrt(np.mean((replicates - theta) ** 2, axis=0))
+        again = Refits(replicates, *map(int, arrays["counts"]))
+        scatter = np.sqrt(np.mean((replicates - theta) ** 2, axis=0)) if not again.refusal else np.full(theta.size, np.nan)
         names = [p.name for p in fit.unknowns]
         values = dict(zip(names, map(float, np.exp(theta)), strict=True))
         ends = np.exp(np.stack([theta - CERTAINTY * scatter, theta + CERTAINTY * scatter], axis=1))
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
         said = (sentence for case in self.cases for sentence in case.warnings)
-        warnings = (*said, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
+        counted = (sentence for sentence in (again.refusal, again.remark) if sentence)
+        warnings = (*counted, *said, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
-            correlation = np.atleast_2d(np.corrcoef(replicates.T))
+            enough = len(replicates) > 1
+            correlation = np.atleast_2d(np.corrcoef(replicates.T)) if enough else np.full((theta.size, theta.size), np.nan)
         dataset = identification_dataset(fit, theta, intervals, replicates, warnings)
-        errors = dict(zip([one for one in LINE_LAWS if one in self.laws], map(float, arrays["held_out"]), strict=True))
-        if len(errors) > 1:
+        several = [one for one in LINE_LAWS if one in self.laws] if len(self.laws) > 1 else []
+        errors = dict(zip(several, map(float, arrays["held_out"]), strict=True))
+        if errors:
             dataset = with_laws(dataset, errors)
         found = clues(self.cases, self.damper, self.errors)
         return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset, law, errors)
@@ -226,15 +240,14 @@ def held_out(fit: DamperFit, theta: Array) -> float:
         others = coarse.only([i for i in numbers if i != left])
         found = _polished(others, theta, 8, 1e-4)
         computed = others.predicted(found)
-        assert computed is not None
-        squares.append(coarse.only([left]).misfit(found, others.gains(computed)) ** 2)
+        squares.append(UNSOLVED**2 if computed is None else coarse.only([left]).misfit(found, others.gains(computed)) ** 2)
     return float(np.sqrt(np.mean(squares)))
 
 
 def _searched(
     fit: DamperFit, found: Clues, population: int, generations: int, seed: int, tell: Callable[[float], object]
 ) -> Array:
-    """The best of a population over the whole range, the clues among its first members."""
+    """A population over the whole range, the best first, (members, unknowns); the clues are among its first members."""
     low, high = fit.bounds
     first = np.clip(np.log([found.guess(p.name, np.sqrt(p.low * p.high)) for p in fit.unknowns]), low, high)
     seen = 0
@@ -259,7 +272,27 @@ def _searched(
         rng=seed,
         callback=told,
     )
-    return np.asarray(result.x)
+    return np.asarray(result.population[np.argsort(result.population_energies)])
+
+
+def _fitted(fit: DamperFit, starts: Array) -> tuple[Array, Array]:
+    """The least misfit that is reached from several starts by slopes over wide differences, then by narrow ones; and all minima
+    (count, unknowns) that are about as good. Near lift-off there are many, and narrow slopes alone lead to the next best."""
+    reached: list[tuple[float, Array]] = []
+    for start in starts[:STARTS]:
+        found = refitted(fit, start, slopes(fit, start))
+        reached.append((found.cost, found.theta))
+        least = min(cost for cost, _ in reached)
+        if sum(cost <= (1.0 + AGAIN) * least + NEXT_TO_NOTHING for cost, _ in reached) > 1:
+            break
+    best = min(reached, key=lambda pair: pair[0])[1]
+    if fit.predicted(best) is None:
+        raise InputError(
+            "No steady cycle was found for any contact parameters. Check columns, units and timing of the records, and the "
+            "geometry and the pull of the damper."
+        )
+    others = [theta for cost, theta in reached if cost <= least + ALIKE]
+    return min((best, _polished(fit, best)), key=fit.cost), np.array(others)
 
 
 def _polished(fit: DamperFit, start: Array, evaluations: int = 30, exactly: float = 1e-6) -> Array:
@@ -276,44 +309,4 @@ def _polished(fit: DamperFit, start: Array, evaluations: int = 30, exactly: floa
         xtol=exactly,
         ftol=1e-7,
     )
-    if np.max(np.abs(result.fun)) >= 1e3:
-        raise InputError(
-            "No steady cycle was found for any contact parameters. Check columns, units and timing of the records, and the "
-            "geometry and the pull of the damper."
-        )
     return np.asarray(result.x)
-
-
-def _replicates(fit: DamperFit, theta: Array, count: int, seed: int, tell: Callable[[float], object]) -> Array:
-    """Logarithms of the unknowns refitted to perturbed data, shifted to the final fit, (count, unknowns)."""
-    coarse, generator = fit.steps(COARSE), np.random.default_rng(seed)
-    base = _polished(coarse, theta, 8, 1e-4)
-    computed = coarse.predicted(base)
-    assert computed is not None
-    left = fit.data - (1.0 + coarse.gains(computed)[:, None]) * computed
-    left[..., 0] = 0.0
-    found = []
-    for number in range(count):
-        cases, data = _perturbed(fit, generator)
-        data += generator.normal(size=(*left.shape[:2], 1)) * left
-        gaps = float(generator.uniform(0.0, LAW_GAPS)) if fit.law == "macroslip" else 0.0
-        other = replace(coarse.with_cases(cases, data), gaps=gaps)
-        found.append(_polished(other, base, 8, 1e-4) - base + theta)
-        tell((number + 1) / count)
-    return np.asarray(found)
-
-
-def _perturbed(fit: DamperFit, generator: np.random.Generator) -> tuple[list[CycleSet], Array]:
-    """Resampled cycles, which also drive the model anew, and their mean harmonics with drawn systematic errors: gains and shapes
-    common to all cases, zeros not."""
-    count = (fit.data.shape[2] - 1) // 2
-    table, shared = synthesis(4 * count + 4, count), fit.errors.draw(generator)
-    cases = [case.resampled(generator) for case in fit.cases]
-    found = []
-    for case in cases:
-        fresh, rows = fit.errors.draw(generator), []
-        for name in fit.channels:
-            gain, shape, _ = shared[name]
-            rows.append(analysis(distorted(table @ case.channel(name), (gain, shape, fresh[name][2])), count))
-        found.append(rows)
-    return cases, np.asarray(found)
