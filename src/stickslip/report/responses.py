@@ -15,6 +15,7 @@ from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
 from stickslip.report.bounds import bounds_table
+from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
@@ -73,7 +74,7 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
         at = bounds["resonance"].values[case, :, k]
         peaks = f"{low[k]:12.6g} m at {at[0]:.6g} Hz to {high[k]:12.6g} m at {at[1]:.6g} Hz"
         lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
-    return lines
+    return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
 
 
 def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
@@ -99,9 +100,10 @@ def peak_words(case: xr.Dataset) -> str:
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """A sentence for each case that did not reach the end of its band."""
+    """A sentence for each case that did not reach the end of its band, and for each force level without bounds."""
     cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
-    return [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    broken = [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    return broken + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
