@@ -71,7 +71,7 @@ WRONG = [
     (lambda: respond(band="0.1"), "band must be a Band"),
     (lambda: respond(band=(0.1, 0.2)), "must not be a pair in round brackets, which could mean a band or two points"),
     (lambda: ss.hertz("x", 1.0), "start must be a number, but is 'x'"),
-    (lambda: ss.radians_per_second(1.0, None), "stop must be"),
+    (lambda: ss.radians_per_second(1.0, "x"), "stop must be"),
 ]
 
 

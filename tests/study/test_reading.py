@@ -183,6 +183,21 @@ def test_units_one_by_one(folder):
     assert problem.load(1)[0].tolist() == pytest.approx([3e3, 1e3, 2e3])
 
 
+def test_frequencies_in_radians_per_second(folder):
+    """Bands, lists, with matrices and with a ready rig; the same as in Hz."""
+    units = 'units = { frequency = "rad/s" }'
+    assert made(folder, head=units + HEAD).sweep.frequencies == pytest.approx((0.1 / (2 * np.pi), 0.2 / (2 * np.pi)), rel=1e-15)
+    band = made(folder, head=units + HEAD, tail=TAIL.replace("at = [0.1, 0.2]", "frequency = [2, 1]")).sweep.frequencies
+    assert (band.start, band.stop) == pytest.approx((1.0 / np.pi, 0.5 / np.pi), rel=1e-15)
+    rig = '[structure]\nrig = "single_mass"\n[sweep]\nfrequency = [0.5, 2.0]\n'
+    band = made(folder, head=units + HEAD, structure=rig, contacts="", tail="").sweep.frequencies
+    assert (band.start, band.stop) == pytest.approx((0.25 / np.pi, 1.0 / np.pi), rel=1e-15)
+    with pytest.raises(InputError, match="units must go with matrices, but stands beside a rig"):
+        made(folder, head='units = { frequency = "rad/s", length = "mm" }' + HEAD, structure=rig, contacts="", tail="")
+    with pytest.raises(InputError, match="frequency must be"):
+        made(folder, head='units = { frequency = "1/s" }' + HEAD)
+
+
 @pytest.mark.parametrize(("damping", "expected"), [("modal = 0.01", 0.01), ("modal = [0.01, 0.02]\non = 'free'", (0.01, 0.02))])
 def test_modal_damping(folder, damping, expected):
     rule = made(folder, SPRING + f"[damping]\n{damping}\n").sweep.problem.structure.damping

@@ -133,12 +133,13 @@ def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
     )
 
 
-def frequencies(table: SweepTable) -> Band | tuple[float, ...]:
+def frequencies(table: SweepTable, units: Units) -> Band | tuple[float, ...]:
     """The band, or the frequencies to solve at, Hz."""
+    values = in_si(table, units)
     if table.frequency is not None:
-        return Band(*table.frequency)
+        return Band(*values["frequency"])
     unique("at", table.at or ())
-    return tuple(positive("at", frequency) for frequency in table.at or ())
+    return tuple(positive("at", frequency) for frequency in values["at"] or ())
 
 
 def enough_samples(table: SweepTable) -> None:
