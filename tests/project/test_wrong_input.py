@@ -52,7 +52,7 @@ WRONG = [
     (lambda: structure(dofs=(1, 2)), "A name in dofs must be"),
     (lambda: ss.Force("1.x", "a"), "Force.amplitude must be a number, or {harmonic: number}, but is 'a'"),
     (lambda: ss.Force("1.x", {1.5: 1.0}), "Harmonic of Force.amplitude must be a whole number, but is 1.5"),
-    (lambda: ss.Force(3, 1.0), "Force.at must be"),
+    (lambda: ss.Force(3, 1.0), "Force.direction must be"),
     (lambda: contact(law=3), "Contact 'slider', law must be a Law, but is 3"),
     (lambda: contact(start=3), "Contact 'slider', start must be a SliderOffset, TractionRatio or MeanTraction, but is 3"),
     (lambda: contact(tangential="2.x"), "Contact 'slider', tangential must be a tuple or list"),

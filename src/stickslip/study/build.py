@@ -97,7 +97,7 @@ def several(given: Any) -> list[Any]:
 def force(table: ForceTable, names: Names, units: Units) -> Force:
     """A force in SI."""
     values = in_si(table, units)
-    place = {table.at: 1.0} if isinstance(table.at, str) else table.at
+    place = {table.direction: 1.0} if isinstance(table.direction, str) else table.direction
     amplitude = {table.harmonic: complex_amplitude(values["amplitude"])}
     return Force(names.coefficients(place), amplitude, values["static"], omega_power=table.omega_power)
 
