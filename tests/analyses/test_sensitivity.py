@@ -241,7 +241,7 @@ def test_another_damping_or_load_than_the_problem_has_is_refused(name):
 @pytest.mark.parametrize("name", MASSES)
 @pytest.mark.parametrize("value", [0.0, 1e-12, -1e-15])
 def test_a_parameter_near_zero_that_adds_to_something(name, value):
-    """θ added to each argument: what a relative step of θ would add is lost in rounding, and the slope is that of the argument."""
+    """θ added to each argument: a relative step of θ is lost in rounding; the slope is that of the argument."""
     added = ss.Parameter(value, lambda theta: changed(masses, MASSES, name, MASSES[name] + theta))
     own = ss.Parameter(MASSES[name], partial(changed, masses, MASSES, name))
     where = (frequency_of("masses"), {"added": added, "own": own}, 1.0)
