@@ -25,7 +25,7 @@ kt = 2e5
 mu = 0.3
 normal_load = 20.0
 [[force]]
-at = "tip.x"
+direction = "tip.x"
 amplitude = 1.0
 [sweep]
 frequency = [60.0, 160.0]

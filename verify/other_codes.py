@@ -49,7 +49,7 @@ def slider(a: str, b: str, kt: float, limit: float) -> str:
 
 
 def force(at: str, amplitude: float) -> str:
-    return f'[[force]]\nat = "{at}"\namplitude = {amplitude}\n'
+    return f'[[force]]\ndirection = "{at}"\namplitude = {amplitude}\n'
 
 
 def band(low: float, high: float, harmonics: int, samples: int, levels: Sequence[float], outputs: Sequence[str]) -> str:

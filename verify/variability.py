@@ -16,7 +16,9 @@ import numpy as np
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.history import response_history
+from stickslip.analyses.variability.samples import response_samples
 from stickslip.analyses.variability.start_draws import search_cloud
+from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge
@@ -46,6 +48,7 @@ def rows() -> Iterator[Row]:
     yield from cost_rows(numbers)
     yield from six_slider_rows(numbers)
     numbers["peaks"] = {mass: peak_bounds(mass) for mass in ("4.6", "2.6", "6.6")}
+    numbers["ratios"] = ratio_bounds()
     numbers["history"] = history()
     numbers["variants"] = variants()
     yield from proxy_rows(numbers)
@@ -108,9 +111,9 @@ def six_slider_rows(numbers: dict[str, Any]) -> Iterator[Row]:
     full = explored_space(balance, [omega], 20.0)
     names = [f"{c.name} {d}" for c in balance.problem.contacts for d in c.direction_names for _ in range(elements_of(c, d))]
     free = [names.index(f"{side} flat {i} t1") for side in ("left", "right") for i in (1, 3, 5)]
-    group, scale = np.zeros(len(names), dtype=np.int64), np.zeros(len(names))
+    group, scale = np.full(len(names), -1, dtype=np.int64), np.zeros(len(names))
     group[free], scale[free] = np.arange(6), full.scale[free]
-    place = AtFrequency(balance, StartSpace("slider_offset", group, scale), amplitude(0), omega, 20.0)
+    place = AtFrequency(balance, StartSpace(np.full_like(group, OFFSET), group, scale), amplitude(0), omega, 20.0)
     draws = np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 6))
     values = np.array([value_of(place, draw) for draw in draws])
     results: dict[str, float] = {}
@@ -173,6 +176,21 @@ def peak_bounds(mass: str) -> dict[str, Any]:
             found.sampled_amplitude.max("start").values[:, 0].tolist(),
         ],
     }
+
+
+IN_PLANE = ("traction_ratio", "virgin")
+"""The published variable in the plane of the dampers; along their axes, where only friction holds them, sliders rest at 0."""
+
+
+def ratio_bounds() -> dict[str, Any]:
+    """At 4.6 kg and 20 N: the peak for ratios that all contacts have in common, and its bounds over one ratio per contact."""
+    rig, band, ratios = single_blade(4.6), hertz(420.0, 600.0), np.linspace(-0.5, 0.5, 11)
+    drawn = response_samples(rig, band, 20.0, ratios[:, None], rule=IN_PLANE, share="all", workers=WORKERS).peaks()
+    found: dict[str, Any] = {"common": drawn[["frequency", "amplitude"]].assign(ratio=ratios[drawn["start"]]).to_dict("list")}
+    bounds = response_bounds(rig, band, 20.0, "peak", cloud=8, starts=2, rule=IN_PLANE, share="contact", workers=WORKERS).dataset
+    found |= {name: bounds[name].values[0, :, 0].tolist() for name in ("amplitude", "resonance", "loss_factor")}
+    found |= {"unsolved": int(bounds["unsolved"][0, 0]), "cloud": bounds.sizes["start"]}
+    return found | {"cpu_seconds": bounds.attrs["cpu_seconds"]}
 
 
 def history() -> dict[str, Any]:

@@ -24,6 +24,8 @@ SMALLEST, LARGEST = 1e-40, 1e40
 MOST = 100_000
 """Points, start states or designs of one analysis: more is a slip of the pen, and would compute for months."""
 LARGEST_SEED = 2**63 - 1
+LARGEST_DENSE = 20_000
+"""Rows of a sparse matrix that is made dense: more need gigabytes, and their eigenvalues hours."""
 
 
 class InputError(ValueError):
@@ -103,8 +105,8 @@ def vector(what: str, value: ArrayLike, size: int | None = None) -> Array:
 
 
 def square(what: str, value: ArrayLike, size: int | None = None) -> Array:
-    """`value` as a finite square matrix, (size, size) when given."""
-    array = numbers(what, value)
+    """`value`, dense or a SciPy sparse matrix of any format, as a finite square matrix, (size, size) when given."""
+    array = numbers(what, _dense(what, value) if hasattr(value, "toarray") else value)
     if array.ndim != 2 or array.shape[0] != array.shape[1]:
         raise fault(what, "must be a square matrix", array.shape, "Give as many rows as columns.")
     if size is not None and array.shape[0] != size:
@@ -115,6 +117,18 @@ def square(what: str, value: ArrayLike, size: int | None = None) -> Array:
     if array.size and float(np.max(np.abs(array))) > LARGEST:
         raise fault(what, f"must not be larger than {LARGEST:g} in size", float(np.max(np.abs(array))), "Check its unit.")
     return array
+
+
+def _dense(what: str, stored: Any) -> ArrayLike:
+    """A sparse matrix as a dense one, where that is sensible."""
+    shape = tuple(stored.shape)
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise fault(what, "must be a square matrix", shape, "Give as many rows as columns.")
+    if shape[0] > LARGEST_DENSE:
+        remedy = "A structure is dense: reduce the model first, as `ss.read_structure` does."
+        raise fault(what, f"must have at most {LARGEST_DENSE} rows", shape[0], remedy)
+    dense: ArrayLike = stored.toarray()
+    return dense
 
 
 def symmetric(what: str, value: ArrayLike, size: int | None = None, tolerance: float = 1e-8) -> Array:

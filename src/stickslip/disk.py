@@ -48,7 +48,7 @@ class TunedDisk(Problem):
             raise fault("engine_order", rule, self.engine_order, "Engine order EO + N acts as EO does, turn by turn.")
         if self.dashpots or any(isinstance(force, BaseMotion) for force in self.forces):
             raise InputError("A tuned disk must be without dashpots and base motion. Put dampers into the sector's C.")
-        for what, names in (("A force", [f.direction for f in self.forces]), ("An output", self._output_directions())):
+        for what, names in (("A force", [f.coefficients for f in self.forces]), ("An output", self._output_directions())):
             beyond = sorted(dof for direction in names for dof in direction if dof.startswith(NEXT))
             if beyond:
                 raise fault(what, "must act on the sector itself", beyond)
@@ -181,7 +181,7 @@ class TunedDisk(Problem):
     def _force(self, force: Force, sector: int) -> Force:
         turn = np.exp(-2j * np.pi * self.engine_order * (sector - 1) / self.sectors)
         amplitudes = {h: amplitude * turn**h for h, amplitude in force.amplitudes.items()}
-        return replace(force, at=self._named(force.direction, sector), amplitude=amplitudes)
+        return replace(force, direction=self._named(force.coefficients, sector), amplitude=amplitudes)
 
     def _output(self, output: str | Output, sector: int) -> Output:
         given = Output.of(output)

@@ -19,15 +19,15 @@ DERIVATIVES: dict[Motion, int] = {"acceleration": 0, "velocity": 1, "displacemen
 
 @dataclass(frozen=True)
 class Force:
-    """p(t) = static + Re Σ_h amplitude_h ω^k exp(i h ω t) along `at`, k = omega_power, ω in rad/s.
+    """p(t) = static + Re Σ_h amplitude_h ω^k exp(i h ω t) along `direction`, k = omega_power, ω in rad/s.
 
-    at: "NODE.DIRECTION", or coefficients {"NODE.DIRECTION": c} for an inclined direction; amplitude [N]: of the first
+    direction: "NODE.DIRECTION", or coefficients {"NODE.DIRECTION": c} for an inclined direction; amplitude [N]: of the first
     harmonic, or {harmonic: amplitude}. A real amplitude F is F cos ωt; −i F is F sin ωt. Force levels multiply the harmonic
     part and leave the static one.
     omega_power: 0 for a given force; 2 for an unbalance, whose amplitude then is m e in kg m. Several forces make a polynomial.
     """
 
-    at: str | Mapping[str, float]
+    direction: str | Mapping[str, float]
     amplitude: Amplitudes = 0.0
     static: float = 0.0
     name: str = ""
@@ -36,8 +36,8 @@ class Force:
     def __post_init__(self) -> None:
         what = type(self).__name__
         finite(f"{what}.static", self.static)
-        if not isinstance(self.at, str | Mapping):
-            raise fault(f"{what}.at", 'must be "NODE.DIRECTION" or {"NODE.DIRECTION": coefficient}', self.at)
+        if not isinstance(self.direction, str | Mapping):
+            raise fault(f"{what}.direction", 'must be "NODE.DIRECTION" or {"NODE.DIRECTION": coefficient}', self.direction)
         if self.omega_power not in range(HIGHEST_POWER + 1):
             raise fault(f"{what}.omega_power", f"must be a whole number from 0 to {HIGHEST_POWER}", self.omega_power)
         object.__setattr__(self, "omega_power", int(self.omega_power))
@@ -48,9 +48,9 @@ class Force:
                 positive(f"Size of {what}.amplitude of harmonic {harmonic}", abs(amplitude))
 
     @property
-    def direction(self) -> Mapping[str, float]:
+    def coefficients(self) -> Mapping[str, float]:
         """The direction as coefficients of degrees of freedom."""
-        return {self.at: 1.0} if isinstance(self.at, str) else self.at
+        return {self.direction: 1.0} if isinstance(self.direction, str) else self.direction
 
     @property
     def amplitudes(self) -> dict[int, complex]:
@@ -82,10 +82,10 @@ def _complex(what: str, value: Any) -> complex:
 class BaseMotion(Force):
     """A moving base: all that is grounded, contacts and springs, moves by x_b along a direction, and is at rest in the equations.
 
-    at: how each degree of freedom moves when the base moves by 1 m as a rigid whole, {"1.x": 1, "2.x": 1}; amplitude: of its
+    direction: how each degree of freedom moves when the base moves by 1 m as a whole, {"1.x": 1, "2.x": 1}; amplitude: of its
     acceleration ẍ_b [m/s²], or `of` its "velocity" [m/s] or "displacement" [m]: A_h = (i h ω)^k amplitude_h, k = 0, 1, 2; static:
     a constant acceleration, m/s². The degrees of freedom then are motions relative to the base, and the load is −M r ẍ_b, r the
-    row of `at`. `ForcedResponse.absolute` adds the motion of the base.
+    row of `direction`. `ForcedResponse.absolute` adds the motion of the base.
     """
 
     of: Motion = field(default="acceleration", kw_only=True)

@@ -13,6 +13,8 @@ class Outcome(IntEnum):
     NOT_CONVERGED = 2
     NO_STATIC_EQUILIBRIUM = 3
     BODY_HELD_BY_NOTHING = 4
+    MOST_STARTS_UNSOLVED = 5
+    NO_PEAK = 6
 
     @property
     def sentence(self) -> str:
@@ -33,4 +35,9 @@ _SENTENCES = {
         "A body is held by nothing in some direction at harmonic 0: only friction of prescribed or saturated size acts "
         "there. Add a stiffness to ground, or use slider offsets."
     ),
+    Outcome.MOST_STARTS_UNSOLVED: (
+        "Most start states have no solution, so the extremes of the others bound nothing. Use slider offsets, or a rule for each "
+        'tangential direction: ratios in the plane of a damper, "virgin" or slider offsets along its axis.'
+    ),
+    Outcome.NO_PEAK: "No peak was found: the response is largest at an end of the band, or the curve broke off.",
 }

@@ -81,7 +81,7 @@ class Problem:
 
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""
-        _ = (self.B, self.output_rows, [self.structure.row(force.direction) for force in self.forces], self.mean_stiffness)
+        _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
         self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 
     def _check_held(self) -> None:
@@ -274,7 +274,7 @@ class Problem:
 
     def _row_of_load(self, force: Force) -> Array:
         """The load per unit amplitude, (n,): the direction of a force, −M r of a moving base."""
-        row = self.structure.row(force.direction)
+        row = self.structure.row(force.coefficients)
         return -self.structure.M @ row if isinstance(force, BaseMotion) else row
 
     def frequencies(self, stuck: bool) -> Array:

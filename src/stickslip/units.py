@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import pi
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,9 +107,23 @@ def hertz(start: float, stop: float) -> Band:
     return Band(finite("start", start), finite("stop", stop))
 
 
-def radians_per_second(start: float, stop: float) -> Band:
-    """The band from `start` to `stop`, both in rad/s."""
-    return Band(finite("start", start) / (2.0 * pi), finite("stop", stop) / (2.0 * pi))
+@overload
+def radians_per_second(start: float, stop: float) -> Band: ...
+@overload
+def radians_per_second(start: float) -> float: ...
+@overload
+def radians_per_second(start: Iterable[float]) -> list[float]: ...
+def radians_per_second(start: Any, stop: float | None = None) -> Band | float | list[float]:
+    """What is stated in rad/s, for every argument that takes Hz: a band by two numbers, a frequency by one, a list by a list.
+
+    >>> radians_per_second(3.141592653589793)
+    0.5
+    """
+    if stop is not None:
+        return Band(finite("start", start) / (2.0 * pi), finite("stop", stop) / (2.0 * pi))
+    if isinstance(start, Iterable) and not isinstance(start, str):
+        return [finite("A frequency", frequency) / (2.0 * pi) for frequency in start]
+    return finite("The frequency", start) / (2.0 * pi)
 
 
 def in_order(frequencies: Any) -> list[float]:

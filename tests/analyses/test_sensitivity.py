@@ -259,3 +259,54 @@ def test_another_damping_or_load_than_the_problem_has_is_refused(name):
 
     with pytest.raises(ss.InputError, match="must make the problem itself of its value"):
         ss.sensitivity(made(), 0.2, {name: ss.Parameter(0.3, lambda value: made(**{name: value}))})
+
+
+@pytest.mark.parametrize("name", MASSES)
+@pytest.mark.parametrize("value", [0.0, 1e-12, -1e-15])
+def test_a_parameter_near_zero_that_adds_to_something(name, value):
+    """θ added to each argument: a relative step of θ is lost in rounding; the slope is that of the argument."""
+    added = ss.Parameter(value, lambda theta: changed(masses, MASSES, name, MASSES[name] + theta))
+    own = ss.Parameter(MASSES[name], partial(changed, masses, MASSES, name))
+    where = (frequency_of("masses"), {"added": added, "own": own}, 1.0)
+    found = ss.sensitivity(masses(**MASSES), *where, harmonics=5, samples=128).by_parameter
+    scale = np.abs(found["own"]).max()
+    np.testing.assert_allclose(found["added"], found["own"], atol=1e-5 * scale, err_msg=name)
+
+
+@pytest.mark.parametrize("value", [1e-14, -1e-25])
+def test_a_stiffness_near_zero_by_itself(value):
+    """The slope by a vanishing cubic stiffness is that by a small one: ∂X/∂k3 of a linear mass."""
+    slopes = [
+        ss.sensitivity(duffing(**(DUFFING | {"k3": k3})), 0.1, {"k3": ss.Parameter(k3, partial(changed, duffing, DUFFING, "k3"))})
+        for k3 in (value, 1e-7)
+    ]
+    vanishing, small = (slope.by_parameter["k3"] for slope in slopes)
+    np.testing.assert_allclose(vanishing, small, atol=1e-5 * np.abs(small).max())
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-15])
+def test_a_gap_near_zero(gap):
+    """A stop that touches at rest, against differences of solved responses."""
+
+    def touching(gap):
+        structure = ss.Structure([[1.0]], [[1.0]], ("1.x",), C=[[0.1]])
+        stop = ss.Contact("stop", ss.Gap(1.0, gap), normal=ss.between("1.x", "ground"))
+        return ss.Problem(structure, (stop,), (ss.Force("1.x", 1e-5),), ("1.x",))
+
+    found = ss.sensitivity(touching(gap), 0.17, {"gap": ss.Parameter(gap, touching)}).by_parameter["gap"]
+    ends = [motion(ss.forced_response(touching(end), [0.17], harmonics=5, samples=256)) for end in (1e-9, -1e-9)]
+    expected = (ends[0] - ends[1]) / 2e-9
+    np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
+
+
+def test_a_parameter_that_stands_for_itself_keeps_its_relative_step():
+    """A light damper mass is not near zero: what is beside it must stay close to it."""
+    asked: list[float] = []
+
+    def light(mass):
+        asked.append(mass)
+        structure = ss.Structure(np.diag([1.0, mass]), [[2e6, -1e6], [-1e6, 1e6]], ("1.x", "2.x"), C=1.0 * np.eye(2))
+        return ss.Problem(structure, (), (ss.Force("1.x", 1.0),), ("1.x",))
+
+    ss.sensitivity(light(1e-3), 150.0, {"mass": ss.Parameter(1e-3, light)})
+    assert max(abs(mass / 1e-3 - 1.0) for mass in asked) < 2e-3

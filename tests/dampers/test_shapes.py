@@ -45,7 +45,7 @@ def test_frames_are_orthonormal_and_normals_push_down_against_the_pull(shape, si
         np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-14)
         assert frame[2] @ np.asarray(damper.pull) < 0.0
     np.testing.assert_allclose([f.static for f in damper.forces()], [45.0])
-    assert [f.at for f in damper.forces()] == ["d/centre.y"]
+    assert [f.direction for f in damper.forces()] == ["d/centre.y"]
 
 
 @pytest.mark.parametrize(("shape", "side"), CASES)

@@ -151,7 +151,7 @@ mu = 1.0
 normal_load = 1.0
 start = { slider_offset = [0.1] }
 [[force]]
-at = "b.x"
+direction = "b.x"
 amplitude = [1.0, 2.0]
 [sweep]
 frequency = [10.0, 30.0]

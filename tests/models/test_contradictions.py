@@ -104,7 +104,7 @@ own_damping = OWN
 [damping]
 modal = 0.01
 [[force]]
-at = "1.x"
+direction = "1.x"
 amplitude = 1.0
 [sweep]
 frequency = [10.0, 30.0]

@@ -149,7 +149,7 @@ def test_a_study_with_cubic_spring_dashpot_and_base(tmp_path):
 
 def test_a_study_with_an_unbalance_and_a_given_displacement(tmp_path):
     text = STUDY.replace("acceleration = [0.0, -9810.0]", "displacement = 2.0")
-    problem = job(text + "[[force]]\nat = '1.x'\namplitude = 3.0\nomega_power = 2\n", tmp_path, "study").sweep.problem
+    problem = job(text + "[[force]]\ndirection = '1.x'\namplitude = 3.0\nomega_power = 2\n", tmp_path, "study").sweep.problem
     np.testing.assert_allclose(problem.load(1, 1.0, 10.0)[0], [0.0, 0.002 * 100.0 + 3.0 * 100.0, 0.0])  # m ω² X + m e ω²
 
 

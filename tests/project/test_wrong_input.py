@@ -52,7 +52,7 @@ WRONG = [
     (lambda: structure(dofs=(1, 2)), "A name in dofs must be"),
     (lambda: ss.Force("1.x", "a"), "Force.amplitude must be a number, or {harmonic: number}, but is 'a'"),
     (lambda: ss.Force("1.x", {1.5: 1.0}), "Harmonic of Force.amplitude must be a whole number, but is 1.5"),
-    (lambda: ss.Force(3, 1.0), "Force.at must be"),
+    (lambda: ss.Force(3, 1.0), "Force.direction must be"),
     (lambda: contact(law=3), "Contact 'slider', law must be a Law, but is 3"),
     (lambda: contact(start=3), "Contact 'slider', start must be a SliderOffset, TractionRatio or MeanTraction, but is 3"),
     (lambda: contact(tangential="2.x"), "Contact 'slider', tangential must be a tuple or list"),
@@ -71,7 +71,7 @@ WRONG = [
     (lambda: respond(band="0.1"), "band must be a Band"),
     (lambda: respond(band=(0.1, 0.2)), "must not be a pair in round brackets, which could mean a band or two points"),
     (lambda: ss.hertz("x", 1.0), "start must be a number, but is 'x'"),
-    (lambda: ss.radians_per_second(1.0, None), "stop must be"),
+    (lambda: ss.radians_per_second(1.0, "x"), "stop must be"),
 ]
 
 

@@ -76,7 +76,7 @@ def test_chain_with_varying_load_is_the_benchmark():
     assert rig.load(1)[:, 0] == pytest.approx(
         np.where([d in {f"{i}.y" for i in range(11, 21)} for d in rig.structure.dofs], 2, 0)
     )
-    assert sorted(f.at for f in rig.forces) == sorted(["10.x", *(f"{i}.y" for i in range(11, 21))])
+    assert sorted(f.direction for f in rig.forces) == sorted(["10.x", *(f"{i}.y" for i in range(11, 21))])
 
 
 def test_chain_of_three_between_walls():

@@ -34,7 +34,7 @@ kt = 1.0
 mu = 1.0
 normal_load = 1.0
 [[force]]
-at = "1.x"
+direction = "1.x"
 amplitude = 1.0
 [sweep]
 frequency = [0.07957747154594767, 0.3183098861837907]  # 0.5 to 2 rad/s
@@ -216,7 +216,11 @@ def assert_refused(result, *said, code=console.WRONG_INPUT):
 
 
 def test_check_names_all_faults(one_mass):
-    text = ONE_MASS.replace("kt = 1.0", "kt = -1.0").replace('at = "1.x"', 'at = "2.x"').replace("harmonics", "harmonic")
+    text = (
+        ONE_MASS.replace("kt = 1.0", "kt = -1.0")
+        .replace('direction = "1.x"', 'direction = "2.x"')
+        .replace("harmonics", "harmonic")
+    )
     one_mass.write_text(text)
     assert_refused(
         stickslip_command("check", one_mass),

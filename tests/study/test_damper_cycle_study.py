@@ -102,6 +102,13 @@ def test_units_and_an_elastic_rig(tmp_path):
     assert plan.motion.harmonics[1, 2] == pytest.approx(30e-6)
 
 
+def test_the_frequency_of_the_motion_in_radians_per_second(tmp_path):
+    text = TEMPLATE.replace("[study]", 'units = { frequency = "rad/s" }\n\n[study]').replace("# method", "method")
+    (tmp_path / "study.toml").write_text(text.replace("# frequency = 5.0", "frequency = 31.4"))
+    (work,) = read(tmp_path / "study.toml").plan.works.values()
+    assert work.frequency == pytest.approx(31.4 / (2.0 * np.pi), rel=1e-15)
+
+
 def finished(study, out, *options):
     with pytest.raises(SystemExit) as end:
         main(["run", str(study), "--out", str(out), *options])

@@ -21,7 +21,7 @@ kt = 0.5
 mu = 1.0
 normal_load = 1.0
 [[force]]
-at = "2.x"
+direction = "2.x"
 amplitude = 1.0
 [sweep]
 frequency = [0.1, 0.3]
@@ -66,8 +66,9 @@ ONE_CHANGE = [
         "normal_load = 1.0\nstart = { slider_offset = [0, 1] }",
         "an entry per direction (1) or per element (1)",
     ),
-    ('at = "2.x"', 'at = "3.x"', "[[force]] 1: at: degree of freedom '3.x' does not exist"),
-    ('at = "2.x"', "", "[[force]] 1: at must be given"),
+    ('direction = "2.x"', 'direction = "3.x"', "[[force]] 1: direction: degree of freedom '3.x' does not exist"),
+    ('direction = "2.x"', "", "[[force]] 1: direction must be given"),
+    ('direction = "2.x"', 'at = "2.x"', "[[force]] 1: at is called direction now. Write direction instead."),
     ("amplitude = 1.0", "amplitude = [1.0, 2.0, 3.0]", "amplitude must have at most 2 entries"),
     ("amplitude = 1.0", "static = 1.0", "forces must hold a harmonic force, but is 'none'"),
     ("amplitude = 1.0", "amplitude = 1.0\nharmonic = 7", "harmonics must reach the load's harmonic 7, but is 5"),
@@ -113,7 +114,11 @@ ONE_CHANGE = [
     ("[study]", '[study]\ntitle = "a\\u0000b"', "title must hold no control characters, but is 'a\\x00b'"),
     ('"2.x"]\n[[', '"2.\\u0001x"]\n[[', "A name in dofs must hold no control characters"),
     ('outputs = ["2.x"]', 'outputs = ["2.x", "2.x"]', "Names of outputs must be unique, but '2.x' is given"),
-    ('at = "2.x"', 'at = "ground"', "[[force]] 1: at: must be a degree of freedom, which moves, but is 'ground'."),
+    (
+        'direction = "2.x"',
+        'direction = "ground"',
+        "[[force]] 1: direction: must be a degree of freedom, which moves, but is 'ground'.",
+    ),
     ("[study]", "[study", "must be valid TOML, but is not"),
     ("[study]", "study = 3\n[studies]", "[study]: The table must be a table, but is 3"),
 ]

@@ -44,7 +44,7 @@ def test_chain_of_twenty_masses_with_constant_loads(tmp_path):
     K = chain_stiffness(20)
     contacts = [slider(f"{i}.x", "ground", 0.5) for i in range(11, 21)]
     band = f"frequency = [{0.2 / (2 * np.pi)!r}, {0.27 / (2 * np.pi)!r}]\nharmonics = 7\nsamples = 256\noutputs = ['10.x']"
-    found = run(tmp_path, study(dofs, contacts, 'at = "10.x"\namplitude = 1.0', band), M=np.eye(20), K=K, C=0.01 * K)
+    found = run(tmp_path, study(dofs, contacts, 'direction = "10.x"\namplitude = 1.0', band), M=np.eye(20), K=K, C=0.01 * K)
     assert float(found.peak_amplitude[0, 0, 0]) == pytest.approx(9.620, rel=1e-3)
     assert float(found.highest_max_abs[0, 0]) == pytest.approx(9.589, rel=1e-3)
     assert 2 * np.pi * float(found.peak_frequency[0, 0, 0]) == pytest.approx(0.2419, rel=1e-3)
@@ -61,9 +61,9 @@ def test_chain_of_twenty_masses_with_varying_loads(tmp_path):
         "kt = 0.5\nkn = 1.0\nmu = 0.5\npreload = 2.0\nbalanced = true\n"
         for i in range(11, 21)
     ]
-    pressing = "\n".join(f'[[force]]\nat = "{i}.y"\namplitude = 1.0' for i in range(11, 21))
+    pressing = "\n".join(f'[[force]]\ndirection = "{i}.y"\namplitude = 1.0' for i in range(11, 21))
     band = f"frequency = [{0.18 / (2 * np.pi)!r}, {0.3 / (2 * np.pi)!r}]\nharmonics = 7\nsamples = 256\noutputs = ['10.x']"
-    text = study(dofs, contacts, f'at = "10.x"\namplitude = 1.0\n{pressing}', band)
+    text = study(dofs, contacts, f'direction = "10.x"\namplitude = 1.0\n{pressing}', band)
     found = run(tmp_path, text, M=np.eye(40), K=K, C=0.01 * K)
     assert float(found.peak_amplitude[0, 0, 0]) == pytest.approx(8.950, rel=1e-3)
     assert 2 * np.pi * float(found.peak_frequency[0, 0, 0]) == pytest.approx(0.2515, rel=1e-3)
@@ -75,7 +75,7 @@ def test_one_mass_follows_the_curve_of_another_code(tmp_path, force):
     curve = np.loadtxt(DATA / f"nlvib_sdof_jenkins_F{force}.csv", delimiter=",", skiprows=1)
     at = ", ".join(repr(float(omega / (2 * np.pi))) for omega in curve[:, 0])
     sweep = f"at = [{at}]\nharmonics = 11\nsamples = 1024\noutputs = ['1.x']"
-    text = study(["1.x"], [slider("1.x", "ground", 0.5)], f'at = "1.x"\namplitude = {force}', sweep)
+    text = study(["1.x"], [slider("1.x", "ground", 0.5)], f'direction = "1.x"\namplitude = {force}', sweep)
     one = np.eye(1)
     found = run(tmp_path, text, M=one, K=one, C=0.02 * one)
     order = np.argsort(curve[:, 0])
@@ -90,7 +90,7 @@ def test_three_masses_follow_the_curve_of_another_code(tmp_path):
     K = chain_stiffness(3, last=1.0)
     found = run(
         tmp_path,
-        study(["1.x", "2.x", "3.x"], contacts, 'at = "2.x"\namplitude = 1.0', sweep),
+        study(["1.x", "2.x", "3.x"], contacts, 'direction = "2.x"\namplitude = 1.0', sweep),
         M=np.eye(3),
         K=K,
         C=0.02 * K,
@@ -103,7 +103,7 @@ def test_three_masses_follow_the_curve_of_another_code(tmp_path):
 def test_the_number_of_harmonics_may_be_chosen(tmp_path):
     sweep = "frequency = [0.15, 0.2]\nforce_levels = [1.0]\nharmonics = 'auto'\ntolerance = 1e-2\noutputs = ['1.x']"
     one = np.eye(1)
-    text = study(["1.x"], [slider("1.x", "ground", 1.0)], 'at = "1.x"\namplitude = 1.0', sweep)
+    text = study(["1.x"], [slider("1.x", "ground", 1.0)], 'direction = "1.x"\namplitude = 1.0', sweep)
     found = run(tmp_path, text, M=one, K=one, C=0.02 * one)
     assert found.attrs["harmonics"] == 3
     assert float(found.peak_amplitude[0, 0, 0]) == pytest.approx(3.537416372, rel=3e-3)

@@ -20,7 +20,7 @@ dofs = ["1.x", "1.y", "2.x", "2.rz"]
 """
 TAIL = """
 [[force]]
-at = "1.x"
+direction = "1.x"
 amplitude = [1.0, -2.0]
 static = 3.0
 [sweep]
@@ -116,6 +116,14 @@ normal_load = 3.0
 mu = 0.5
 start = {start}
 """
+IWAN = """
+[[contact]]
+law = "iwan"
+between = ["1.x", "ground"]
+kt = 6.0
+mu = 0.5
+normal_load = 3.0
+"""
 ONE, TWO = '["1.x", "ground"]', '[["1.x", "ground"], ["1.y", "ground"]]'
 
 
@@ -181,6 +189,21 @@ def test_units_one_by_one(folder):
     assert problem.structure.M[0, 0] == pytest.approx(1e-3)
     assert problem.contacts[0].law.kn == pytest.approx(1e9)
     assert problem.load(1)[0].tolist() == pytest.approx([3e3, 1e3, 2e3])
+
+
+def test_frequencies_in_radians_per_second(folder):
+    """Bands, lists, with matrices and with a ready rig; the same as in Hz."""
+    units = 'units = { frequency = "rad/s" }'
+    assert made(folder, head=units + HEAD).sweep.frequencies == pytest.approx((0.1 / (2 * np.pi), 0.2 / (2 * np.pi)), rel=1e-15)
+    band = made(folder, head=units + HEAD, tail=TAIL.replace("at = [0.1, 0.2]", "frequency = [2, 1]")).sweep.frequencies
+    assert (band.start, band.stop) == pytest.approx((1.0 / np.pi, 0.5 / np.pi), rel=1e-15)
+    rig = '[structure]\nrig = "single_mass"\n[sweep]\nfrequency = [0.5, 2.0]\n'
+    band = made(folder, head=units + HEAD, structure=rig, contacts="", tail="").sweep.frequencies
+    assert (band.start, band.stop) == pytest.approx((0.25 / np.pi, 1.0 / np.pi), rel=1e-15)
+    with pytest.raises(InputError, match="units must go with matrices, but stands beside a rig"):
+        made(folder, head='units = { frequency = "rad/s", length = "mm" }' + HEAD, structure=rig, contacts="", tail="")
+    with pytest.raises(InputError, match="frequency must be"):
+        made(folder, head='units = { frequency = "1/s" }' + HEAD)
 
 
 @pytest.mark.parametrize(("damping", "expected"), [("modal = 0.01", 0.01), ("modal = [0.01, 0.02]\non = 'free'", (0.01, 0.02))])
@@ -261,3 +284,40 @@ def test_matlab_files_of_another_kind(folder):
 def test_a_mark_at_the_start_of_the_file_is_no_fault(folder):
     (folder / "study.toml").write_text(HEAD + FOUR + SPRING + TAIL, encoding="utf-8-sig")
     assert read(folder / "study.toml").title == "A title"
+
+
+@pytest.mark.parametrize(
+    ("keys", "spectrum", "count"),
+    [
+        ("", ss.Hertz(), 20),
+        ('spectrum = "parabolic"\nedge = 0.3\ncount = 8\n', ss.Parabolic(0.3), 8),
+        ('spectrum = "four_parameter"\nchi = -0.2\n', ss.FourParameter(chi=-0.2), 20),
+    ],
+)
+def test_iwan_has_the_names_of_python(folder, keys, spectrum, count):
+    law = made(folder, IWAN + keys).sweep.problem.contacts[0].law
+    assert law == ss.Iwan(6.0, 0.5, normal_load=3.0, spectrum=spectrum, count=count)
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ('pressure = "hertz"', "pressure is called spectrum now. Write spectrum instead."),
+        ("elements = 8", "elements is called count now. Write count instead."),
+        ("edge = 0.3", "edge must go with another spectrum, but is 'hertz'"),
+    ],
+)
+def test_older_names_are_refused_with_those_of_today(folder, key, message):
+    with pytest.raises(InputError) as raised:
+        made(folder, IWAN + key + "\n")
+    assert message in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_force_has_a_direction_as_outputs_have(folder):
+    found = made(folder, tail=TAIL.replace('direction = "1.x"', 'direction = { "1.x" = 0.6, "1.y" = 0.8 }')).sweep.problem
+    assert found.forces[0] == ss.Force({"1.x": 0.6, "1.y": 0.8}, {1: 1.0 - 2.0j}, 3.0)
+    assert ss.Force(direction="1.x").coefficients == {"1.x": 1.0}
+    assert found.forces[0].coefficients == {"1.x": 0.6, "1.y": 0.8}
+    with pytest.raises(InputError, match=r"^\[\[force\]\] 1: at is called direction now. Write direction instead.$"):
+        made(folder, tail=TAIL.replace('direction = "1.x"', 'at = "1.x"'))

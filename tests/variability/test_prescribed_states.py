@@ -10,10 +10,15 @@ from stickslip.checks import InputError
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset, TractionRatio
+from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Force
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.rigs import single_blade, three_mass_wedge
+from stickslip.solve.extremes import AtFrequency
+from stickslip.solve.start_solutions import UnsolvedError
+from stickslip.solve.start_states import explored_space
 from stickslip.structure.matrices import Structure
 from stickslip.units import hertz
 
@@ -32,9 +37,80 @@ def test_a_ratio_in_the_axial_direction_leaves_the_damper_held_by_nothing(blade)
 
 def test_bounds_say_it_too(blade):
     found = response_bounds(blade, [480.0], 1.0, rule="traction_ratio", cloud=2, starts=1).dataset
-    assert set(found.outcome.values.ravel()) <= {Outcome.BODY_HELD_BY_NOTHING, Outcome.NO_STATIC_EQUILIBRIUM}
+    assert set(found.outcome.values.ravel()) == {Outcome.MOST_STARTS_UNSOLVED}
+    assert int(found.unsolved_outcome[0, 0]) in {Outcome.BODY_HELD_BY_NOTHING, Outcome.NO_STATIC_EQUILIBRIUM}
     assert np.all(np.isnan(found.amplitude.values))
     assert int(found.unsolved[0, 0]) == 3
+    assert float(found.unsolved_share[0, 0]) == 1.0
+
+
+def test_a_rule_for_each_direction_holds_the_damper(blade):
+    """Ratios in the plane and virgin sliders along the axis: each sample is what a problem that starts there gives."""
+    where, rules = [480.0, 540.0], ("traction_ratio", "virgin")
+    found = response_samples(blade, where, 20.0, np.array([[0.0], [-0.3]]), rule=rules, share="all").dataset
+    assert np.all(found.case_outcome == Outcome.CONVERGED)
+    assert found.attrs["rule"] == "traction_ratio, virgin"
+    set_there = blade.with_contacts(lambda contact: contact.with_start((TractionRatio(-0.3), SliderOffset(0.0))))
+    expected = forced_response(set_there, where, 20.0).dataset
+    np.testing.assert_allclose(found.amplitude.values[1], expected.amplitude.values[0], rtol=1e-6)
+    assert np.all(np.abs(found.amplitude.values[1, :, 0] / found.amplitude.values[0, :, 0] - 1.0) > 1e-2)
+
+
+@pytest.mark.parametrize(("share", "count"), [("element", 40 + 40), ("direction", 16 + 16), ("contact", 16 + 16), ("all", 2)])
+def test_directions_with_rules_of_their_own_share_no_variable(blade, share, count):
+    balance = HarmonicBalance(blade, 1, 16)
+    mixed = explored_space(balance, [2.0 * np.pi * 480.0], 1.0, ("traction_ratio", "slider_offset"), share)
+    assert mixed.size == count
+    ratio = mixed.kind == TractionRatio.code
+    assert np.all(mixed.scale[ratio] == 1.0)
+    assert np.all((mixed.scale[~ratio] > 0.0) & (mixed.scale[~ratio] < 1e-3))
+    assert not set(mixed.group[ratio]) & set(mixed.group[~ratio])
+    plane = explored_space(balance, [2.0 * np.pi * 480.0], 1.0, ("traction_ratio", "virgin"), share)
+    assert plane.size == count // 2
+    np.testing.assert_array_equal(plane.values(np.ones(plane.size)), np.where(ratio, 1.0, 0.0))
+
+
+@pytest.mark.parametrize("rule", [("virgin", "virgin"), "virgin"])
+def test_some_start_state_must_vary(rule):
+    with pytest.raises(InputError, match="rule must vary some start state"):
+        response_samples(three_mass_wedge(), [222.0], rule=rule)
+
+
+def test_bounds_over_few_of_the_start_states_are_none(monkeypatch):
+    """Where most start states have no solution, what the others bound is not reported."""
+
+    def sample(self, variables):
+        if np.max(np.abs(variables)) > 0.3:
+            raise UnsolvedError(Outcome.NO_STATIC_EQUILIBRIUM)
+        return self.point(variables)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(AtFrequency, "sample", sample)
+        found = response_bounds(three_mass_wedge(), [222.0], cloud=8, starts=1).dataset
+    assert 0.5 < float(found.unsolved_share[0, 0]) < 1.0
+    assert float(found.unsolved_share[0, 0]) == np.mean(np.isnan(found.sampled_amplitude.values))
+    assert set(found.outcome.values.ravel()) == {Outcome.MOST_STARTS_UNSOLVED}
+    assert np.all(np.isnan(found.amplitude.values))
+    (sentence,) = bounds_failures(found)
+    assert "force 1: no bounds at 1 of 1 frequency. Most start states have no solution" in sentence
+    assert "no static equilibrium" in sentence
+    assert f"{int(found.unsolved[0, 0])} of 9 sampled start states" in sentence
+
+
+def test_a_few_start_states_without_solution_are_a_warning(monkeypatch):
+    def sample(self, variables):
+        if np.all(variables == 1.0):
+            raise UnsolvedError(Outcome.NO_STATIC_EQUILIBRIUM)
+        return self.point(variables)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(AtFrequency, "sample", sample)
+        found = response_bounds(three_mass_wedge(), [222.0], cloud=8, starts=1).dataset
+    assert int(found.unsolved[0, 0]) == 1
+    assert set(found.outcome.values.ravel()) == {Outcome.CONVERGED}
+    assert bounds_failures(found) == []
+    (sentence,) = bounds_warnings(found)
+    assert "1 of 9 sampled start states (11 %) have no solution, at 222.00 Hz" in sentence
 
 
 def test_a_ratio_without_equilibrium_is_said():
@@ -91,5 +167,7 @@ def test_friction_discs_are_sampled(rule):
 def test_friction_discs_are_not_searched():
     with pytest.raises(InputError, match="derivative by its start state"):
         response_bounds(discs(), [0.1])
+    with pytest.raises(InputError, match="the same in both directions"):
+        response_samples(discs(), [0.1], 1.0, 3, rule=("slider_offset", "traction_ratio"))
     with pytest.raises(InputError, match="slider_offset or traction_ratio"):
         response_samples(discs(), [0.1], 1.0, 3, rule="mean_traction")

@@ -10,8 +10,11 @@ from stickslip.analyses.variability.bounds_dataset import attached, detached, ha
 from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.checks import Faults
 from stickslip.cli import main
+from stickslip.outcome import Outcome
 from stickslip.results import open_results, save
 from stickslip.rigs import three_mass_wedge
+from stickslip.solve.extremes import AtFrequency
+from stickslip.solve.start_solutions import UnsolvedError
 from stickslip.study import read
 
 
@@ -42,6 +45,35 @@ def test_bounds_come_with_results_report_and_figures(tmp_path):
     np.testing.assert_allclose(table["frequency [Hz]"], [215.0, 218.5, 222.0])
     np.testing.assert_allclose(table[["lower amplitude [m]", "upper amplitude [m]"]].values.T, [low, high], rtol=1e-12)
     assert run(["report", out]) == 0
+
+
+def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch, capsys):
+    """Exit code 3, a sentence on the error stream and in the report, and no numbers."""
+
+    def sample(self, variables):
+        if np.any(variables != 0.0):
+            raise UnsolvedError(Outcome.BODY_HELD_BY_NOTHING)
+        return self.point(variables)
+
+    monkeypatch.setattr(AtFrequency, "sample", sample)
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    run(["new", "bounds", study])
+    text = (
+        study.read_text().replace("points = 25", "points = 2").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 4")
+    )
+    study.write_text(text.replace('rule = "slider_offset"', 'rule = ["traction_ratio", "virgin"]'))
+    capsys.readouterr()
+    assert run(["run", study, "--out", out, "--workers", 1]) == 3
+    told = capsys.readouterr()
+    assert "force 1        none found" in told.out
+    assert "no bounds at 2 of 2 frequencies. Most start states have no solution" in told.err
+    assert "4 of 5 sampled start states (80 %) have no solution" in told.err
+    page = (out / "report.html").read_text()
+    assert "4 of 5 sampled start states (80 %) have no solution" in page
+    assert "Every point converged" not in page
+    dataset = open_results(out / "results.nc")
+    np.testing.assert_allclose(dataset["bounds_unsolved_share"], 0.8)
+    assert np.all(np.isnan(dataset["bounds_amplitude"]))
 
 
 def test_samples_come_as_cases_with_percentiles(tmp_path):

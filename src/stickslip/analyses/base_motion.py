@@ -19,7 +19,7 @@ def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     omega, level = 2.0 * np.pi * dataset["frequency"].values, dataset["force_level"].values[:, None]
     values = found["response"].values
     for base in (force for force in problem.forces if isinstance(force, BaseMotion)):
-        along = problem.output_rows @ problem.structure.row(base.direction)
+        along = problem.output_rows @ problem.structure.row(base.coefficients)
         for harmonic, factor in base.factors.items():
             acceleration = level * factor * omega**base.power
             moved = (-acceleration / (harmonic * omega) ** 2)[..., None] * along

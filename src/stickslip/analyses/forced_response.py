@@ -23,6 +23,7 @@ from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensiti
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
+from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
@@ -246,6 +247,9 @@ class ForcedResponseWork:
         if not self.exactly:
             curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
+        errors = truncation_errors(self.balance, curve)
+        warning = truncation_warning(self.harmonics, self.problem.output_names, errors)
+        arrays |= {"truncation_error": errors, "case_message": np.array(f"{curve.message} {warning}".strip())}
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def gathered(self, curves: Sequence[Arrays]) -> ForcedResponse:
@@ -257,6 +261,8 @@ class ForcedResponseWork:
         ends = (low, high) if low < high else _around(low)
         with threadpool_limits(1, user_api="blas"):
             dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs), self.problem)
+        errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
+        dataset["truncation_error"] = ("case", "output"), np.array(errors), TRUNCATION_ERROR
         return ForcedResponse(dataset, self.problem)
 
 

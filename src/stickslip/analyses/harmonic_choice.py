@@ -12,12 +12,9 @@ from stickslip.checks import InputError, between, fault, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.left_out import LeftOut, left_out, resolved
+from stickslip.solve.left_out import LeftOut, enough_beyond, left_out, resolved
 
 FIRST, MOST = 3, 63
-MARGIN = 16
-"""Harmonics beyond H whose left-out share is looked at, at least; twice H if that is more."""
-
 SAMPLES_PER_HARMONIC = 8
 MOVES = 1e-6
 """Amplitude of an output, relative to the largest, below which its peaks choose nothing."""
@@ -109,7 +106,7 @@ def _raised(
     reason = "no left-out harmonic matters"
     while True:
         H = balance.harmonics
-        beyond = max(2 * H, H + MARGIN)
+        beyond = enough_beyond(H)
         finer = HarmonicBalance(problem, beyond, max(samples, SAMPLES_PER_HARMONIC * beyond))
         estimate = left_out(balance, finer, evaluation)
         Nt = max(samples, SAMPLES_PER_HARMONIC * H)

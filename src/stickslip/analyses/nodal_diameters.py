@@ -85,7 +85,7 @@ def _static_normal_load(disk: TunedDisk) -> dict[str, float]:
     normals = [contact.normal for contact in disk.contacts]
     if len(pulls) != 1 or not normals or any(normal is None for normal in normals):
         return {}
-    along = sum(n.get(dof, 0.0) * c for n in normals if n is not None for dof, c in pulls[0].direction.items())
+    along = sum(n.get(dof, 0.0) * c for n in normals if n is not None for dof, c in pulls[0].coefficients.items())
     return {"static_normal_load": float(0.5 * pulls[0].static * len(normals) / along)} if along > 0.0 else {}
 
 

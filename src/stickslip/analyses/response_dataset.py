@@ -70,7 +70,7 @@ def levels_are_newtons(problem: Problem) -> bool:
     if len(harmonic) != 1 or isinstance(harmonic[0], BaseMotion) or harmonic[0].power:
         return False
     sizes = [abs(amplitude) for amplitude in harmonic[0].amplitudes.values() if amplitude]
-    along = [abs(coefficient) for coefficient in harmonic[0].direction.values() if coefficient]
+    along = [abs(coefficient) for coefficient in harmonic[0].coefficients.values() if coefficient]
     return len(sizes) == len(along) == 1 and abs(sizes[0] * along[0] - 1.0) < 1e-12
 
 

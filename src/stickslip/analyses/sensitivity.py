@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -26,12 +27,22 @@ if TYPE_CHECKING:
 
 RELATIVE_STEP = 1e-5
 
+SCALED_STEP = 1e-7
+"""The shortest step, as a share of what would change the problem as a whole: beside it rounding (1e-16) eats nothing."""
+
+SEEN = 1e-12
+"""A relative change of an entry that is not rounding."""
+
+WIDER = 1e5
+"""By how much a trial step grows that no entry of the problem shows."""
+
 
 @dataclass(frozen=True)
 class Parameter:
     """A parameter of a problem: its value, and the problem it makes of another value.
 
-    The derivative is taken by differences of the equations over values beside it, a part in 1e5 away, which `problem` must take.
+    The derivative is taken by differences of the equations over values beside it, which `problem` must take: a part in 1e5 away,
+    or further where the value is near zero for what it acts on (a gap of 0, a mass of 1e-12 kg beside one of 1 kg).
     `single_blade`, say, takes any preload mass once its six contact parameters are given.
     """
 
@@ -128,8 +139,8 @@ def _slopes(balance: HarmonicBalance, evaluation: Evaluation, parameters: Mappin
     factors = solved_factors(balance, evaluation)
     by_parameter = {}
     for name, parameter in parameters.items():
-        step = RELATIVE_STEP * (abs(parameter.value) or 1.0)
         beside = partial(_beside, name, parameter)
+        step = _step(parameter, balance, evaluation)
         forces, motion = parameter_slopes(beside, parameter.value, balance, evaluation.point, step)
         change = respond(balance, evaluation, factors, forces[None], motion[None])
         by_parameter[name] = complex_harmonics(change.motion[0, balance.rows :])
@@ -137,6 +148,58 @@ def _slopes(balance: HarmonicBalance, evaluation: Evaluation, parameters: Mappin
     by_start = respond(balance, evaluation, factors, slopes).motion[:, balance.rows :]
     response, frequency = complex_harmonics(evaluation.w[balance.rows :]), evaluation.point.omega / (2.0 * np.pi)
     return Sensitivity(frequency, response, by_parameter, elements, complex_harmonics(by_start))
+
+
+def _step(parameter: Parameter, balance: HarmonicBalance, evaluation: Evaluation) -> float:
+    """The step of the differences: relative to the value, and not below what rounding leaves of it."""
+    own = RELATIVE_STEP * abs(parameter.value)
+    trial = own or RELATIVE_STEP
+    problem, least = parameter.problem(parameter.value), 0.0
+    with suppress(InputError):
+        for _ in range(4):
+            reach = _reach(problem, parameter.problem(parameter.value + trial), evaluation)
+            if np.isfinite(reach):
+                least = SCALED_STEP * reach * trial
+                parameter.problem(parameter.value + least), parameter.problem(parameter.value - least)
+                return max(own, least)
+            trial *= WIDER
+    return own or RELATIVE_STEP
+
+
+def _reach(problem: Problem, other: Problem, evaluation: Evaluation) -> float:
+    """How many times the change from a problem to another would matter wholly to it; infinite where rounding hides the change."""
+    reach = np.inf
+    for before, after, scale in zip(_arrays(problem), _arrays(other), _scales(problem, evaluation), strict=True):
+        change = np.abs(after - before)
+        seen = change > SEEN * np.maximum(np.abs(before), np.abs(after))
+        reach = min(reach, float(np.min((np.broadcast_to(scale, change.shape)[seen] / change[seen]), initial=np.inf)))
+    return reach
+
+
+def _scales(problem: Problem, evaluation: Evaluation) -> tuple[Array, ...]:
+    """What a whole change of each of `_arrays` is: of matrices the stiffness, damping and inertia of their rows together, of
+    contacts and loads what balances the forces and the motion of the solution.
+    """
+    omega, powers, table = evaluation.point.omega, _arrays(problem)[7], evaluation.table
+    loads = omega ** np.arange(len(powers))[:, None, None] * np.abs(evaluation.point.level * powers)
+    forces = (evaluation.point.forces - evaluation.residual, problem.static_load, loads)
+    force = max(1e-300, *(float(np.abs(each).max(initial=0.0)) for each in forces))
+    width = max(1e-300, float(np.abs(evaluation.w).max(initial=0.0)))
+    diagonal = np.abs(problem.stuck_stiffness + problem.mean_stiffness).diagonal() + omega * np.abs(problem.C).diagonal()
+    rows = np.sqrt(np.abs(np.outer(*2 * [diagonal + omega**2 * problem.structure.M.diagonal()])))
+    linear = (rows / omega**2, rows, rows, rows / omega, np.ones(1), np.ones(1))
+    start = np.choose(table.start_kind, [np.full_like(table.start_value, size) for size in (width, 1.0, force)])
+    contacts = {
+        "normal_stiffness": np.maximum(table.normal_stiffness, force / width),
+        "normal_constant": np.full(1, force),
+        "stiffness": np.maximum(table.stiffness, force / width),
+        "friction": np.ones(1),
+        "constant_limit": np.full(1, force),
+        "start_value": start,
+        "cubic": np.full(1, force / width**3),
+    }
+    tables = (contacts.get(field, np.full(1, np.inf)) for field in table._fields)
+    return (*linear, np.full(1, force), force / omega ** np.arange(len(powers))[:, None, None], *tables)
 
 
 def _beside(name: str, parameter: Parameter, value: float) -> Problem:

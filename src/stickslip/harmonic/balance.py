@@ -177,10 +177,10 @@ class HarmonicBalance:
     def tables(self) -> Fourier:
         return self.system.tables
 
-    def with_starts(self, values: Array, kind: int | None = None) -> HarmonicBalance:
-        """The same balance from other start values (friction elements,), and with another start rule if `kind` is given."""
+    def with_starts(self, values: Array, kind: int | Index | None = None) -> HarmonicBalance:
+        """The same balance from other start values (friction elements,), and with other start rules if `kind` is given."""
         other = copy(self)
-        kinds = self.table.start_kind if kind is None else np.full_like(self.table.start_kind, kind)
+        kinds = self.table.start_kind if kind is None else np.broadcast_to(kind, self.table.start_kind.shape).astype(np.int64)
         table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
         other.system = self.system._replace(table=table)
         return other

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.plots.response_bounds import response_bounds
 from stickslip.report.markup import cell, section, table
-from stickslip.report.numbers import hertz, number
+from stickslip.report.numbers import hertz, number, percent
 from stickslip.report.pictures import picture
 from stickslip.units import um
 
@@ -43,11 +43,13 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
         columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
         columns[f"{bound} amplitude [m]"] = bounds["amplitude"].values[case, k, at]
         columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
+    columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
     return pd.DataFrame(columns)
 
 
 def _part(place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
     heads = ["force", "frequency in Hz", "lower bound in µm", "upper bound in µm", "loss factor, lower", "loss factor, upper"]
+    heads.append("start states without solution")
     name = f"{label}: " if several else ""
     caption = f"{name}bounds of the amplitude, by {str(dataset.attrs['objective']).replace('_', ' ')}"
     return picture(response_bounds(dataset), "Bounds of the response") + table(f"bounds-{place}", caption, heads, _rows(dataset))
@@ -55,10 +57,12 @@ def _part(place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:
     for case, level in enumerate(dataset["force_level"].values):
+        unsolved = dataset["unsolved_share"].values[case]
         for k, frequency in enumerate(dataset["frequency"].values):
             low, high = dataset["amplitude"].values[case, :, k]
             eta = dataset["loss_factor"].values[case, :, k]
             at = dataset["resonance"].values[case, :, k]
             shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
             cells = [cell(f"{level:g}", float(level)), cell(shown), cell(number(low / um), low), cell(number(high / um), high)]
-            yield f"<tr>{''.join([*cells, *(cell(number(value), value) for value in eta)])}</tr>"
+            cells += [*(cell(number(value), value) for value in eta), cell(percent(unsolved[k]), unsolved[k])]
+            yield f"<tr>{''.join(cells)}</tr>"

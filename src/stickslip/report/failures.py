@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.checks import counted
 from stickslip.outcome import Outcome
-from stickslip.report.numbers import hertz
+from stickslip.report.numbers import hertz, percent
 from stickslip.results_view import highest_peak, level_text, points
 
 if TYPE_CHECKING:
@@ -16,8 +17,54 @@ if TYPE_CHECKING:
 
 
 def failures_of(dataset: xr.Dataset) -> list[str]:
-    """One sentence a cause, and one for each curve that has no points or stopped before the end of its band; empty if none."""
-    return _point_causes(dataset) + _unfinished(dataset)
+    """One sentence a cause, one for each curve that has no points or stopped before the end of its band, and one for each
+    force level without bounds; empty if none.
+    """
+    return _point_causes(dataset) + _unfinished(dataset) + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
+
+
+def bounds_failures(bounds: xr.Dataset) -> list[str]:
+    """A sentence for each force level and cause where there are no bounds."""
+    sentences = []
+    for case, level in enumerate(bounds["force_level"].values):
+        outcomes = bounds["outcome"].values[case]
+        for code in sorted(set(outcomes.ravel().tolist()) - {int(Outcome.CONVERGED)}):
+            at = np.flatnonzero(np.any(outcomes == code, axis=0))
+            words = f"force {level:g}: no bounds{_bounded(bounds, at)}. {_sentence(code)}"
+            more = _unsolved(bounds, case, at)
+            sentences.append(f"{words} {more}." if more else words)
+    return sentences
+
+
+def bounds_warnings(bounds: xr.Dataset) -> list[str]:
+    """A sentence for each force level where bounds were found although some start states have no solution."""
+    sentences = []
+    for case, level in enumerate(bounds["force_level"].values):
+        bounded = np.all(bounds["outcome"].values[case] == Outcome.CONVERGED, axis=0)
+        at = np.flatnonzero(bounded & (bounds["unsolved_share"].values[case] > 0.0))
+        if at.size:
+            sentences.append(f"force {level:g}: {_unsolved(bounds, case, at)}. Bounds are over the others.")
+    return sentences
+
+
+def _unsolved(bounds: xr.Dataset, case: int, at: np.ndarray) -> str:
+    """How many of the sampled start states have no solution, at most, and why; empty where all have one."""
+    k = int(at[np.argmax(bounds["unsolved_share"].values[case, at])])
+    share, count = float(bounds["unsolved_share"].values[case, k]), int(bounds["unsolved"].values[case, k])
+    if not count:
+        return ""
+    of = f"{count} of {bounds.sizes['start']} sampled start states ({percent(share)})"
+    frequency = float(bounds["frequency"].values[k])
+    where = f", at {hertz(frequency)} Hz" if np.isfinite(frequency) else ""
+    why = _sentence(int(bounds["unsolved_outcome"].values[case, k])).rstrip(".")
+    return f"{of} have no solution{where}: {why}"
+
+
+def _bounded(bounds: xr.Dataset, at: np.ndarray) -> str:
+    """At which of the frequencies; of the peak there is but one entry."""
+    if not np.all(np.isfinite(bounds["frequency"].values)):
+        return " of the peak"
+    return f" at {at.size} of {counted(bounds.sizes['frequency'], 'frequency', 'frequencies')}"
 
 
 def warnings_of(dataset: xr.Dataset) -> list[str]:
@@ -31,7 +78,7 @@ def warnings_of(dataset: xr.Dataset) -> list[str]:
             peak = highest_peak(dataset, case, output)
             if peak is not None and not peak.local:
                 sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
-    return sentences
+    return sentences + (bounds_warnings(detached(dataset)) if has_bounds(dataset) else [])
 
 
 def _point_causes(dataset: xr.Dataset) -> list[str]:

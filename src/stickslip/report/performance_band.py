@@ -27,20 +27,26 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         return ["no bound of the resonance was found"]
     widest, safest = int(np.nanargmax(high / low)), int(np.nanargmin(high))
     ends = f"{length_text(low[widest])}/N to {length_text(high[widest])}/N"
+    unsolved = dataset["unsolved_share"].values
+    most = int(np.argmax(unsolved))
+    fewer = f"{percent(unsolved[most])} of the sampled start states have no solution at F_C/F_E = {ratios[most]:.4g}"
     return [
         f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {ends}, the highest "
         f"{percent(high[widest] / low[widest] - 1.0)} above the lowest, depending on where the contacts start",
         f"lowest of the highest peaks: {length_text(high[safest])}/N at F_C/F_E = {ratios[safest]:.4g}",
+        *([fewer] if unsolved[most] else []),
     ]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each value of F_C/F_E without a bound."""
     found = []
-    for ratio, outcomes in zip(dataset["force_ratio"].values, dataset["outcome"].values, strict=True):
+    columns = (dataset[name].values for name in ("force_ratio", "outcome", "unsolved_share"))
+    for ratio, outcomes, unsolved in zip(*columns, strict=True):
         bad = outcomes[outcomes != Outcome.CONVERGED]
         if bad.size:
-            found.append(f"F_C/F_E {ratio:.4g}: {Outcome(int(bad[0])).sentence}")
+            share = f" {percent(unsolved)} of the sampled start states have no solution." if unsolved else ""
+            found.append(f"F_C/F_E {ratio:.4g}: {Outcome(int(bad[0])).sentence}{share}")
     return found
 
 

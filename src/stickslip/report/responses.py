@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.stress import has_stress
+from stickslip.analyses.truncation import ALLOWED, truncation_warning
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import counted
@@ -15,6 +16,7 @@ from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
 from stickslip.report.bounds import bounds_table
+from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
@@ -38,8 +40,22 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; all stand in the report"] if len(shown) < len(levels) else []
+    lines += truncation_sentences(dataset)
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
+
+
+def truncation_sentences(dataset: xr.Dataset) -> list[str]:
+    """A warning where the harmonics left out matter at a highest peak: the worst force level, and how many more there are."""
+    if "truncation_error" not in dataset or not np.isfinite(dataset["truncation_error"].values).any():
+        return []
+    errors = dataset["truncation_error"].values
+    case = int(np.argmax(np.nanmax(np.nan_to_num(errors), axis=1)))
+    names = tuple(str(name) for name in dataset["output"].values)
+    warning = truncation_warning(int(dataset.attrs["harmonics"]), names, errors[case])
+    count = int(np.count_nonzero(np.nanmax(np.nan_to_num(errors), axis=1) > ALLOWED))
+    more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %)" if count > 1 else ""
+    return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning else []
 
 
 def level_line(dataset: xr.Dataset, case: int) -> str:
@@ -73,7 +89,7 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
         at = bounds["resonance"].values[case, :, k]
         peaks = f"{low[k]:12.6g} m at {at[0]:.6g} Hz to {high[k]:12.6g} m at {at[1]:.6g} Hz"
         lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
-    return lines
+    return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
 
 
 def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
@@ -99,9 +115,10 @@ def peak_words(case: xr.Dataset) -> str:
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """A sentence for each case that did not reach the end of its band."""
+    """A sentence for each case that did not reach the end of its band, and for each force level without bounds."""
     cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
-    return [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    broken = [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
+    return broken + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:

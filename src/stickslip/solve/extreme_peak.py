@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.outcome import Outcome
 from stickslip.solve.continuation import StepControl, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.extremes import Extreme, amplitude, start_gradient
@@ -89,7 +90,7 @@ class AtPeak:
         balance, first = self.begin.solve(variables)
         peak = highest_peak(first, balance, self.output, self.band[1])
         if peak is None:
-            raise UnsolvedError
+            raise UnsolvedError(Outcome.NO_PEAK)
         return self._at(balance, variables, peak.evaluation)
 
     def _at(self, balance: HarmonicBalance, variables: Array, evaluation: Evaluation) -> tuple[Extreme, Array]:

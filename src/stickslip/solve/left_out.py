@@ -13,6 +13,18 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.sensitivity import respond, solved_factors
+
+MARGIN = 16
+"""Harmonics beyond H whose left-out share is looked at, at least; twice H if that is more."""
+
+AT_REST = 1e-6
+"""Amplitude of an output, relative to the largest, below which it counts as being at rest."""
+
+
+def enough_beyond(harmonics: int) -> int:
+    """The harmonics with which those beyond H are estimated."""
+    return max(2 * harmonics, harmonics + MARGIN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +57,20 @@ def left_out(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evalu
     moved = finer.linear.change(change, evaluation.point.omega)[: finer.rows, 1:]
     size = max(float(np.linalg.norm(padded.w[: finer.rows, 1:])), np.finfo(float).tiny)
     return LeftOut(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
+
+
+def truncation_error(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation) -> Array:
+    """By how much the first harmonic X_1 of each output would change with the harmonics of `finer`: |ΔX_1|/|X_1|, (outputs,).
+
+    One Newton step of `finer` at the same frequency, from the padded solution: it takes in what the left-out harmonics do to
+    each other, which matters where one of them falls on a mode. 0 for an output at rest.
+    """
+    point, rows = evaluation.point, slice(balance.rows, None)
+    padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
+    change = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None]).motion[0]
+    size = np.hypot(*evaluation.w[rows, 1:3].T)
+    moving = size > AT_REST * size.max(initial=0.0)
+    return np.asarray(np.where(moving, np.hypot(*change[rows, 1:3].T) / np.where(moving, size, 1.0), 0.0))
 
 
 def pad(forces: Array, columns: int) -> Array:

@@ -56,7 +56,7 @@ class StartSolutions:
         first = first_point(balance, self.omega, self.level)
         if not first.converged:
             raise UnsolvedError(failure(balance, first))
-        if self.space.rule != "slider_offset" and _singular(balance, first.evaluation):
+        if self.space.prescribes and _singular(balance, first.evaluation):
             raise UnsolvedError(Outcome.BODY_HELD_BY_NOTHING)
         return balance, first.evaluation
 

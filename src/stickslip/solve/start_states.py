@@ -18,7 +18,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import friction_limits
 from stickslip.solve.continuation import first_point
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
-from stickslip.solve.start_space import Rule, Sharing, StartSpace, start_space
+from stickslip.solve.start_space import RULES, Rules, Sharing, StartSpace, start_space
 
 ROUNDS, CORNERS, GROWTH = 2, 2, 0.02
 """Rounds of widening a space, corners of it that are solved in each, and the growth below which it is wide enough."""
@@ -76,15 +76,12 @@ def _states(balance: HarmonicBalance, evaluation: Evaluation) -> Iterator[tuple[
 def settled(space: StartSpace, balance: HarmonicBalance, evaluation: Evaluation) -> Array:
     """Variables (size,) that describe a solved point from inside the intervals of its elements; shared ones take the middle."""
     states = element_states(balance, evaluation)
-    values = {
-        "slider_offset": states.slider,
-        "traction_ratio": np.where(states.last_limit > 0.0, states.last / np.maximum(states.last_limit, 1e-300), 0.0),
-        "mean_traction": states.mean,
-    }[space.rule]
+    ratio = np.where(states.last_limit > 0.0, states.last / np.maximum(states.last_limit, 1e-300), 0.0)
+    values = space.by_rule(slider_offset=states.slider, traction_ratio=ratio, mean_traction=states.mean)
     shares = np.where(space.scale > 0.0, values / np.maximum(space.scale, 1e-300), 0.0)
-    weight = np.where(states.stuck, 1.0, 1e-9)
-    sums = np.bincount(space.group, weight * shares, minlength=space.size)
-    return np.clip(sums / np.bincount(space.group, weight, minlength=space.size), -1.0, 1.0)
+    group, shares, weight = (a[space.varied] for a in (space.group, shares, np.where(states.stuck, 1.0, 1e-9)))
+    sums = np.bincount(group, weight * shares, minlength=space.size)
+    return np.clip(sums / np.bincount(group, weight, minlength=space.size), -1.0, 1.0)
 
 
 def widened(space: StartSpace, balance: HarmonicBalance, evaluations: Sequence[Evaluation]) -> StartSpace:
@@ -93,13 +90,13 @@ def widened(space: StartSpace, balance: HarmonicBalance, evaluations: Sequence[E
     for evaluation in evaluations:
         states = element_states(balance, evaluation)
         reach = np.abs(states.displacement) + states.limit / balance.table.stiffness
-        allowed = {"slider_offset": reach, "traction_ratio": np.ones_like(reach), "mean_traction": states.limit}
-        scale = np.maximum(scale, allowed[space.rule])
+        allowed = space.by_rule(slider_offset=reach, traction_ratio=np.ones_like(reach), mean_traction=states.limit)
+        scale = np.maximum(scale, allowed)
     return replace(space, scale=scale)
 
 
 def explored_space(
-    balance: HarmonicBalance, omegas: Sequence[float], level: float, rule: Rule = "slider_offset", share: Sharing = "element"
+    balance: HarmonicBalance, omegas: Sequence[float], level: float, rule: Rules = "slider_offset", share: Sharing = "element"
 ) -> StartSpace:
     """The start states of a problem, wide enough for the solutions at some frequencies in rad/s.
 
@@ -115,10 +112,11 @@ def explored_space(
             "was found. Start the band where contacts stick."
         )
     space = widened(start_space(balance, solved[0], rule, share), balance, solved)
-    if rule == "traction_ratio":
+    ratio = space.kind == RULES["traction_ratio"]
+    if np.all(ratio):
         return space
     grown = _grown(space, balance, solved)
-    return replace(grown, scale=MARGIN * grown.scale)
+    return replace(grown, scale=np.where(ratio, 1.0, MARGIN * grown.scale))
 
 
 def _grown(space: StartSpace, balance: HarmonicBalance, firsts: Sequence[Evaluation]) -> StartSpace:

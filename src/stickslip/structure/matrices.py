@@ -13,7 +13,7 @@ from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Structure:
-    """M q̈ + C q̇ + K q = p, dense.
+    """M q̈ + C q̇ + K q = p, dense; SciPy sparse matrices are taken and made dense.
 
     M, K: (n, n), symmetric, M without negative eigenvalues; C: (n, n) or None; dofs: n names "NODE.DIRECTION".
     damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
@@ -73,9 +73,9 @@ class Structure:
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""
-        if isinstance(damping, np.ndarray):
-            return replace(self, C=damping, damping=None)
-        return replace(self, C=None, damping=damping)
+        if isinstance(damping, ModalDamping | RayleighDamping | None):
+            return replace(self, C=None, damping=damping)
+        return replace(self, C=damping, damping=None)
 
 
 def freedoms(dofs: Sequence[str]) -> str:

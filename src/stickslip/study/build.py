@@ -97,7 +97,7 @@ def several(given: Any) -> list[Any]:
 def force(table: ForceTable, names: Names, units: Units) -> Force:
     """A force in SI."""
     values = in_si(table, units)
-    place = {table.at: 1.0} if isinstance(table.at, str) else table.at
+    place = {table.direction: 1.0} if isinstance(table.direction, str) else table.direction
     amplitude = {table.harmonic: complex_amplitude(values["amplitude"])}
     return Force(names.coefficients(place), amplitude, values["static"], omega_power=table.omega_power)
 
@@ -133,12 +133,13 @@ def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
     )
 
 
-def frequencies(table: SweepTable) -> Band | tuple[float, ...]:
+def frequencies(table: SweepTable, units: Units) -> Band | tuple[float, ...]:
     """The band, or the frequencies to solve at, Hz."""
+    values = in_si(table, units)
     if table.frequency is not None:
-        return Band(*table.frequency)
+        return Band(*values["frequency"])
     unique("at", table.at or ())
-    return tuple(positive("at", frequency) for frequency in table.at or ())
+    return tuple(positive("at", frequency) for frequency in values["at"] or ())
 
 
 def enough_samples(table: SweepTable) -> None:

@@ -148,20 +148,23 @@ class MicroslipArrayTable(FrictionTable):
 class IwanTable(SliderTable):
     """Microslip under one normal load: Iwan's law with the pressure of a cylinder on a flat, of a parabola, or Segalman's."""
 
+    renamed: ClassVar[dict[str, str]] = {"pressure": "spectrum", "elements": "count"}
+
     law: Annotated[Literal["iwan"], Field(description="the contact law")]
-    pressure: Annotated[
-        Literal["hertz", "parabolic", "four_parameter"], Field(description="how slip spreads over the contact")
+    spectrum: Annotated[
+        Literal["hertz", "parabolic", "four_parameter"],
+        Field(description="of the displacements at which the elements slip: by a Hertzian or parabolic pressure, or Segalman's"),
     ] = "hertz"
     edge: Annotated[
         NotNegative | None, Field(description="parabolic: pressure at the edge over that in the middle; 0 unless given")
     ] = None
     chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1 to 0; -0.5 unless given")] = None
     beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; 0.5 unless given")] = None
-    elements: Annotated[int, Field(ge=2, le=10000, description="about how many springs and sliders")] = 20
+    count: Annotated[int, Field(ge=2, le=10000, description="about how many springs and sliders")] = 20
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         own = {key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")}
-        return Iwan(**own, spectrum=self._spectrum(), count=self.elements)
+        return Iwan(**own, spectrum=self._spectrum(), count=self.count)
 
     def _spectrum(self) -> Spectrum:
         members: dict[str, tuple[type[Spectrum], tuple[str, ...]]] = {
@@ -169,11 +172,11 @@ class IwanTable(SliderTable):
             "parabolic": (Parabolic, ("edge",)),
             "four_parameter": (FourParameter, ("chi", "beta")),
         }
-        member, own = members[self.pressure]
+        member, own = members[self.spectrum]
         given = {key: getattr(self, key) for key in ("edge", "chi", "beta") if getattr(self, key) is not None}
         for key in given:
             if key not in own:
-                raise fault(key, "must go with another pressure", self.pressure)
+                raise fault(key, "must go with another spectrum", self.spectrum)
         return member(**given)
 
 

@@ -114,7 +114,7 @@ class MotionTable(Table):
             return elliptic(values["horizontal"], values["vertical"], self.phase)
         if given - of_file:
             raise fault("[motion] file", "must stand alone", sorted(given - of_file), "A measured motion has its own directions.")
-        return read_motion(folder / self.file, self.harmonics, self.frequency)
+        return read_motion(folder / self.file, self.harmonics, values["frequency"])
 
 
 class CycleTable(Table):
@@ -143,6 +143,7 @@ class CyclePlan(Plan):
     rig: BetweenPlatforms
     motion: PlatformMotion
     cycle: CycleTable
+    frequency: float | None
 
     @classmethod
     def of(cls, asked: Asked) -> CyclePlan:
@@ -151,7 +152,8 @@ class CyclePlan(Plan):
         cycle = asked.tables.get("cycle") or CycleTable()
         if not (isinstance(damper, DamperTable) and isinstance(motion, MotionTable) and isinstance(cycle, CycleTable)):
             raise AssertionError("a sound study of a damper cycle has its tables")
-        plan = cls(damper.rig(asked.units), motion.motion(asked.units, asked.folder), cycle)
+        frequency = in_si(cycle, asked.units)["frequency"]
+        plan = cls(damper.rig(asked.units), motion.motion(asked.units, asked.folder), cycle, frequency)
         plan.motion.samples(cycle.steps)
         return plan
 
@@ -168,7 +170,7 @@ class CyclePlan(Plan):
     def works(self) -> Mapping[str, CycleWork]:
         table = self.cycle
         return {
-            "": CycleWork(self.rig, self.motion, table.steps, table.time_method, table.frequency, table.tolerance, table.cycles)
+            "": CycleWork(self.rig, self.motion, table.steps, table.time_method, self.frequency, table.tolerance, table.cycles)
         }
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:

@@ -59,7 +59,11 @@ class Found:
 
 def parsed(model: type[Model], values: Any) -> Model:
     """`values` as a table; all its faults at once."""
-    faults = misfits(model, values) if isinstance(values, dict) else []
+    faults: list[str] = []
+    if isinstance(values, dict):
+        faults = [f"{old} is called {new} now. Write {new} instead." for old, new in model.renamed.items() if old in values]
+        values = {model.renamed.get(key, key): value for key, value in values.items()}
+        faults += misfits(model, values)
     try:
         table = model.model_validate(values)
     except ValidationError as error:

@@ -35,6 +35,8 @@ class Table(BaseModel):
     """Groups of keys that exclude each other."""
     together: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Pairs of keys of which either both or none must be given."""
+    renamed: ClassVar[dict[str, str]] = {}
+    """Keys of older files, with their names of today."""
 
 
 def _form(value: Any) -> str:

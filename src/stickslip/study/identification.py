@@ -23,6 +23,7 @@ from stickslip.measurement.rig_errors import RigErrors
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable
 from stickslip.study.fields import Number, Positive, Seed, Table
+from stickslip.study.units import FREQUENCY, Units, in_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +44,7 @@ class IdentificationTable(Table):
     law: Annotated[
         list[LawName], Field(min_length=1, description="of the lines; of several the simplest that loops held out confirm")
     ] = Field(default_factory=lambda: [MACROSLIP])
-    frequency: Annotated[Positive | None, Field(description="of the motion, Hz; found in the loops unless given")] = None
+    frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; found in the loops unless given")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
     pulls: Annotated[list[Positive] | None, Field(description="pull of each loop, N, where they differ")] = None
     laser_distance: Annotated[Positive | None, Field(description="from laser 1 to laser 2 along x, m")] = None
@@ -60,14 +61,14 @@ class IdentificationTable(Table):
                 raise fault("[identification] errors", "must be known ones", name, nearest(name, known))
         return RigErrors(**self.errors)
 
-    def cases(self, folder: Path) -> tuple[CycleSet, ...]:
+    def cases(self, folder: Path, units: Units) -> tuple[CycleSet, ...]:
         """The loops as cycles."""
         if self.pulls is not None and len(self.pulls) != len(self.loops):
             raise fault("pulls", f"must have {len(self.loops)} entries, one a loop", len(self.pulls))
         found = []
         for number, name in enumerate(self.loops):
             pull = None if self.pulls is None else self.pulls[number]
-            cycles = whole_cycles(read_record(folder / name), self.frequency, self.harmonics, pull)
+            cycles = whole_cycles(read_record(folder / name), in_si(self, units)["frequency"], self.harmonics, pull)
             if cycles.has("laser_1") and cycles.has("laser_2"):
                 if self.laser_distance is None:
                     raise InputError("laser_distance must be given, since the loops hold laser_1 and laser_2, but is missing.")
@@ -83,6 +84,7 @@ class IdentificationPlan(Plan):
     rig: BetweenPlatforms
     table: IdentificationTable
     folder: Path
+    units: Units
 
     @classmethod
     def of(cls, asked: Asked) -> IdentificationPlan:
@@ -95,7 +97,7 @@ class IdentificationPlan(Plan):
             raise fault("[damper] law", "must be macroslip in an identification", damper.law, remedy)
         rig = damper.rig(asked.units)
         table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
-        return cls(rig, table, asked.folder)
+        return cls(rig, table, asked.folder, asked.units)
 
     def with_loops(self, loops: Sequence[Path], laws: Sequence[str] = ()) -> IdentificationPlan:
         """A copy for other files, which count from the working folder, and for other laws if named."""
@@ -122,7 +124,7 @@ class IdentificationPlan(Plan):
 
     @cached_property
     def works(self) -> Mapping[str, IdentificationWork]:
-        cases, errors = self.table.cases(self.folder), self.table.rig_errors()
+        cases, errors = self.table.cases(self.folder, self.units), self.table.rig_errors()
         digest = sha256(b"".join(case.harmonics.tobytes() for case in cases)).hexdigest()[:12]
         settings = (self.unknown, errors, self.table.resamples, self.table.seed)
         name, laws = f"identification {digest}", tuple(self.table.law)

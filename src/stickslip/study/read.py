@@ -137,7 +137,7 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
     problem, table = problem_of(tables, document, folder, found, tell), tables.sweep
     if table is None:
         return None
-    frequencies = found.attempt("[sweep]", build.frequencies, table)
+    frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units)
     found.attempt("[sweep]", build.enough_samples, table)
     found.attempt("[sweep]", force_levels, table.force_levels)
     if problem and table.wanted_harmonics != "auto":
@@ -254,8 +254,9 @@ def units_of(value: Any) -> Units:
 
 def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found) -> Problem | None:
     """A ready rig; it brings contacts, forces and damping itself."""
+    own_units = isinstance(document.get("units"), dict) and set(document["units"]) == {"frequency"}
     for key in ("contact", "force", "dashpot", "base", "damping", "units"):
-        if key in document:
+        if key in document and not (key == "units" and own_units):
             found.messages.append(
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
             )

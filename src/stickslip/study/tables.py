@@ -144,7 +144,9 @@ class DampingTable(Table):
 class ForceTable(Table):
     """p(t) = static + Re(level · amplitude · ω^k exp(i h ω t)). Several at one place make a polynomial in ω."""
 
-    at: Annotated[Place, Field(description="degree of freedom, or a table of coefficients")]
+    renamed: ClassVar[dict[str, str]] = {"at": "direction"}
+
+    direction: Annotated[Place, Field(description="degree of freedom, or a table of coefficients")]
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0

@@ -1,11 +1,12 @@
 """Units of a study file, and their conversion to SI. Only the study layer knows that other units exist.
 
-Each field of a table carries its `Dimension`; one function scales them all. Frequencies are always in Hz, angles in rad.
+Each field of a table carries its `Dimension`; one function scales them all. Angles are in rad.
 """
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from math import pi
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -16,12 +17,13 @@ from stickslip.units import UNIT_SYSTEMS, UnitSystem
 
 @dataclass(frozen=True)
 class Dimension:
-    """Powers of force, length and time of a field, and its SI unit as text."""
+    """Powers of force, length, time and frequency of a field, and its SI unit as text."""
 
     symbol: str
     force: int = 0
     length: int = 0
     time: int = 0
+    frequency: int = 0
 
 
 STIFFNESS = Dimension("N/m", force=1, length=-1)
@@ -33,7 +35,7 @@ FORCE = Dimension("N", force=1)
 LENGTH = Dimension("m", length=1)
 TIME = Dimension("s", time=1)
 RATE = Dimension("1/s", time=-1)
-FREQUENCY = Dimension("Hz")
+FREQUENCY = Dimension("Hz", frequency=1)
 DIMENSIONLESS = Dimension("-")
 
 
@@ -43,9 +45,10 @@ class Units(Table):
     length: Annotated[Literal["m", "mm", "um"], Field(description="unit of lengths")] = "m"
     force: Annotated[Literal["N", "mN", "kN"], Field(description="unit of forces")] = "N"
     mass: Annotated[Literal["kg", "g", "t"], Field(description="unit of the entries of M")] = "kg"
-    time: Annotated[
-        Literal["s", "ms"], Field(description="unit of time in C and in Rayleigh factors; frequencies stay in Hz")
-    ] = "s"
+    time: Annotated[Literal["s", "ms"], Field(description="unit of time in C and in Rayleigh factors, not in frequencies")] = "s"
+    frequency: Annotated[
+        Literal["Hz", "rad/s"], Field(description="unit of frequencies in this file; results and reports are in Hz")
+    ] = "Hz"
 
     @property
     def system(self) -> UnitSystem:
@@ -55,7 +58,8 @@ class Units(Table):
     def factor(self, dimension: Dimension) -> float:
         """The SI size of one unit of `dimension`."""
         units = self.system
-        return float(units.newtons**dimension.force * units.metres**dimension.length * units.seconds**dimension.time)
+        size = units.newtons**dimension.force * units.metres**dimension.length * units.seconds**dimension.time
+        return float(size * (1.0 if self.frequency == "Hz" else 0.5 / pi) ** dimension.frequency)
 
 
 SYSTEMS = {name: Units.model_validate(asdict(system)) for name, system in UNIT_SYSTEMS.items()}

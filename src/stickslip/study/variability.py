@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.variability.bounds_dataset import attached
@@ -17,19 +17,29 @@ from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, draw, named_law
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import MOST, InputError, fault
+from stickslip.solve.start_space import rule_words
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Number, Seed, Table
+from stickslip.study.fields import Number, Seed, Table, Words, by_form
 from stickslip.study.forced_response import sweep_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+RuleName = Literal["slider_offset", "traction_ratio", "mean_traction", "virgin"]
+RuleOrRules = Annotated[
+    Annotated[RuleName, Tag("<single>")] | Annotated[list[RuleName], Field(min_length=2, max_length=2), Tag("<list>")],
+    by_form(),
+    Words('`"slider_offset"`, `"traction_ratio"`, `"mean_traction"`, `"virgin"`, or a list of two'),
+]
+
+
 class StartsTable(Table):
     """What the variables of the start states are."""
 
     rule: Annotated[
-        Literal["slider_offset", "traction_ratio", "mean_traction"], Field(description="what a start variable sets")
+        RuleOrRules,
+        Field(description='what a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
     ] = "slider_offset"
     share: Annotated[
         Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
@@ -157,7 +167,7 @@ class SamplesPlan(Plan):
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works["samples"]
-        said = {"rule": work.rule, "share": work.share, "harmonics_chosen": self.base.choice}
+        said = {"rule": rule_words(work.rule), "share": work.share, "harmonics_chosen": self.base.choice}
         return work.gathered(results["samples"], said).dataset
 
 

@@ -96,7 +96,7 @@ def _free_motion(blade: Structure, rows: Array, forces: Sequence[Force], harmoni
     """Motion of the platform under the forces alone, (2, 2H+1)."""
     load = np.zeros((blade.size, harmonics + 1), dtype=complex)
     for force in forces:
-        row = blade.row(force.direction)
+        row = blade.row(force.coefficients)
         load[:, 0] += force.static * row
         for harmonic, factor in force.factors.items():
             load[:, harmonic] += factor * omega**force.power * row

@@ -142,7 +142,7 @@ def mistuned_disk(disk: TunedDisk, mistuning: Mistuning, blade: Sequence[str] | 
     springs = [spring for k, spring in enumerate(full.mean_springs) if k // parts[2] + 1 not in given.missing]
     kept = [c for k, c in enumerate(contacts) if k // parts[0] + 1 not in given.missing]
     lost = {sector_name(sector, dof) for sector in given.missing for dof in _loose(disk)}
-    loads = [force for force in forces if not lost & force.direction.keys()]
+    loads = [force for force in forces if not lost & force.coefficients.keys()]
     return replace(
         full, structure=_without(structure, lost), contacts=tuple(kept), forces=tuple(loads), mean_springs=tuple(springs)
     )

@@ -20,7 +20,7 @@ from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import between, positive, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
-from stickslip.solve.start_space import Rule, Sharing
+from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def performance_band(
     output: int = 0,
     cloud: int = 20,
     starts: int = 2,
-    rule: Rule = "slider_offset",
+    rule: Rules = "slider_offset",
     share: Sharing = "contact",
     seed: int = 0,
     harmonics: int = 5,
@@ -98,6 +98,11 @@ def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Ar
         "virgin_amplitude_per_force": ("point", virgin, {"units": "m/N", "long_name": "peak per force, virgin start"}),
         "loss_factor": (("point", "bound"), at_peak["loss_factor"].values, {"units": "1", "long_name": "loss factor"}),
         "outcome": (("point", "bound"), at_peak["outcome"].values, {"units": "1", "long_name": "what came of the search"}),
+        "unsolved_share": (
+            "point",
+            at_peak["unsolved_share"].values,
+            {"units": "1", "long_name": "share of the sampled start states without a solution"},
+        ),
         "solves": ("point", at_peak["solves"].values, {"units": "1", "long_name": "solutions computed"}),
     }
     coords = {

@@ -46,7 +46,7 @@ def with_factors(contact: Contact, factors: Mapping[str, float]) -> Contact:
 
 def centrifugal_pull(problem: Problem) -> float:
     """F_C, N: the largest static force, or without any the largest preload of a contact law."""
-    static = [abs(force.static) * _length(force.direction) for force in problem.forces]
+    static = [abs(force.static) * _length(force.coefficients) for force in problem.forces]
     if max(static, default=0.0) > 0.0:
         return max(static)
     loads = [
@@ -63,7 +63,7 @@ def excitation(problem: Problem) -> float:
     if any(isinstance(force, BaseMotion) or force.power for force in problem.forces if any(force.amplitudes.values())):
         remedy = "Follow the peak in another parameter, `follow_peaks`."
         raise fault("F_E", "must be a force of one amplitude", "a moving base, or goes by a power of the frequency", remedy)
-    sizes = [abs(a) * _length(force.direction) for force in problem.forces for a in force.amplitudes.values()]
+    sizes = [abs(a) * _length(force.coefficients) for force in problem.forces for a in force.amplitudes.values()]
     return float(max(sizes))
 
 

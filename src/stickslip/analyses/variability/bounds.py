@@ -19,7 +19,7 @@ from stickslip.analyses.variability.bounds_work import BoundsWork, Target
 from stickslip.analyses.work import Finished, Progress, Workers
 from stickslip.checks import Array, between, fault, of_kind
 from stickslip.problem import Problem
-from stickslip.solve.start_space import Rule, Sharing
+from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band, listed
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 class ResponseBounds:
     """`dataset`: amplitude, loss_factor, resonance, start states and contact forces by (case, bound, frequency), one case per
-    force level; sampled_amplitude (case, start, frequency): the cloud that the search began with; solves spent.
+    force level; sampled_amplitude (case, start, frequency): the cloud that the search began with; unsolved_share (case,
+    frequency): how much of it has no solution; solves spent. Where most has none, `outcome` says so and there are no bounds.
 
     For the peak there is one entry along frequency, and `resonance` says where the peak is.
     """
@@ -54,7 +55,7 @@ def response_bounds(
     points: int = 25,
     cloud: int = 60,
     starts: int = 3,
-    rule: Rule = "slider_offset",
+    rule: Rules = "slider_offset",
     share: Sharing = "element",
     seed: int = 0,
     harmonics: int = 5,
@@ -70,6 +71,10 @@ def response_bounds(
     "peak" |X_1| at the resonance.
     cloud: start states sampled at every frequency, half of them corners; the `starts` best begin a search each, besides the
     virgin state and the optima of neighbouring frequencies, or force levels for the peak; leaps from what was found follow.
+    rule: what a start variable sets, "slider_offset", "traction_ratio" or "mean_traction", or one for each tangential direction
+    t1, t2: ("traction_ratio", "virgin") varies the ratio in the plane of a damper and leaves the sliders along its axis, where
+    only friction holds it, at rest at 0.
+    share: one variable per friction "element", per "direction", per "contact", or for "all" with the same rule.
     Gradients are exact; extremes are multimodal, so a bound is the best found.
     """
     of_kind("problem", problem, Problem)

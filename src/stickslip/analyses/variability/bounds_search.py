@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -22,6 +23,9 @@ LOWER, UPPER = 0, 1
 
 NEIGHBOUR_GAIN = 1e-5
 """A neighbour's optimum begins another search where it is better by this share."""
+
+MOST_UNSOLVED = 0.5
+"""Where more than this share of the sampled start states has no solution there are no bounds: the rest are a biased few."""
 
 
 class Searched(Place, Protocol):
@@ -50,17 +54,17 @@ class BoundsSearch:
     ) -> None:
         self.places, self.cloud, self.starts, self.effort, self.falling = places, cloud, starts, effort, falling
         self.rng = np.random.default_rng(seed)
-        self.why_not = Outcome.NOT_CONVERGED
+        self.reasons: list[Counter[Outcome]] = [Counter() for _ in places]
         self.samples: list[list[Extreme | None]] = []
         self.best: list[list[Extreme | None]] = [[None] * len(places) for _ in BOUNDS]
 
     def run(self, tell: Tell, bounds: Sequence[int] = (LOWER, UPPER)) -> None:
         """There, with the optimum of one place handed on to the next, and back, where a neighbour's is better."""
-        for k, place in enumerate(self.places):
+        for k in range(len(self.places)):
             self.samples.append([])
             for j, variables in enumerate(self.cloud):
                 tell((k + 0.4 * j / len(self.cloud)) / len(self.places))
-                self.samples[k].append(self._sample(place, variables))
+                self.samples[k].append(self._sample(k, variables))
             for bound in bounds:
                 tell((k + 0.4 + 0.3 * bound) / len(self.places))
                 self.best[bound][k] = self._first(k, bound)
@@ -83,7 +87,7 @@ class BoundsSearch:
     def _mended(self, k: int, bound: int) -> Extreme | None:
         """The better one of the optimum and what the search finds from the next place's start state, where that looks better."""
         own, after, toward = self.best[bound][k], self.best[bound][k + 1], self._toward(bound)
-        trial = None if after is None else self._sample(self.places[k], after.variables)
+        trial = None if after is None else self._sample(k, after.variables)
         if trial is None or (own is not None and toward * (trial.value - own.value) < NEIGHBOUR_GAIN * abs(own.value)):
             return own
         return _best(toward, own, trial, self._found(k, toward, [trial.variables]))
@@ -97,12 +101,26 @@ class BoundsSearch:
             return None
         return place.confirmed(leapt(place, toward, found, self.rng, self.effort))
 
-    def _sample(self, place: Searched, variables: Array) -> Extreme | None:
+    def _sample(self, k: int, variables: Array) -> Extreme | None:
         try:
-            return place.sample(variables)
+            return self.places[k].sample(variables)
         except UnsolvedError as reason:
-            self.why_not = reason.outcome
+            self.reasons[k][reason.outcome] += 1
             return None
+
+    def why_not(self, k: int) -> Outcome:
+        """Why start states have no solution at a place, most often; `CONVERGED` where all have one."""
+        return self.reasons[k].most_common(1)[0][0] if self.reasons[k] else Outcome.CONVERGED
+
+    def unsolved_share(self, k: int) -> float:
+        """The share of the sampled start states of a place that has no solution."""
+        return sum(sample is None for sample in self.samples[k]) / len(self.samples[k])
+
+    def outcome(self, bound: int, k: int) -> Outcome:
+        """What came of a bound at a place."""
+        if self.unsolved_share(k) > MOST_UNSOLVED:
+            return Outcome.MOST_STARTS_UNSOLVED
+        return Outcome.NOT_CONVERGED if self.best[bound][k] is None else Outcome.CONVERGED
 
 
 def _best(toward: float, *found: Extreme | None) -> Extreme | None:
@@ -123,6 +141,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "sampled_loss_factor": (("start", "frequency"), "1", "loss factor of sampled start states"),
     "solves": (("frequency",), "1", "solutions computed"),
     "unsolved": (("frequency",), "1", "sampled start states without a solution"),
+    "unsolved_share": (("frequency",), "1", "share of the sampled start states without a solution"),
+    "unsolved_outcome": (("frequency",), "1", "why most of them have none"),
 }
 """What is found: dimensions, unit and meaning. The places of a search stand along frequency."""
 
@@ -133,13 +153,15 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int) ->
     sizes = {"bound": len(BOUNDS), "frequency": count, "variable": space.size, "element": space.group.size}
     sizes |= {"row": balance.rows, "sample": balance.tables.E.shape[0], "start": len(search.cloud)}
     arrays = {name: np.full([sizes[d] for d in dims], np.nan) for name, (dims, _, _) in VARIABLES.items()}
-    arrays["outcome"] = np.full((len(BOUNDS), count), Outcome.CONVERGED, dtype=np.int8)
+    outcomes = [[search.outcome(bound, k) for k in range(count)] for bound in range(len(BOUNDS))]
+    arrays["outcome"] = np.array(outcomes, dtype=np.int8)
+    arrays["unsolved_share"] = np.array([search.unsolved_share(k) for k in range(count)])
+    arrays["unsolved_outcome"] = np.array([search.why_not(k) for k in range(count)], dtype=np.int8)
     arrays["solves"] = np.array([place.solves for place in search.places])
     energy, row = EnergyBalance(balance), balance.rows + output
     for at in np.ndindex(len(BOUNDS), count):
         found = search.best[at[0]][at[1]]
-        if found is None:
-            arrays["outcome"][at] = search.why_not
+        if found is None or arrays["outcome"][at] != Outcome.CONVERGED:
             continue
         evaluation, values = found.evaluation, search.places[at[1]].space.values(found.variables)
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)

@@ -24,7 +24,7 @@ from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.extreme_peak import AtPeak
 from stickslip.solve.extremes import AtFrequency, Effort, amplitude, loss_factor
-from stickslip.solve.start_space import Rule, Sharing, StartSpace
+from stickslip.solve.start_space import Rules, Sharing, StartSpace, rule_words, rules_of
 from stickslip.solve.start_states import explored_space
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class BoundsWork:
     output: int
     cloud: int
     starts: int
-    rule: Rule
+    rule: Rules
     share: Sharing
     seed: int
     harmonics: int
@@ -62,7 +62,7 @@ class BoundsWork:
     def __post_init__(self) -> None:
         refuse_discs(self.problem)
         among("objective", self.objective, get_args(Target))
-        among("rule", self.rule, get_args(Rule))
+        rules_of(self.rule)
         among("share", self.share, get_args(Sharing))
         output_of(self.problem, self.output)
         for name in ("cloud", "starts"):
@@ -90,7 +90,7 @@ class BoundsWork:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on."""
-        how = f"{self.objective} of {self.output}, {self.cloud} {self.starts} {self.rule} {self.share} {self.seed}"
+        how = f"{self.objective} of {self.output}, {self.cloud} {self.starts} {rule_words(self.rule)} {self.share} {self.seed}"
         how += f", {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
         return tuple(f"bounds, levels {levels!r}, {stretch!r} Hz, {how}" for levels, stretch in self.cases)
 
@@ -155,9 +155,9 @@ class BoundsWork:
         frequencies = [np.nan] if self.objective == "peak" else list(self.frequencies)
         coords: dict[str, Any] = {"force_level": ("case", list(self.levels)), "bound": list(BOUNDS), "row": rows}
         coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
-        keys = ("objective", "rule", "share", "seed", "harmonics", "samples", "cloud", "starts")
+        keys = ("objective", "share", "seed", "harmonics", "samples", "cloud", "starts")
         attrs: dict[str, Any] = {"title": self.problem.title, "output": self.problem.output_names[self.output]}
-        attrs |= {key: getattr(self, key) for key in keys}
+        attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys}
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
         return xr.Dataset(data, coords, attrs)
 

@@ -25,7 +25,7 @@ from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
 from stickslip.solve.densify import with_peaks
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
-from stickslip.solve.start_space import Rule, Sharing, StartSpace
+from stickslip.solve.start_space import Rules, Sharing, StartSpace, rule_words
 from stickslip.solve.start_states import explored_space
 from stickslip.units import Band, listed
 
@@ -71,7 +71,7 @@ def response_samples(
     *,
     method: Method = "latin",
     distribution: Law | None = None,
-    rule: Rule = "slider_offset",
+    rule: Rules = "slider_offset",
     share: Sharing = "element",
     seed: int = 0,
     harmonics: int = 5,
@@ -87,7 +87,8 @@ def response_samples(
     method: "latin" hypercube, "random", or "corners" (beyond 12 variables a seeded subset).
     distribution: a law of every variable, as scipy.stats freezes them. A finite support, as of beta(0.5, 0.5), is mapped onto
     [−1, 1]; of other laws, such as norm(0, 0.4), the part between −1 and 1 counts; uniform unless given.
-    rule: what a variable sets (see `stickslip.contact.start`); an offset of ±1 is the largest that any solution allows.
+    rule: what a variable sets (see `stickslip.contact.start`), or one rule for each tangential direction, of which "virgin" sets
+    nothing; an offset of ±1 is the largest that any solution allows.
     share: one variable per friction "element", per "direction", per "contact", or for "all".
     """
     of_kind("problem", problem, Problem)
@@ -98,7 +99,7 @@ def response_samples(
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables)
     curves = all_cases(work, finished, workers, progress)
-    return work.gathered(curves, {"rule": rule, "share": share, "seed": seed, "method": method})
+    return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +110,7 @@ class SamplesWork:
     frequencies: tuple[float, ...]
     exactly: bool
     levels: tuple[float, ...]
-    rule: Rule
+    rule: Rules
     share: Sharing
     harmonics: int
     samples: int
@@ -145,7 +146,7 @@ class SamplesWork:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz, {self.rule} by {self.share}"
+        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz, {rule_words(self.rule)} by {self.share}"
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
         return tuple(f"sample {self.variables[k].tolist()!r}, level {level!r}, {where}, {how}" for level, k in self.cases)
 

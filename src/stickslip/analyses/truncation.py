@@ -1,0 +1,73 @@
+"""What the harmonics that a curve leaves out would change at its highest peaks: an estimate for every result, and its warning."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.checks import Array, counted
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.problem import Problem
+from stickslip.solve.curve import Curve
+from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.left_out import enough_beyond, truncation_error
+
+ALLOWED = 0.01
+"""The truncation error above which a curve comes with a warning."""
+
+TRUNCATION_ERROR = {
+    "units": "1",
+    "long_name": "change of X_1 at the highest peak by more harmonics, estimated",
+}
+
+SAMPLES_PER_HARMONIC = 8
+
+SAME_PEAK = 1e-3
+"""Peaks of several outputs within this relative distance in frequency are one place of the curve."""
+
+MOST_UNKNOWNS = 3000
+"""Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
+
+
+def truncation_errors(balance: HarmonicBalance, curve: Curve) -> Array:
+    """The estimate for every output at its highest peak, else at the largest point; NaN without a point, and where the contacts
+    that slip are so many that no harmonic beyond H can be looked at.
+    """
+    outputs = range(len(balance.problem.outputs))
+    errors, known = np.full(len(outputs), np.nan), dict[float, Array]()
+    for output in outputs:
+        points = (curve.peaks and curve.peaks[output]) or curve.points
+        if not points:
+            continue
+        row = balance.rows + output
+        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[row, 1:3])))
+        omega = highest.point.omega
+        near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
+        if near not in known:
+            known[near] = _at_point(balance, highest)
+        errors[output] = known[near][output]
+    return errors
+
+
+def _at_point(balance: HarmonicBalance, point: CurvePoint) -> Array:
+    rows = max(point.active / balance.columns, 1.0)
+    beyond = min(enough_beyond(balance.harmonics), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
+    if beyond < balance.harmonics + 2:
+        return np.full(len(balance.problem.outputs), np.nan)
+    return truncation_error(balance, finer_balance(balance.problem, beyond, balance.tables.E.shape[0]), point.evaluation)
+
+
+def finer_balance(problem: Problem, harmonics: int, samples: int) -> HarmonicBalance:
+    """The balance with more harmonics; samples: of the coarse one, at least."""
+    enough = max(samples, SAMPLES_PER_HARMONIC * harmonics)
+    return HarmonicBalance(problem, harmonics, enough + -enough % problem.sample_multiple)
+
+
+def truncation_warning(harmonics: int, outputs: tuple[str, ...], errors: Array) -> str:
+    """What to say where the largest of the errors is not small; empty where it is."""
+    if not np.any(errors > ALLOWED):
+        return ""
+    worst = int(np.nanargmax(errors))
+    return (
+        f"More than {counted(harmonics, 'harmonic')} would change {outputs[worst]} at its highest peak by about "
+        f'{100.0 * errors[worst]:.1f} %: take more, or harmonics = "auto".'
+    )
