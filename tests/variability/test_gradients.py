@@ -6,9 +6,10 @@ from harmonic.problems import everything
 
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.rigs import single_blade, three_mass_wedge
 from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, amplitude, loss_factor
+from stickslip.solve.extremes import AtFrequency, loss_factor, size_of
 from stickslip.solve.start_states import explored_space
 
 STEP = 1e-6
@@ -24,7 +25,7 @@ def place_at(problem, frequency, level, rule, objective):
     balance = HarmonicBalance(problem, 3, 128)
     omega = 2.0 * np.pi * frequency
     space = explored_space(balance, [omega], level, rule)
-    target = amplitude(0) if objective == "amplitude" else loss_factor(EnergyBalance(balance))
+    target = size_of(0, DISPLACEMENT_AMPLITUDE) if objective == "amplitude" else loss_factor(EnergyBalance(balance))
     return AtFrequency(balance, space, target, omega, level)
 
 
@@ -62,7 +63,7 @@ def test_gradient_at_the_peak():
     balance = HarmonicBalance(three_mass_wedge(), 5, 256)
     band = (2.0 * np.pi * 200.0, 2.0 * np.pi * 235.0)
     space = explored_space(balance, band, 1.0)
-    place = AtPeak(balance, space, 0, band, 1.0)
+    place = AtPeak(balance, space, 0, DISPLACEMENT_AMPLITUDE, band, 1.0)
     variables = np.array([0.3, 0.2])
     _, gradient = place.value(variables)
     differences = [

@@ -28,10 +28,11 @@ from stickslip.checks import InputError, between, fault, numbers, of_kind, posit
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.results import save
-from stickslip.results_view import nearest_point
+from stickslip.results_view import measure_in, nearest_point
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.densify import densified
@@ -54,12 +55,20 @@ class ForcedResponse:
     problem: Problem
 
     def peaks(self) -> pd.DataFrame:
-        """All peaks: force level, output, frequency [Hz], amplitude [m], largest |x| [m], loss factor; highest first."""
-        names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
-        table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"])
-        table = table.rename(columns={name: name.removeprefix("peak_") for name in names})
-        columns = ["force_level", "output", "peak", *(name.removeprefix("peak_") for name in names)]
-        return table[columns].sort_values(["force_level", "output", "peak"], ignore_index=True)
+        """All peaks: force level, output, frequency [Hz], size, largest value in time, loss factor; highest first.
+
+        The size is in the column `amplitude` (of the first harmonic), `rms` or `max_abs`, by the measure that was asked for; in
+        SI units of the quantity, also of the largest value: m, m/s, m/s², or these per force level for receptance, mobility,
+        inertance.
+        """
+        measure = measure_in(self.dataset)
+        names = {"peak_frequency": "frequency", "peak_amplitude": measure.kind, "peak_max_abs": "max_abs"}
+        names = {key: name for key, name in names.items() if name != measure.kind or key == "peak_amplitude"}
+        names["peak_loss_factor"] = "loss_factor"
+        table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"]).rename(columns=names)
+        return table[["force_level", "output", "peak", *names.values()]].sort_values(
+            ["force_level", "output", "peak"], ignore_index=True
+        )
 
     def peak_point(self, case: int = 0, output: int = 0, peak: int = 0) -> int:
         """The point of a case that is the highest peak of an output, or a lower one: for `verify_in_time`, `cycle`, `stress`,
@@ -67,6 +76,7 @@ class ForcedResponse:
         dataset = self.dataset
         row, column = (between(f, value, 0, dataset.sizes[f] - 1) for f, value in (("case", case), ("output", output)))
         frequencies, amplitudes = (dataset[f"peak_{name}"].to_numpy()[row, :, column] for name in ("frequency", "amplitude"))
+        amplitudes = amplitudes * measure_in(dataset).per(float(dataset["force_level"][row]))
         count = int(np.isfinite(frequencies).sum())
         if not count:
             raise fault(f"The curve of case {row} and output {column}", "must have a peak inside the band", "one without")
@@ -151,6 +161,8 @@ def forced_response(
     *,
     tolerance: float = 2e-3,
     peak_tolerance: float = TOLERANCE,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -161,6 +173,9 @@ def forced_response(
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
     the contacts that is left out at the peaks is below `tolerance` of the whole, and likewise samples. samples: per period, at
     least 4H + 2; of a disk raised to the next number with which the delay from sector to sector is whole.
+    quantity, measure: what the peaks are of; a damped structure peaks at another frequency in acceleration than in displacement.
+    quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
+    the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. finished: keeps the curve of each force level as soon as it
     is there, and gives it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work
@@ -169,7 +184,8 @@ def forced_response(
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing")
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance)
+    peaks_of = measure_of(quantity, measure)
+    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of)
     curves = all_cases(work, finished, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -187,6 +203,7 @@ class ForcedResponseWork:
     samples: int
     choice: str = ""
     peak_tolerance: float = TOLERANCE
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     @classmethod
     def of(
@@ -198,6 +215,7 @@ class ForcedResponseWork:
         samples: int,
         tolerance: float = 2e-3,
         peak_tolerance: float = TOLERANCE,
+        measure: Measure = DISPLACEMENT_AMPLITUDE,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
@@ -211,7 +229,7 @@ class ForcedResponseWork:
             harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
         H = whole("harmonics", harmonics, 'Or write "auto".')
         fourier(H, Nt)
-        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance)
+        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -227,7 +245,7 @@ class ForcedResponseWork:
         """Everything that a curve depends on."""
         where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        how += f", peaks to {self.peak_tolerance!r}"
+        how += f", peaks of the {self.measure.words} to {self.peak_tolerance!r}"
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
     @property
@@ -242,7 +260,8 @@ class ForcedResponseWork:
         """The arrays of the curve of one force level."""
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
-        curve = solve_curve(self.balance, omegas, self.levels[case], self.exactly, tell, peak_tolerance=self.peak_tolerance)
+        level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure
+        curve = solve_curve(self.balance, omegas, level, self.exactly, tell, peak_tolerance=tolerance, measure=measure)
         if not self.exactly:
             curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
@@ -256,7 +275,7 @@ class ForcedResponseWork:
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _around(low)
         with threadpool_limits(1, user_api="blas"):
-            dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs), self.problem)
+            dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure), self.problem)
         return ForcedResponse(dataset, self.problem)
 
 

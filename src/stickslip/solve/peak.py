@@ -9,7 +9,7 @@ the best point by more than the tolerance. What one search has solved serves the
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.curve_points import CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
 
@@ -31,17 +32,6 @@ STEEPER = 1.5
 
 SOLVES = 300
 NEIGHBOURS = 2
-
-Measure = Callable[[Array], tuple[float, Array]]
-"""A size of one row of motion (2H+1,), m, and its gradient by that row."""
-
-
-def first_harmonic(motion: Array) -> tuple[float, Array]:
-    """|X_1| = √(a1² + b1²)."""
-    amplitude = float(np.hypot(motion[1], motion[2]))
-    gradient = np.zeros_like(motion)
-    gradient[1:3] = motion[1:3] / max(amplitude, np.finfo(float).tiny)
-    return amplitude, gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,19 +48,20 @@ class Peaks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Place:
-    """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion and λ along it."""
+    """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion, λ and ω along it."""
 
     segment: int
     fraction: float
     length: float
     motion_slope: Array
     forces_slope: Array
+    omega_slope: float
     point: CurvePoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """A place with the amplitude of one output there, and its slope."""
+    """A place with the size of one output there, by the measure that is searched, and its slope."""
 
     place: _Place
     amplitude: float
@@ -160,12 +151,12 @@ class PeakSearch:
         self.solved: dict[int, list[_Place]] = {}
         self.planes: dict[int, tuple[PathCondition, float]] = {}
 
-    def peaks(self, output: int, measure: Measure = first_harmonic, least: float = 0.0) -> Peaks:
+    def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
         row = self.balance.rows + output
-        measured = [measure(point.evaluation.w[row]) for point in self.curve]
+        measured = [_slope(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
         sizes = np.array([size for size, _ in measured])
-        rising = [float(g @ p.tangent.motion[row]) > 0.0 for (_, g), p in zip(measured, self.curve, strict=True)]
+        rising = [slope > 0.0 for _, slope in measured]
         floor = least * float(sizes.max(initial=0.0))
         found, unsolved = [], 0
         for k in range(len(self.curve) - 1):
@@ -180,8 +171,7 @@ class PeakSearch:
         """The highest place on the segments around a change from rising to falling, and how many places were not solved."""
 
         def sample(place: _Place) -> _Sample:
-            size, gradient = measure(place.point.evaluation.w[row])
-            return _Sample(place, size, float(gradient @ place.motion_slope[row]))
+            return _Sample(place, *_slope(measure, place.point, row, place.motion_slope, place.omega_slope))
 
         first, last = max(segment - NEIGHBOURS, 0), min(segment + NEIGHBOURS, len(self.curve) - 2)
         intervals = [interval for k in range(first, last + 1) for interval in _intervals([sample(p) for p in self._places(k)])]
@@ -226,7 +216,7 @@ class PeakSearch:
         tangent = point.tangent
         rate = condition.rate(tangent.motion, tangent.parameter)
         length = float(self.lengths[k]) + fraction * span
-        return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, point)
+        return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
 
     def _solve(self, interval: _Interval) -> _Place | None:
         """A place inside an interval, kept for other searches; None where Newton's method fails."""
@@ -244,6 +234,12 @@ class PeakSearch:
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
+
+
+def _slope(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: float) -> tuple[float, float]:
+    """The size of a row at a point, and its slope along a direction of the curve in motion and ω."""
+    size, gradient, by_omega = measure.gradient(point.evaluation.w[row], point.point.omega)
+    return size, float(gradient @ motion[row]) + by_omega * omega
 
 
 def _intervals(samples: list[_Sample]) -> list[_Interval]:
