@@ -139,3 +139,15 @@ def test_the_single_blade_peaks_in_acceleration_far_above_its_displacement_peak(
     assert displacement.peaks().frequency[0] == pytest.approx(528.57, abs=0.05)
     assert peak.frequency == pytest.approx(564.57, abs=0.4)
     assert 1.0 - there / peak.amplitude == pytest.approx(0.065, abs=0.002)
+
+
+@pytest.mark.parametrize("quantity", CLOSED)
+def test_the_end_of_a_band_just_before_a_peak_is_no_peak(quantity):
+    """From either side: the last step of the continuation reaches past the maximum that the band does not hold."""
+    for share, ends in ((0.995, (0.5, 6.0)), (1.005, (6.0, 0.5))):
+        omega = CLOSED[quantity][0]
+        for near in (share, 1.0 + 3.0 * (share - 1.0)):
+            band = ss.radians_per_second(ends[0], near * omega)
+            assert ss.forced_response(LINEAR, band, 1.0, 1, 16, quantity=quantity).peaks().empty
+        found = ss.forced_response(LINEAR, ss.radians_per_second(ends[0], (2.0 - share) * omega), 1.0, 1, 16, quantity=quantity)
+        assert len(found.peaks()) == 1

@@ -146,7 +146,9 @@ class PeakSearch:
     """
 
     def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE) -> None:
-        self.balance, self.curve, self.tolerance = balance, curve, tolerance
+        self.balance, self.tolerance = balance, tolerance
+        # An end of the band is solved between two points and carries the tangent of one beyond it, which may lie past a maximum.
+        self.curve = [_with_own_tangent(balance, p) if k in (0, len(curve) - 1) else p for k, p in enumerate(curve)]
         self.lengths = np.cumsum([point.length for point in curve])
         self.solved: dict[int, list[_Place]] = {}
         self.planes: dict[int, tuple[PathCondition, float]] = {}
@@ -234,6 +236,15 @@ class PeakSearch:
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
+
+
+def _with_own_tangent(balance: HarmonicBalance, point: CurvePoint) -> CurvePoint:
+    """A point with the tangent of the curve there, in the direction in which its frequency goes."""
+    omega, metric = point.point.omega, point.metric
+    factors = balance.factorise(point.evaluation, PathCondition("omega", None, 1.0 / omega, 0.0))
+    forces, motion, rate = balance.tangent(point.evaluation, "omega", factors)
+    length = metric.length(motion, rate) * (1.0 if rate * point.tangent.parameter > 0.0 else -1.0)
+    return replace(point, tangent=Tangent(forces / length, motion / length, rate / length))
 
 
 def _slope(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: float) -> tuple[float, float]:
