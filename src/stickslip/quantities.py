@@ -84,7 +84,8 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     """Every peak as a row: frequency, its size and loss factor. name: the quantity; that of the result's peaks unless given.
 
     Peaks of another quantity are elsewhere: they are not in the result. The column of the size then says whose peaks these are,
-    "acceleration at the displacement peak [m/s2]"; for the others ask the analysis for that quantity.
+    "acceleration at the displacement peak [m/s2]"; for the others ask the analysis for that quantity,
+    or `ForcedResponse.peaks("acceleration")`, which has the problem to solve them.
     """
     own = measure_in(dataset)
     quantity, per_force = quantity_named(name or own.name, per_force)

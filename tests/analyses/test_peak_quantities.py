@@ -151,3 +151,20 @@ def test_the_end_of_a_band_just_before_a_peak_is_no_peak(quantity):
             assert ss.forced_response(LINEAR, band, 1.0, 1, 16, quantity=quantity).peaks().empty
         found = ss.forced_response(LINEAR, ss.radians_per_second(ends[0], (2.0 - share) * omega), 1.0, 1, 16, quantity=quantity)
         assert len(found.peaks()) == 1
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "acceleration", "inertance"])
+@pytest.mark.parametrize("measure", ["amplitude", "rms", "max_abs"])
+def test_peaks_of_another_quantity_are_found_between_the_points_of_a_response(quantity, measure):
+    """As by a response that was computed for it: two resonances in stick and slip, and one mass at its optimum."""
+    wedge, mass = ss.rigs.three_mass_wedge(), ss.rigs.single_mass(damping=0.05)
+    for problem, band, level in ((wedge, ss.hertz(140.0, 240.0), 0.2), (mass, ss.radians_per_second(0.3, 4.0), 0.75)):
+        computed = ss.forced_response(problem, band, level, 3, 128, quantity=quantity, measure=measure).peaks()
+        response = ss.forced_response(problem, band, level, 3, 128, quantity="velocity")
+        found = response.peaks(quantity, measure)
+        assert list(found.columns) == list(computed.columns)
+        assert found.output.tolist() == computed.output.tolist()
+        np.testing.assert_allclose(found[measure], computed[measure], rtol=1e-6)
+        np.testing.assert_allclose(found.frequency, computed.frequency, rtol=1e-3)
+        np.testing.assert_allclose(found.max_abs, computed.max_abs, rtol=1e-3)
+        assert response.peaks("velocity").equals(response.peaks())

@@ -18,6 +18,7 @@ from stickslip.analyses.cases import all_cases
 from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.peaks_of_another import peaks_of_another
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
@@ -54,14 +55,20 @@ class ForcedResponse:
     dataset: xr.Dataset
     problem: Problem
 
-    def peaks(self) -> pd.DataFrame:
+    def peaks(self, quantity: str | None = None, measure: str | None = None) -> pd.DataFrame:
         """All peaks: force level, output, frequency [Hz], size, largest value in time, loss factor; highest first.
 
-        The size is in the column `amplitude` (of the first harmonic), `rms` or `max_abs`, by the measure that was asked for; in
-        SI units of the quantity, also of the largest value: m, m/s, m/s², or these per force level for receptance, mobility,
-        inertance.
+        The size is in the column `amplitude` (of the first harmonic), `rms` or `max_abs`, by the measure; in SI units of the
+        quantity, also of the largest value: m, m/s, m/s², or these per force level for receptance, mobility, inertance.
+        quantity, measure: those that the response was computed for unless given; peaks of others are searched and solved between
+        its points, for a response over a band. Figures, report and tables keep to their own.
         """
-        measure = measure_in(self.dataset)
+        own = measure_in(self.dataset)
+        wanted = measure_of(quantity or own.name, measure or own.kind)
+        return self._own_peaks(own) if wanted == own else peaks_of_another(self.dataset, self.problem, wanted)
+
+    def _own_peaks(self, measure: Measure) -> pd.DataFrame:
+        """The peaks that the dataset holds."""
         names = {"peak_frequency": "frequency", "peak_amplitude": measure.kind, "peak_max_abs": "max_abs"}
         names = {key: name for key, name in names.items() if name != measure.kind or key == "peak_amplitude"}
         names["peak_loss_factor"] = "loss_factor"
