@@ -20,6 +20,7 @@ from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.curve_points import CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
+from stickslip.solve.segment import knot
 
 TOLERANCE = 1e-8
 """Relative amplitude by which a peak may be below the highest bound."""
@@ -147,8 +148,7 @@ class PeakSearch:
 
     def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE) -> None:
         self.balance, self.tolerance = balance, tolerance
-        # An end of the band is solved between two points and carries the tangent of one beyond it, which may lie past a maximum.
-        self.curve = [_with_own_tangent(balance, p) if k in (0, len(curve) - 1) else p for k, p in enumerate(curve)]
+        self.curve = _with_own_tangents(balance, curve)
         self.lengths = np.cumsum([point.length for point in curve])
         self.solved: dict[int, list[_Place]] = {}
         self.planes: dict[int, tuple[PathCondition, float]] = {}
@@ -238,13 +238,20 @@ class PeakSearch:
         return found
 
 
-def _with_own_tangent(balance: HarmonicBalance, point: CurvePoint) -> CurvePoint:
-    """A point with the tangent of the curve there, in the direction in which its frequency goes."""
-    omega, metric = point.point.omega, point.metric
-    factors = balance.factorise(point.evaluation, PathCondition("omega", None, 1.0 / omega, 0.0))
-    forces, motion, rate = balance.tangent(point.evaluation, "omega", factors)
-    length = metric.length(motion, rate) * (1.0 if rate * point.tangent.parameter > 0.0 else -1.0)
-    return replace(point, tangent=Tangent(forces / length, motion / length, rate / length))
+def _with_own_tangents(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list[CurvePoint]:
+    """The curve with the tangents of its two ends solved there, in the direction of travel.
+
+    An end of the band is solved between two points and carries the tangent of one beyond it, which may lie past a maximum.
+    """
+    points = list(curve)
+    for k, before, after in ((0, 0, 1), (-1, -2, -1)) if len(points) > 1 else ():
+        end, metric = points[k], points[k].metric
+        direction = knot(balance, end.evaluation, metric, points[before].evaluation, points[after].evaluation).direction
+        if direction is not None:
+            length = metric.length(direction.motion, direction.rate)
+            tangent = Tangent(direction.forces / length, direction.motion / length, direction.rate / length)
+            points[k] = replace(end, tangent=tangent)
+    return points
 
 
 def _slope(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: float) -> tuple[float, float]:
