@@ -36,11 +36,11 @@ def responses():
 
 
 def curves(pull):
-    """Performance curves at one load."""
+    """Performance curves of the inertance at one load."""
     rig = ss.rigs.two_semi_cylinders(pull)
-    curve = ss.performance_curve(rig, ss.logspace(0.3, 300.0, 36), friction=[OILED, DRY], harmonics=3)
+    curve = ss.performance_curve(rig, ss.logspace(0.3, 300.0, 36), friction=[OILED, DRY], harmonics=3, quantity="inertance")
     titled = curve.dataset.assign_attrs(title=f"Blade with two semi-cylinders, {pull:g} N")
-    return performance_curves(titled, "normalised_inertance")
+    return performance_curves(titled)
 
 
 if __name__ == "__main__":

@@ -5,59 +5,16 @@ In a stored result these are X_h (i h ω)^k, so nothing is computed again. Figur
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.checks import Array, fault, nearest
+from stickslip.harmonic.measure import Measure, Quantity, quantity_named
+from stickslip.results_view import levels_in_newtons, measure_in, nearest_point, sizes
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """The k-th time derivative of the displacement; `units` and `name_per_force`: of it and of it per newton."""
-
-    name: str
-    order: int
-    units: str
-    name_per_force: str
-    units_per_force: str
-
-
-QUANTITIES = {
-    quantity.name: quantity
-    for quantity in (
-        Quantity("displacement", 0, "m", "receptance", "m/N"),
-        Quantity("velocity", 1, "m/s", "mobility", "m/(s N)"),
-        Quantity("acceleration", 2, "m/s2", "inertance", "m/(s2 N)"),
-    )
-}
-
-
-PER_FORCE = {quantity.name_per_force: quantity for quantity in QUANTITIES.values()} | {
-    "compliance": QUANTITIES["displacement"],
-    "accelerance": QUANTITIES["acceleration"],
-}
-"""By the names of what they are per force."""
-
-
-def quantity_named(name: str, per_force: bool = False) -> tuple[Quantity, bool]:
-    """The quantity of a name and whether it is wanted per force: by the name of its own (mobility) it is."""
-    if name in PER_FORCE:
-        return PER_FORCE[name], True
-    if name not in QUANTITIES:
-        rule = f"must be {', '.join(QUANTITIES)}, or per force {', '.join(PER_FORCE)}"
-        raise fault("quantity", rule, name, nearest(name, [*QUANTITIES, *PER_FORCE]))
-    return QUANTITIES[name], per_force
-
-
-def angular_factor(frequency: Array, quantity: Quantity) -> Array:
-    """(2πf)^k: from |X_1| of the displacement to that of the quantity; frequency in Hz."""
-    return np.asarray((2.0 * np.pi * np.asarray(frequency)) ** quantity.order)
 
 
 def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.Dataset:
@@ -90,14 +47,15 @@ def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.D
     return found.where(converged).assign(frequency=dataset["frequency"], outcome=dataset["outcome"])
 
 
-def quantity_table(dataset: xr.Dataset, name: str = "displacement", per_force: bool = False) -> pd.DataFrame:
+def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = False) -> pd.DataFrame:
     """Every converged point of every curve as a row; amplitudes are of the first harmonic, units stand in the column names.
 
-    Samples have a column `start` that tells their start states apart.
+    name: the quantity; that of the result's peaks unless given. Samples have a column `start` that tells their start states
+    apart.
     """
     import pandas as pd
 
-    converted = as_quantity(dataset, name, per_force)
+    converted = as_quantity(dataset, name or measure_in(dataset).name, per_force)
     units = converted["amplitude"].attrs["units"]
     first = converted["response"].isel(harmonic=1)
     phase = np.degrees(np.arctan2(first.isel(part=1).values, first.isel(part=0).values))
@@ -122,24 +80,50 @@ def quantity_table(dataset: xr.Dataset, name: str = "displacement", per_force: b
     return pd.DataFrame(rows)
 
 
-def peak_table(dataset: xr.Dataset, name: str = "displacement", per_force: bool = False) -> pd.DataFrame:
-    """Every peak of the displacement's first harmonic as a row, its amplitude as another quantity at that frequency."""
-    quantity, per_force = quantity_named(name, per_force)
-    names = ["peak_frequency", "peak_amplitude", "peak_loss_factor"]
-    table = dataset[names].to_dataframe().reset_index().dropna(subset=["peak_frequency"])
-    scale = angular_factor(table["peak_frequency"].to_numpy(), quantity)
+def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = False) -> pd.DataFrame:
+    """Every peak as a row: frequency, its size and loss factor. name: the quantity; that of the result's peaks unless given.
+
+    Peaks of another quantity are elsewhere: they are not in the result. The column of the size then says whose peaks these are,
+    "acceleration at the displacement peak [m/s2]"; for the others ask the analysis for that quantity,
+    or `ForcedResponse.peaks("acceleration")`, which has the problem to solve them.
+    """
+    own = measure_in(dataset)
+    quantity, per_force = quantity_named(name or own.name, per_force)
+    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor"]].to_dataframe().reset_index()
+    table = table.dropna(subset=["peak_frequency"])
+    if own.per_force:
+        table["peak_amplitude"] = table["peak_amplitude"] * table["force_level"]
+    if quantity != own.quantity:
+        wanted = Measure(quantity, own.kind)
+        outputs = [str(label) for label in dataset["output"].values]
+        places = [
+            (int(row.case), outputs.index(str(row.output)), row.peak_frequency, row.peak_amplitude) for row in table.itertuples()
+        ]
+        table["peak_amplitude"] = [
+            float(sizes(dataset, place[0], place[1], wanted, np.array([nearest_point(dataset, *place)]))[0]) for place in places
+        ]
     if per_force:
-        scale = scale / table["force_level"].to_numpy()
-    units = _units(dataset, quantity, per_force)
-    table[f"amplitude [{units}]"] = table["peak_amplitude"] * scale
-    table = table.rename(columns={"peak_frequency": "frequency [Hz]", "peak_loss_factor": "loss_factor"})
+        table["peak_amplitude"] = table["peak_amplitude"] / table["force_level"]
+    words = quantity.name_per_force if per_force else quantity.name
+    what = own.kind if quantity == own.quantity else f"{words} at the {own.quantity.name} peak"
+    size = f"{what} [{_units(dataset, quantity, per_force)}]"
+    names = {"peak_frequency": "frequency [Hz]", "peak_amplitude": size, "peak_loss_factor": "loss_factor"}
+    table = table.rename(columns=names)
     which = ["force_level", *(["start"] if "start" in dataset.coords else []), "output", "peak"]
-    columns = [*which, "frequency [Hz]", f"amplitude [{units}]", "loss_factor"]
-    return table[columns].sort_values(which, ignore_index=True)
+    return table[[*which, *names.values()]].sort_values(which, ignore_index=True)
+
+
+def other_peaks(dataset: xr.Dataset, name: str | None) -> str:
+    """A sentence where the peaks of a result are not of the quantity that is asked for; else ""."""
+    own = measure_in(dataset)
+    quantity = quantity_named(name or own.name)[0]
+    if quantity == own.quantity or not dataset["peak_frequency"].notnull().any():
+        return ""
+    return (
+        f"The peaks are those of the {own.quantity.name}, with the {quantity.name} there, which is highest elsewhere: "
+        f'for its own peaks run the study with quantity = "{quantity.name}" in [sweep].'
+    )
 
 
 def _units(dataset: xr.Dataset, quantity: Quantity, per_force: bool) -> str:
-    if not per_force:
-        return quantity.units
-    newtons = str(dataset["force_level"].attrs.get("units", "1")) == "N"
-    return quantity.units_per_force if newtons else f"{quantity.units} per unit level"
+    return Measure(quantity, per_force=per_force).reported_units(levels_in_newtons(dataset))

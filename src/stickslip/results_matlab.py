@@ -16,6 +16,7 @@ from scipy import io
 from stickslip.checks import fault
 from stickslip.files import replacing
 from stickslip.quantities import as_quantity
+from stickslip.results_view import measure_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,17 +26,17 @@ LARGEST = 2**31 - 1
 LONGEST_NAME = 63
 
 
-def save_mat(dataset: xr.Dataset, path: str | Path, quantity: str = "displacement", per_force: bool = False) -> Path:
+def save_mat(dataset: xr.Dataset, path: str | Path, quantity: str | None = None, per_force: bool = False) -> Path:
     """Write one result as a .mat file, whole or not at all; returns the path.
 
-    quantity: displacement, velocity or acceleration, of which `response`, `amplitude` and `rms` are then; per_force divides
-    by the force level, as the names receptance, mobility and inertance do.
+    quantity: displacement, velocity or acceleration, of which `response`, `amplitude` and `rms` are then, that of the result's
+    peaks unless given; per_force divides by the force level, as the names receptance, mobility and inertance do.
     """
     return save_all_mat({"": dataset}, path, quantity, per_force)
 
 
 def save_all_mat(
-    datasets: Mapping[str, xr.Dataset], path: str | Path, quantity: str = "displacement", per_force: bool = False
+    datasets: Mapping[str, xr.Dataset], path: str | Path, quantity: str | None = None, per_force: bool = False
 ) -> Path:
     """Several results in one file, each a struct with the name of the result; one without a name stands by itself."""
     tables = {_name(name): _table(_converted(dataset, quantity, per_force)) for name, dataset in datasets.items()}
@@ -45,9 +46,12 @@ def save_all_mat(
     return Path(path)
 
 
-def _converted(dataset: xr.Dataset, quantity: str, per_force: bool) -> xr.Dataset:
+def _converted(dataset: xr.Dataset, quantity: str | None, per_force: bool) -> xr.Dataset:
     """The dataset with its responses as another quantity."""
-    if "response" not in dataset or (quantity == "displacement" and not per_force):
+    if "response" not in dataset:
+        return dataset
+    quantity = quantity or measure_in(dataset).name
+    if quantity == "displacement" and not per_force:
         return dataset
     found = as_quantity(dataset, quantity, per_force)
     return dataset.assign({name: found[name] for name in ("response", "amplitude", "rms")})

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.harmonic.fourier import real_harmonics
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
 from stickslip.outcome import Outcome
 from stickslip.units import um
 
@@ -20,8 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Peak:
-    """The highest peak of one case and output: Hz, m, and the point of the curve that it is.
+    """The highest peak of one case and output: Hz, and the point of the curve that it is.
 
+    amplitude: by the measure of the result's peaks; max_abs: the largest value in time of the same quantity; both in its SI unit,
+    never per force.
     local: a local maximum of the curve; else the largest computed amplitude, at an end of the band or of a list of frequencies.
     """
 
@@ -44,7 +48,7 @@ class ContactRow:
 
 @dataclass(frozen=True)
 class Length:
-    """A unit of length to show numbers in: its size in metres and its name."""
+    """A unit to show numbers in: its size in metres (m/s, m/s²) and its name."""
 
     metres: float
     name: str
@@ -64,6 +68,38 @@ def length_text(length: float) -> str:
 def unit_for(largest: float) -> Length:
     """Micrometres, or metres for lengths beyond a centimetre."""
     return Length(um, "µm") if largest <= 0.01 else Length(1.0, "m")
+
+
+def measure_in(dataset: xr.Dataset) -> Measure:
+    """What the peaks of a result are of; files that do not say are of displacement amplitudes."""
+    return measure_of(*(str(dataset.attrs.get(key, default)) for key, default in DISPLACEMENT_AMPLITUDE.attributes.items()))
+
+
+def quantity_unit(length: Length, quantity: Quantity) -> Length:
+    """The unit of a quantity beside that of lengths: mm/s and m/s² beside µm, m/s and m/s² beside m."""
+    if quantity.order == 0:
+        return length
+    small = length.metres < 1.0
+    return Length(1e-3, "mm/s") if quantity.order == 1 and small else Length(1.0, ("", "m/s", "m/s²")[quantity.order])
+
+
+def peak_unit(*datasets: xr.Dataset) -> Length:
+    """The unit to show peaks in, of results whose peaks are of one quantity."""
+    return quantity_unit(length_unit(*datasets), measure_in(datasets[0]).quantity)
+
+
+def shown_unit(units: str, largest: float) -> Length:
+    """The unit to show sizes in that are kept in SI units: µm or m, or µm/N or m/N, by the largest; others as they are."""
+    if units.startswith(("m/s", "m/(s")):
+        return Length(1.0, units.replace("s2", "s²"))
+    unit = unit_for(largest)
+    return Length(unit.metres, unit.name + units.removeprefix("m"))
+
+
+def size_text(size: float, units: str) -> str:
+    """A size in SI with its unit, "12.3 µm", "12.3 µm/N" or "4.56 m/s²"."""
+    unit = shown_unit(units, abs(size))
+    return f"{size / unit.metres:.4g} {unit.name}"
 
 
 def level_text(dataset: xr.Dataset, case: int) -> str:
@@ -115,36 +151,79 @@ def is_folded(dataset: xr.Dataset, case: int) -> bool:
     return bool(np.any(steps > 0.0) and np.any(steps < 0.0))
 
 
+def sizes(dataset: xr.Dataset, case: int, output: int, measure: Measure, at: np.ndarray) -> Array:
+    """A measure of an output at points of a curve, by their indices."""
+    if measure.order == 0:
+        return np.asarray(dataset[measure.kind].values[case, at, output])
+    omegas = 2.0 * np.pi * dataset.frequency.values[case, at]
+    if measure.kind == "amplitude":
+        return measure.of_harmonic(dataset.amplitude.values[case, at, output], omegas)
+    parts = dataset.response.values[case, at, output]
+    rows = real_harmonics(parts[..., 0] + 1j * parts[..., 1])
+    return np.array([measure.size(row, omega) if np.isfinite(omega) else np.nan for row, omega in zip(rows, omegas, strict=True)])
+
+
+def along_curve_as(dataset: xr.Dataset, measure: Measure, case: int, output: int) -> Array:
+    """A measure of an output at `points`, NaN where the point did not converge, so that lines break there."""
+    values = np.full(dataset.sizes["point"], np.nan)
+    good = converged_points(dataset, case)
+    values[good] = sizes(dataset, case, output, measure, good)
+    return np.asarray(values[points(dataset, case)])
+
+
 def highest_peak(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
     """The highest peak of a case; None where nothing converged."""
-    candidates = converged_points(dataset, case)
-    amplitudes = dataset.amplitude.values[case, candidates, output]
+    candidates, measure = converged_points(dataset, case), measure_in(dataset)
+    amplitudes = sizes(dataset, case, output, measure, candidates)
     if not candidates.size or not np.any(np.isfinite(amplitudes)):
         return None
     solved = dataset.sizes["peak"] > 0 and bool(np.isfinite(dataset.peak_amplitude.values[case, 0, output]))
     if not solved:
         point = int(candidates[np.nanargmax(amplitudes)])
         frequency, loss_factor = (float(dataset[name].values[case, point]) for name in ("frequency", "loss_factor"))
-        amplitude, max_abs = (float(dataset[name].values[case, point, output]) for name in ("amplitude", "max_abs"))
-        return Peak(frequency, amplitude, max_abs, loss_factor, point, local=False)
+        max_abs = float(sizes(dataset, case, output, measure.with_kind("max_abs"), np.array([point]))[0])
+        return Peak(frequency, float(np.nanmax(amplitudes)), max_abs, loss_factor, point, local=False)
     names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
     frequency, amplitude, max_abs, loss_factor = (float(dataset[name].values[case, 0, output]) for name in names)
+    amplitude, max_abs = (size * measure.per(float(dataset.force_level[case])) for size in (amplitude, max_abs))
     return Peak(
         frequency, amplitude, max_abs, loss_factor, nearest_point(dataset, case, output, frequency, amplitude), local=True
     )
 
 
+def highest_maximum(dataset: xr.Dataset, case: int, output: int, measure: Measure) -> tuple[float, float] | None:
+    """Frequency, Hz, and size at the highest maximum of a measure: a peak where the peaks are of it, else a point of the curve
+    whose neighbours are lower. None without one.
+    """
+    known = measure_in(dataset)
+    if (measure.quantity, measure.kind) == (known.quantity, known.kind):
+        peak = highest_peak(dataset, case, output)
+        return (peak.frequency, peak.amplitude) if peak is not None and peak.local else None
+    values = along_curve_as(dataset, measure, case, output)
+    inside = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
+    if not inside.size:
+        return None
+    best = int(inside[np.argmax(values[inside])])
+    return float(frequencies(dataset, case)[best]), float(values[best])
+
+
 def nearest_point(dataset: xr.Dataset, case: int, output: int, frequency: float, amplitude: float) -> int:
-    """The converged point of a curve that stands nearest to a place on it; a peak is a point itself."""
+    """The converged point of a curve that stands nearest to a place on it, by the measure of its peaks (not per force); a peak
+    is a point itself.
+    """
     candidates = converged_points(dataset, case)
-    amplitudes = dataset.amplitude.values[case, candidates, output]
+    amplitudes = sizes(dataset, case, output, measure_in(dataset), candidates)
     distance = np.abs(dataset.frequency.values[case, candidates] / frequency - 1.0) + np.abs(amplitudes / amplitude - 1.0)
     return int(candidates[np.nanargmin(distance)])
 
 
 def linear_peak(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
-    """Frequency, Hz, and amplitude, m, of the highest maximum of the "free" or "stuck" curve; None when it is at an end."""
-    amplitude = dataset[f"{which}_amplitude"].values[case, :, output]
+    """Frequency, Hz, and size of the highest maximum of the "free" or "stuck" curve, as the peaks are measured but of the first
+    harmonic alone; None when it is at an end.
+    """
+    amplitude = measure_in(dataset).of_harmonic(
+        dataset[f"{which}_amplitude"].values[case, :, output], 2.0 * np.pi * dataset.linear_frequency.values
+    )
     if amplitude.size < 3 or not np.any(np.isfinite(amplitude)):
         return None
     index = int(np.nanargmax(amplitude))

@@ -226,3 +226,15 @@ def test_a_population_of_run_in_disks():
     expected = ss.mistuned_population(ss.run_in(SIX, AT, 0.4, 1, 24), AT, *asked).dataset
     assert np.array_equal(found.amplitude, expected.amplitude)
     assert planned_population(SIX, AT, *asked, run_in=True).names != planned_population(SIX, AT, *asked).names
+
+
+def test_maxima_of_blades_are_those_of_the_quantity():
+    """Against the forced response of the same disk: the highest peak of each blade, by rms of the velocity per force level."""
+    band, mistuning = ss.hertz(AT[0] - 2.0, AT[0] + 2.0), ss.Mistuning(blade=np.linspace(-0.004, 0.004, 6))
+    asked = {"quantity": "mobility", "measure": "rms"}
+    found = ss.mistuned_response(SIX, band, mistuning, 0.4, 3, 48, peak_tolerance=1e-7, **asked).dataset
+    peaks = ss.forced_response(ss.mistuned_disk(SIX, mistuning), band, 0.4, 3, 48, **asked).peaks()
+    highest = peaks.groupby("output").rms.max().to_numpy()
+    assert np.sort(found.blade_peak.values[0]) == pytest.approx(np.sort(highest), rel=1e-5)
+    assert found.blade_peak.attrs["units"] == "m/(s N)"
+    assert float(found.tuned_peak) == pytest.approx(ss.forced_response(SIX, band, 0.4, 3, 48, **asked).peaks().rms[0], rel=1e-6)

@@ -10,6 +10,7 @@ import stickslip as ss
 from stickslip.analyses.performance.peak_path import follow_peaks
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, with_friction, with_preload_factor
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.performance_curve import performance_curves
 from stickslip.report.performance import sentences, tables
 from stickslip.solve.crest import crest_of
@@ -85,7 +86,7 @@ def test_a_peak_on_a_kink_is_a_one_sided_maximum(samples):
     kinks = 0
     for limit in (1.457, 1.643, 1.829):
         balance = HarmonicBalance(ss.rigs.single_mass(damping=0.01, kt=0.5, limit=limit), 1, samples)
-        for summit in swept_summits(balance, 1.0, (0.8, 1.4), 0)[0]:
+        for summit in swept_summits(balance, 1.0, (0.8, 1.4), 0, DISPLACEMENT_AMPLITUDE)[0]:
             plane = plane_at(balance, summit.evaluation)
             for side in (-1.0, 1.0):
                 beside = correct(balance, summit.point, plane.at(side * 4e-3), iterations=30, halvings=10)
@@ -93,7 +94,7 @@ def test_a_peak_on_a_kink_is_a_one_sided_maximum(samples):
                 assert beside.converged
                 assert fallen > (0.0 if summit.on_kink else -COARSEST)
             kinks += summit.on_kink
-            assert crest_of(Ascent(balance, 0), summit).width > 0.0
+            assert crest_of(Ascent(balance, 0, DISPLACEMENT_AMPLITUDE), summit).width > 0.0
     assert kinks >= 2
 
 
@@ -124,7 +125,9 @@ def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_
 def test_no_climb_of_a_sweep_leaves_its_curve():
     """With 1024 samples a climb from 32.3 µm/N at 315.90 Hz leads to 39.7 µm/N at 316.11 Hz, on the closed curve."""
     level, ends = 60.0 / 3.0 / 2.0 ** (1.0 / 3.0), (2.0 * np.pi * 280.0, 2.0 * np.pi * 390.0)
-    found = swept_summits(HarmonicBalance(ss.rigs.blade_and_wedge(60.0, 35.0, 0.2), 5, 1024), level, ends, 0)[0]
+    found = swept_summits(
+        HarmonicBalance(ss.rigs.blade_and_wedge(60.0, 35.0, 0.2), 5, 1024), level, ends, 0, DISPLACEMENT_AMPLITUDE
+    )[0]
     assert max(summit.amplitude for summit in found) / level == pytest.approx(32.768e-6, rel=1e-4)  # of a forced response
 
 

@@ -31,6 +31,8 @@ WRONG = {
     "problem_of": [None, mass(), lambda *values, **named: None, lambda *values, **named: 1 / 0, lambda other, more: mass()],
     "band": ["q", [280, 390], 3.0],
     "output": ["a", 7, 0.5],
+    "quantity": ["speed", 2, None],
+    "measure": ["peak", 2, None],
     "force_ratio": [[], "a", [1.0, 1.0], [[1.0, 2.0]], [0.0], [math.nan], None],
     "pull": ["a", -1.0, math.nan],
     "check_every": [0, *NOT_WHOLE],

@@ -50,6 +50,8 @@ WRONG: list[tuple[str, set[Any], tuple[Any, ...]]] = [
     ("rule", DRAWN, (TEXT, LIST, NONE, 3, ["slider_offset"])),
     ("share", DRAWN, (TEXT, LIST, NONE, 3)),
     ("output", SOME, (*NO_COUNT, "2.y", -1, 9)),
+    ("quantity", {samples, bounds}, ("speed", 2, None, ["velocity"])),
+    ("measure", {samples, bounds}, ("peak", 2, None, ["rms"])),
     ("points", {bounds, history}, (*NO_COUNT, 0, -1, 10**12)),
     ("cloud", {bounds}, (*NO_COUNT, -1, 10**13)),
     ("objective", {bounds}, (TEXT, LIST, NONE, 3)),

@@ -105,7 +105,8 @@ def test_export(tmp_path):
     assert set(curves["result"]) == {"a", "b"}
     peak = swept.peaks().iloc[0]
     expected = peak["amplitude"] * (2 * np.pi * peak["frequency"]) ** 2 / 0.5
-    np.testing.assert_allclose(peaks["amplitude [m/(s2 N)]"], expected, rtol=1e-12)
+    np.testing.assert_allclose(peaks["inertance at the displacement peak [m/(s2 N)]"], expected, rtol=1e-12)
+    assert 'for its own peaks run the study with quantity = "acceleration" in [sweep].' in " ".join(result.output.split())
     refused = CliRunner().invoke(app, ["export", str(tmp_path / "results"), "--out", str(tmp_path / "t.txt")])
     assert refused.exit_code == 2
     assert "--out must end in .csv" in refused.output

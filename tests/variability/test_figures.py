@@ -16,7 +16,10 @@ from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.cycles import Cycles, sample_cycles
 from stickslip.plots.force_plane import paths_in
 from stickslip.plots.response_bounds import loss_factors, start_states
+from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.plots.response_samples import response_cloud
+from stickslip.report.bounds import bounds_table
+from stickslip.report.percentiles import percentiles_table
 from stickslip.rigs import three_mass_wedge
 from stickslip.units import hertz
 
@@ -143,3 +146,38 @@ def test_the_plane_is_right_for_a_light_damper_only(problem):
     loads = np.stack([samples.force[:, samples.row(f"{side} n")] for side in plane.sides], axis=-1)
     error = float(np.abs(plane.normal(paths) - loads).max()) / 120.0
     assert error < 0.01 if problem.structure.M[4, 4] < 0.01 else error > 0.1
+
+
+@pytest.mark.parametrize(
+    ("quantity", "label"), [("mobility", "ω|X₁|/F in m/s per unit level"), ("acceleration", "ω²|X₁| in m/s²")]
+)
+def test_bounds_samples_and_percentiles_are_of_the_quantity(quantity, label):
+    """At one frequency an amplitude is ω^k times that of the displacement, and per force level divided by it."""
+    level, order = 0.5, {"mobility": 1, "acceleration": 2}[quantity]
+    own, other = (
+        response_bounds(three_mass_wedge(), [222.0], level, cloud=3, quantity=q).dataset for q in ("displacement", quantity)
+    )
+    factor = (2.0 * np.pi * 222.0) ** order / (level if quantity == "mobility" else 1.0)
+    for name in ("amplitude", "sampled_amplitude"):
+        np.testing.assert_allclose(other[name], factor * own[name], rtol=1e-6)
+    figure = response_bounds(three_mass_wedge(), [215.0, 222.0], level, cloud=3, quantity=quantity).plot()
+    assert figure.axes[0].get_ylabel() == f"amplitude {label}"
+    table = bounds_table(other)
+    assert table[f"upper amplitude [{other.amplitude.attrs['units']}]"][0] == float(other.amplitude[0, 1, 0])
+    samples = response_samples(three_mass_wedge(), [222.0], level, 3, quantity=quantity)
+    plain = response_samples(three_mass_wedge(), [222.0], level, 3)
+    np.testing.assert_allclose(samples.percentiles(), plain.percentiles() * (2.0 * np.pi * 222.0) ** order, rtol=1e-12)
+    assert samples.percentiles().attrs["units"] == ("m/s" if quantity == "mobility" else "m/s2")
+    expected = {"mobility": "amplitude ω|X₁| in mm/s", "acceleration": "amplitude ω²|X₁| in m/s²"}[quantity]
+    assert samples.plot().axes[0].get_ylabel() == expected
+    assert response_percentiles(samples.dataset).axes[0].get_ylabel() == expected
+    assert "% [m/s" in " ".join(percentiles_table(samples.dataset).columns)
+
+
+def test_the_bounds_of_an_rms_are_at_least_those_of_its_samples():
+    bounds = response_bounds(three_mass_wedge(), [222.0], 0.5, cloud=6, quantity="acceleration", measure="rms").dataset
+    low, high = bounds.amplitude.values[0, :, 0]
+    assert low <= float(bounds.sampled_amplitude.min())
+    assert high >= float(bounds.sampled_amplitude.max())
+    alone = response_bounds(three_mass_wedge(), [222.0], 0.5, cloud=6, quantity="acceleration").dataset.amplitude.values[0, 1, 0]
+    assert high > alone / np.sqrt(2.0)

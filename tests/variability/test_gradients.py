@@ -6,9 +6,10 @@ from harmonic.problems import everything
 
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, measure_of
 from stickslip.rigs import single_blade, three_mass_wedge
 from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, amplitude, loss_factor
+from stickslip.solve.extremes import AtFrequency, loss_factor, size_of
 from stickslip.solve.start_states import explored_space
 
 STEP = 1e-6
@@ -24,11 +25,11 @@ def place_at(problem, frequency, level, rule, objective):
     balance = HarmonicBalance(problem, 3, 128)
     omega = 2.0 * np.pi * frequency
     space = explored_space(balance, [omega], level, rule)
-    target = amplitude(0) if objective == "amplitude" else loss_factor(EnergyBalance(balance))
+    target = loss_factor(EnergyBalance(balance)) if objective == "loss_factor" else size_of(0, measure_of(*objective.split()))
     return AtFrequency(balance, space, target, omega, level)
 
 
-@pytest.mark.parametrize("objective", ["amplitude", "loss_factor"])
+@pytest.mark.parametrize("objective", ["displacement amplitude", "acceleration rms", "velocity max_abs", "loss_factor"])
 @pytest.mark.parametrize(
     ("name", "rule"),
     [
@@ -54,15 +55,16 @@ def test_gradient_along_random_directions(problems, name, rule, objective):
         assert gradient @ direction == pytest.approx(expected, abs=1e-6 * np.linalg.norm(gradient) * np.linalg.norm(direction))
 
 
-def test_gradient_at_the_peak():
-    """At a maximum over frequency the derivative of the peak is the one at fixed frequency.
+@pytest.mark.parametrize("measure", [DISPLACEMENT_AMPLITUDE, measure_of("acceleration", "rms")], ids=lambda one: one.words)
+def test_gradient_at_the_peak(measure):
+    """At a maximum over frequency the derivative of the peak is the one at fixed frequency, whatever it is a maximum of.
 
     The differences are coarse, since cusps of the samples make the peak rough in the sixth digit.
     """
     balance = HarmonicBalance(three_mass_wedge(), 5, 256)
     band = (2.0 * np.pi * 200.0, 2.0 * np.pi * 235.0)
     space = explored_space(balance, band, 1.0)
-    place = AtPeak(balance, space, 0, band, 1.0)
+    place = AtPeak(balance, space, 0, measure, band, 1.0)
     variables = np.array([0.3, 0.2])
     _, gradient = place.value(variables)
     differences = [

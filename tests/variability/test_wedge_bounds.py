@@ -8,9 +8,10 @@ import pytest
 
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.rigs import three_mass_wedge
 from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, amplitude
+from stickslip.solve.extremes import AtFrequency, size_of
 from stickslip.solve.start_states import explored_space
 from stickslip.units import hertz
 
@@ -19,7 +20,7 @@ OMEGA = 2.0 * np.pi * 222.0
 
 def place(rule):
     balance = HarmonicBalance(three_mass_wedge(), 5, 256)
-    return AtFrequency(balance, explored_space(balance, [OMEGA], 1.0, rule), amplitude(0), OMEGA, 1.0)
+    return AtFrequency(balance, explored_space(balance, [OMEGA], 1.0, rule), size_of(0, DISPLACEMENT_AMPLITUDE), OMEGA, 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +64,7 @@ def test_bounds_hold_over_the_band(rule):
     for k, frequency in enumerate(frequencies):
         balance = HarmonicBalance(three_mass_wedge(), 5, 256)
         omega = 2.0 * np.pi * frequency
-        there = AtFrequency(balance, explored_space(balance, [omega], 1.0, rule), amplitude(0), omega, 1.0)
+        there = AtFrequency(balance, explored_space(balance, [omega], 1.0, rule), size_of(0, DISPLACEMENT_AMPLITUDE), omega, 1.0)
         cloud = [there.point(v).value for v in np.random.default_rng(k).uniform(-1.0, 1.0, (40, 2))]
         low, high = found.amplitude.values[0, :, k]
         assert low * (1.0 - 2e-4) <= min(cloud)
@@ -85,7 +86,7 @@ def test_peak_bounds_hold_for_every_curve():
     assert high >= np.nanmax(found.sampled_amplitude)
     balance = HarmonicBalance(three_mass_wedge(), 5, 256)
     omegas = (2.0 * np.pi * band.low, 2.0 * np.pi * band.high)
-    there = AtPeak(balance, explored_space(balance, omegas, 1.0), 0, omegas, 1.0)
+    there = AtPeak(balance, explored_space(balance, omegas, 1.0), 0, DISPLACEMENT_AMPLITUDE, omegas, 1.0)
     cloud = [there.traced(v)[0].value for v in np.random.default_rng(2).uniform(-1.0, 1.0, (25, 2))]
     assert low * (1.0 - 1e-5) <= min(cloud)
     assert max(cloud) <= high * (1.0 + 1e-5)

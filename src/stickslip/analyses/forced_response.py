@@ -18,6 +18,7 @@ from stickslip.analyses.cases import all_cases
 from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.peaks_of_another import peaks_of_another
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
@@ -29,10 +30,11 @@ from stickslip.checks import InputError, between, fault, numbers, of_kind, posit
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.results import save
-from stickslip.results_view import nearest_point
+from stickslip.results_view import measure_in, nearest_point
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.densify import densified
@@ -54,13 +56,27 @@ class ForcedResponse:
     dataset: xr.Dataset
     problem: Problem
 
-    def peaks(self) -> pd.DataFrame:
-        """All peaks: force level, output, frequency [Hz], amplitude [m], largest |x| [m], loss factor; highest first."""
-        names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
-        table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"])
-        table = table.rename(columns={name: name.removeprefix("peak_") for name in names})
-        columns = ["force_level", "output", "peak", *(name.removeprefix("peak_") for name in names)]
-        return table[columns].sort_values(["force_level", "output", "peak"], ignore_index=True)
+    def peaks(self, quantity: str | None = None, measure: str | None = None) -> pd.DataFrame:
+        """All peaks: force level, output, frequency [Hz], size, largest value in time, loss factor; highest first.
+
+        The size is in the column `amplitude` (of the first harmonic), `rms` or `max_abs`, by the measure; in SI units of the
+        quantity, also of the largest value: m, m/s, m/s², or these per force level for receptance, mobility, inertance.
+        quantity, measure: those that the response was computed for unless given; peaks of others are searched and solved between
+        its points, for a response over a band. Figures, report and tables keep to their own.
+        """
+        own = measure_in(self.dataset)
+        wanted = measure_of(quantity or own.name, measure or own.kind)
+        return self._own_peaks(own) if wanted == own else peaks_of_another(self.dataset, self.problem, wanted)
+
+    def _own_peaks(self, measure: Measure) -> pd.DataFrame:
+        """The peaks that the dataset holds."""
+        names = {"peak_frequency": "frequency", "peak_amplitude": measure.kind, "peak_max_abs": "max_abs"}
+        names = {key: name for key, name in names.items() if name != measure.kind or key == "peak_amplitude"}
+        names["peak_loss_factor"] = "loss_factor"
+        table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"]).rename(columns=names)
+        return table[["force_level", "output", "peak", *names.values()]].sort_values(
+            ["force_level", "output", "peak"], ignore_index=True
+        )
 
     def peak_point(self, case: int = 0, output: int = 0, peak: int = 0) -> int:
         """The point of a case that is the highest peak of an output, or a lower one: for `verify_in_time`, `cycle`, `stress`,
@@ -68,6 +84,7 @@ class ForcedResponse:
         dataset = self.dataset
         row, column = (between(f, value, 0, dataset.sizes[f] - 1) for f, value in (("case", case), ("output", output)))
         frequencies, amplitudes = (dataset[f"peak_{name}"].to_numpy()[row, :, column] for name in ("frequency", "amplitude"))
+        amplitudes = amplitudes * measure_in(dataset).per(float(dataset["force_level"][row]))
         count = int(np.isfinite(frequencies).sum())
         if not count:
             raise fault(f"The curve of case {row} and output {column}", "must have a peak inside the band", "one without")
@@ -152,6 +169,8 @@ def forced_response(
     *,
     tolerance: float = 2e-3,
     peak_tolerance: float = TOLERANCE,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -162,6 +181,9 @@ def forced_response(
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
     the contacts that is left out at the peaks is below `tolerance` of the whole, and likewise samples. samples: per period, at
     least 4H + 2; of a disk raised to the next number with which the delay from sector to sector is whole.
+    quantity, measure: what the peaks are of; a damped structure peaks at another frequency in acceleration than in displacement.
+    quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
+    the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. finished: keeps the curve of each force level as soon as it
     is there, and gives it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work
@@ -170,7 +192,8 @@ def forced_response(
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing")
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance)
+    peaks_of = measure_of(quantity, measure)
+    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of)
     curves = all_cases(work, finished, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -188,6 +211,7 @@ class ForcedResponseWork:
     samples: int
     choice: str = ""
     peak_tolerance: float = TOLERANCE
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     @classmethod
     def of(
@@ -199,6 +223,7 @@ class ForcedResponseWork:
         samples: int,
         tolerance: float = 2e-3,
         peak_tolerance: float = TOLERANCE,
+        measure: Measure = DISPLACEMENT_AMPLITUDE,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
@@ -212,7 +237,7 @@ class ForcedResponseWork:
             harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
         H = whole("harmonics", harmonics, 'Or write "auto".')
         fourier(H, Nt)
-        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance)
+        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure)
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -228,7 +253,7 @@ class ForcedResponseWork:
         """Everything that a curve depends on."""
         where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
-        how += f", peaks to {self.peak_tolerance!r}"
+        how += f", peaks of the {self.measure.words} to {self.peak_tolerance!r}"
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
     @property
@@ -243,7 +268,8 @@ class ForcedResponseWork:
         """The arrays of the curve of one force level."""
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
-        curve = solve_curve(self.balance, omegas, self.levels[case], self.exactly, tell, peak_tolerance=self.peak_tolerance)
+        level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure
+        curve = solve_curve(self.balance, omegas, level, self.exactly, tell, peak_tolerance=tolerance, measure=measure)
         if not self.exactly:
             curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
@@ -260,7 +286,7 @@ class ForcedResponseWork:
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _around(low)
         with threadpool_limits(1, user_api="blas"):
-            dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs), self.problem)
+            dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure), self.problem)
         errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
         dataset["truncation_error"] = ("case", "output"), np.array(errors), TRUNCATION_ERROR
         return ForcedResponse(dataset, self.problem)

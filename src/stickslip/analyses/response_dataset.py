@@ -19,6 +19,7 @@ from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.linear_response import linear_amplitudes, linear_frequencies
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.loads import BaseMotion
 from stickslip.outcome import Outcome
@@ -47,8 +48,11 @@ def response_dataset(
     curves: Sequence[Arrays],
     ends: tuple[float, float],
     attrs: Mapping[str, Any],
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> xr.Dataset:
-    """The labelled dataset of the arrays of several curves; ends: of the band in Hz, for the linear curves."""
+    """The labelled dataset of the arrays of several curves; ends: of the band in Hz, for the linear curves; measure: what the
+    peaks are of.
+    """
     problem = balance.problem
     per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
     arrays = {variable.name: _stacked(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
@@ -58,10 +62,26 @@ def response_dataset(
         "contact": [contact.name for contact in problem.contacts],
         "direction": list(DIRECTION_NAMES),
     }
-    dataset = labelled(arrays | _linear(balance, levels, *ends), coords, attrs)
-    if levels_are_newtons(problem):
+    dataset = labelled(arrays | _linear(balance, levels, *ends), coords, {**attrs, **measure.attributes})
+    newtons = levels_are_newtons(problem)
+    if newtons:
         dataset["force_level"].attrs |= {"units": "N", "long_name": "amplitude of the harmonic force"}
+    _describe_peaks(dataset, measure, measure.reported_units(newtons))
     return dataset
+
+
+def _describe_peaks(dataset: xr.Dataset, measure: Measure, units: str) -> None:
+    """Unit and meaning of the peaks' sizes."""
+    words = {
+        "peak_amplitude": f"{measure.words} at the peak",
+        "peak_max_abs": f"largest {measure.quantity.name} at the peak",
+        "highest_max_abs": f"largest {measure.quantity.name} along the curve, at a peak of its own",
+        "highest_max_abs_frequency": f"frequency of the largest {measure.quantity.name}",
+    }
+    for name, sentence in words.items():
+        dataset[name].attrs["long_name"] = sentence
+        if not name.endswith("frequency"):
+            dataset[name].attrs["units"] = units
 
 
 def levels_are_newtons(problem: Problem) -> bool:
@@ -107,6 +127,7 @@ class _CurveTable:
 
     def __init__(self, balance: HarmonicBalance, curve: Curve) -> None:
         self.balance, self.curve = balance, curve
+        self.largest = curve.measure.with_kind("max_abs")
         self.energy = EnergyBalance(balance)
         self.rows = ContactRows(balance.problem)
         sizes = {
@@ -135,16 +156,15 @@ class _CurveTable:
             arrays["frequency"][-1] = curve.lost_at / (2.0 * np.pi)
             arrays["outcome"][-1] = curve.outcome
         for output, found in enumerate(curve.peaks):
-            ranked = sorted(found, key=lambda p: -self._amplitude(p, output))
+            ranked = sorted(found, key=lambda p: -self._size(curve.measure, p, output))
             for k, point in enumerate(ranked):
                 self._fill_peak((k, output), point)
         if curve.points:
             tops = (curve.peaks and curve.peaks[0]) or curve.points
-            self._fill_loops(max(tops, key=lambda p: self._amplitude(p, 0)))
+            self._fill_loops(max(tops, key=lambda p: self._size(curve.measure, p, 0)))
         for output, extreme in enumerate(curve.largest):
             if extreme is not None:
-                size = largest_absolute(extreme.evaluation.w[self.balance.rows + output])[0]
-                arrays["highest_max_abs"][output] = size
+                arrays["highest_max_abs"][output] = self._size(self.largest, extreme, output)
                 arrays["highest_max_abs_frequency"][output] = extreme.point.omega / (2.0 * np.pi)
         return arrays
 
@@ -170,8 +190,8 @@ class _CurveTable:
     def _fill_peak(self, place: tuple[int, int], point: CurvePoint) -> None:
         arrays, output = self.arrays, place[1]
         arrays["peak_frequency"][place] = point.point.omega / (2.0 * np.pi)
-        arrays["peak_amplitude"][place] = self._amplitude(point, output)
-        arrays["peak_max_abs"][place] = largest_absolute(point.evaluation.w[self.balance.rows + output])[0]
+        arrays["peak_amplitude"][place] = self._size(self.curve.measure, point, output)
+        arrays["peak_max_abs"][place] = self._size(self.largest, point, output)
         energy = self.energy.at(point.evaluation, self._cycle(point.evaluation))
         arrays["peak_loss_factor"][place] = energy.loss_factor
 
@@ -184,8 +204,8 @@ class _CurveTable:
     def _cycle(self, evaluation: Evaluation) -> ContactCycle:
         return contact_cycle(evaluation.table, self.balance.tables, evaluation.w)
 
-    def _amplitude(self, point: CurvePoint, output: int) -> float:
-        return float(np.hypot(*point.evaluation.w[self.balance.rows + output, 1:3]))
+    def _size(self, measure: Measure, point: CurvePoint, output: int) -> float:
+        return measure.size(point.evaluation.w[self.balance.rows + output], point.point.omega) / measure.per(self.curve.level)
 
 
 def point_values(balance: HarmonicBalance, rows: ContactRows, evaluation: Evaluation) -> dict[str, Array]:

@@ -42,12 +42,15 @@ def export(
         ),
     ],
     quantity: Annotated[
-        str, typer.Option(help="displacement, velocity, acceleration; receptance, mobility, inertance.")
-    ] = "displacement",
+        str | None,
+        typer.Option(
+            help="displacement, velocity, acceleration; receptance, mobility, inertance. That of the result's peaks unless given."
+        ),
+    ] = None,
     per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
-    from stickslip.quantities import peak_table, quantity_table
+    from stickslip.quantities import other_peaks, peak_table, quantity_table
     from stickslip.report.presentation import presentation_of
     from stickslip.report.responses import further_tables
     from stickslip.results import open_results
@@ -68,6 +71,8 @@ def export(
     for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table)):
         write_table({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()}, path)
         say(f"Wrote {path}")
+    for sentence in dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values()))):
+        say(sentence)
     write_tables({name: further_tables(dataset) for name, dataset in datasets.items()}, out)
 
 

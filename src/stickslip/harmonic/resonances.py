@@ -57,7 +57,9 @@ class Resonances:
                 omega, ratios = self.limits[number].omega, self.limits[number].ratios
                 chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > RIGID * omega.max(initial=0.0)))
                 same = np.ones(chosen.size)
-                rows.append((omega[chosen] / h, h * same, ratios[chosen] * omega[chosen] / h, number * same, chosen.astype(float)))
+                rows.append(
+                    (omega[chosen] / h, h * same, ratios[chosen] * omega[chosen] / h, number * same, chosen.astype(float))
+                )
         joined = np.concatenate([np.array(part) for part in rows], axis=1)
         joined = joined[:, np.argsort(joined[0], kind="stable")]
         self.omega, self.width = joined[0], joined[2]

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from stickslip.checks import Array
 from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, SLIP, STICK, house_style, plain
-from stickslip.results_view import Length, unit_for
+from stickslip.results_view import Length, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +31,7 @@ def design_space(dataset: xr.Dataset) -> Figure:
         for axes, (i, j) in zip(panels[:-1], pairs, strict=True):
             points = _panel(axes, dataset, i, j, names)
         if points is not None:
-            units = dataset["worst_peak"].attrs["units"].replace("m", _unit(dataset).name, 1)
-            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {units}", extend="max")
+            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {_unit(dataset).name}", extend="max")
             _bars(panels[-1], dataset, names)
         else:
             panels[-1].remove()
@@ -42,7 +41,7 @@ def design_space(dataset: xr.Dataset) -> Figure:
 def _unit(dataset: xr.Dataset) -> Length:
     """The unit of the lowest worst peak."""
     sizes = dataset["worst_peak"].values
-    return unit_for(float(np.min(sizes[np.isfinite(sizes)], initial=np.inf)))
+    return shown_unit(dataset["worst_peak"].attrs["units"], float(np.min(sizes[np.isfinite(sizes)], initial=np.inf)))
 
 
 def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:

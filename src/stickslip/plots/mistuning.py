@@ -12,12 +12,19 @@ from matplotlib.figure import Figure
 
 from stickslip.checks import Array, InputError, fault
 from stickslip.plots.look import CONTACTS, FAILED, GREY, STICK, house_style, plain
+from stickslip.results_view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FITTED_FROM = 20
 """Samples from which a distribution is fitted."""
+
+
+def _symbol(dataset: xr.Dataset) -> str:
+    """What amplitudes are of."""
+    measure = measure_in(dataset)
+    return measure.symbol + ("/F" if measure.per_force else "")
 
 
 def all_blades(dataset: xr.Dataset, sample: int | None = None) -> Figure:
@@ -31,20 +38,24 @@ def all_blades(dataset: xr.Dataset, sample: int | None = None) -> Figure:
     if not 0 <= sample < dataset.sizes["sample"]:
         raise fault("sample", f"must lie between 0 and {dataset.sizes['sample'] - 1}", sample)
     one = dataset.isel(sample=sample)
-    frequency = one["frequency"].values
+    frequency, unit = one["frequency"].values, shown_unit(one["envelope"].attrs["units"], float(one["envelope"].max()))
     with house_style():
         figure = Figure(figsize=(7.6, 4.4), layout="constrained")
         axes = figure.add_subplot()
         for label, curve in zip(("each blade",) + (None,) * frequency.size, one["amplitude"].values.T, strict=False):
-            axes.plot(frequency, 1e6 * curve, color=CONTACTS[4], lw=0.6, alpha=0.7, label=label)
-        axes.plot(frequency, 1e6 * one["envelope"].values, color="black", label="envelope of all blades")
-        axes.plot(dataset["tuned_frequency"], 1e6 * dataset["tuned_amplitude"], "--", color=FAILED, label="tuned disk")
+            axes.plot(frequency, curve / unit.metres, color=CONTACTS[4], lw=0.6, alpha=0.7, label=label)
+        axes.plot(frequency, one["envelope"].values / unit.metres, color="black", label="envelope of all blades")
+        axes.plot(dataset["tuned_frequency"], dataset["tuned_amplitude"] / unit.metres, "--", color=FAILED, label="tuned disk")
         worst = int(one["worst_blade"])
         if worst:
             top = one.isel(blade=worst - 1)
-            height = 1e6 * float(top["blade_peak"])
+            height = float(top["blade_peak"]) / unit.metres
             axes.plot(float(top["blade_peak_frequency"]), height, "o", ms=5, color="black", label=f"highest: blade {worst}")
-        axes.set(xlabel="frequency in Hz", ylabel="|X₁| in µm", title=plain(f"{dataset.attrs['title']}, sample {sample + 1}"))
+        axes.set(
+            xlabel="frequency in Hz",
+            ylabel=f"{_symbol(dataset)} in {unit.name}",
+            title=plain(f"{dataset.attrs['title']}, sample {sample + 1}"),
+        )
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
     return figure
 
@@ -81,7 +92,7 @@ def worst_blade(dataset: xr.Dataset) -> Figure:
     """How often each blade is the worst, and how far each goes: median and range of its own largest amplitude."""
     peaks = dataset["blade_peak"].values / float(dataset["tuned_peak"])
     worst = dataset["worst_blade"].values
-    return _each_sector(dataset, worst, peaks, 1.0, ("blade", "samples where worst", "largest |X₁| over tuned"))
+    return _each_sector(dataset, worst, peaks, 1.0, ("blade", "samples where worst", f"largest {_symbol(dataset)} over tuned"))
 
 
 def busiest_damper(dataset: xr.Dataset) -> Figure:

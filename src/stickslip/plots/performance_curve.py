@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.look import (
     CONTACTS,
     GREY,
@@ -25,7 +26,7 @@ from stickslip.plots.look import (
     plain,
 )
 from stickslip.results_told import spread
-from stickslip.results_view import unit_for
+from stickslip.results_view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +84,9 @@ def _shares(axes: Axes, dataset: xr.Dataset, energy: np.ndarray, order: np.ndarr
 def performance_band(dataset: xr.Dataset) -> Figure:
     """Lowest and highest peak per force over the start states, with that of virgin contacts; below, where those two peaks are."""
     x, heights = dataset["force_ratio"].values, dataset["amplitude_per_force"].values
-    unit = unit_for(float(np.nanmax(heights, initial=0.0)))
+    measure = measure_in(dataset)
+    peak = "peak" if measure == DISPLACEMENT_AMPLITUDE else f"peak {measure.symbol}"
+    unit = shown_unit(dataset["amplitude_per_force"].attrs["units"], float(np.nanmax(heights, initial=0.0)))
     with house_style():
         figure = Figure(figsize=(7.6, 5.4), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
@@ -93,7 +96,7 @@ def performance_band(dataset: xr.Dataset) -> Figure:
             bottom.plot(x, dataset["frequency"].values[:, bound], ".-", color=colour)
         virgin = dataset["virgin_amplitude_per_force"].values / unit.metres
         top.plot(x, virgin, ":", color="black", label="virgin contacts")
-        top.set(xscale="log", yscale=_scale(heights), ylabel=f"peak per force in {unit.name}/N")
+        top.set(xscale="log", yscale=_scale(heights), ylabel=f"{peak} per force in {unit.name}")
         bottom.set(xlabel="F_C/F_E", ylabel="frequency in Hz")
         for axis in (bottom.xaxis, *([top.yaxis] if top.get_yscale() == "log" else [])):
             _numbered(axis)

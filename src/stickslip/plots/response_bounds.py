@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip.plots.look import CONTACTS, GREY, beside, headed, house_style, level_colours, shown_levels
+from stickslip.plots.response_curves import size_label
+from stickslip.results_view import Length, measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,16 +28,22 @@ def response_bounds(dataset: xr.Dataset) -> Figure:
         for case, axes in zip(cases, figure.subplots(len(cases), 1, squeeze=False, sharex=True).ravel(), strict=True):
             _band(axes, dataset, case)
             axes.set_title(f"force {dataset['force_level'].values[case]:g}")
-            axes.set_ylabel("amplitude |X₁| in µm")
+            axes.set_ylabel(f"{size_label(dataset)} in {bound_unit(dataset).name}")
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")
         headed(figure, f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}", left_out)
     return figure
 
 
+def bound_unit(dataset: xr.Dataset) -> Length:
+    """The unit to draw sizes in."""
+    return shown_unit(dataset["amplitude"].attrs["units"], float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
+
+
 def _band(axes: Axes, dataset: xr.Dataset, case: int) -> None:
-    hertz, (low, high) = dataset["frequency"].values, 1e6 * dataset["amplitude"].values[case]
-    cloud = 1e6 * dataset["sampled_amplitude"].values[case]
+    hertz, unit = dataset["frequency"].values, bound_unit(dataset).metres
+    low, high = dataset["amplitude"].values[case] / unit
+    cloud = dataset["sampled_amplitude"].values[case] / unit
     axes.plot(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), ".", color=GREY, markersize=3, label="sampled starts")
     axes.plot(hertz, low, ".-", color=LOWER, label="lower bound")
     axes.plot(hertz, high, ".-", color=UPPER, label="upper bound")
@@ -45,14 +53,17 @@ def _band(axes: Axes, dataset: xr.Dataset, case: int) -> None:
 
 def peak_ranges(dataset: xr.Dataset) -> Figure:
     """Range of the resonance amplitude per force, and of its frequency, against the force level."""
-    levels = dataset["force_level"].values
-    per_force = 1e6 * dataset["amplitude"].values[:, :, 0] / levels[:, None]
-    virgin = 1e6 * dataset["sampled_amplitude"].values[:, 0, 0] / levels
+    levels, measure, unit = dataset["force_level"].values, measure_in(dataset), bound_unit(dataset)
+    divisor = unit.metres * (np.ones(levels.size) if measure.per_force else levels)
+    per_force = dataset["amplitude"].values[:, :, 0] / divisor[:, None]
+    virgin = dataset["sampled_amplitude"].values[:, 0, 0] / divisor
+    what = "peak amplitude" if measure.kind == "amplitude" and not measure.order else f"peak {measure.symbol}"
+    words = f"{what}{' per force' if not measure.per_force else ''} in {unit.name}"
     with house_style():
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
         left, right = figure.subplots(1, 2)
         for axes, values, label in (
-            (left, per_force, "peak amplitude per force in µm"),
+            (left, per_force, words),
             (right, dataset["resonance"].values[:, :, 0], "its frequency in Hz"),
         ):
             axes.plot(levels, values[:, 0], ".-", color=LOWER, label="lower bound")

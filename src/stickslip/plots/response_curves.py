@@ -10,24 +10,25 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stickslip.checks import Array, fault, nearest
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.plots.case_lines import Line, case_lines
 from stickslip.plots.look import FAILED, GREY, beside, house_style, plain
-from stickslip.quantities import QUANTITIES, Quantity, angular_factor, quantity_named
 from stickslip.results_told import is_cloud, levels_of
 from stickslip.results_view import (
-    Length,
-    along_curve,
+    along_curve_as,
     failed_points,
     frequencies,
+    highest_maximum,
     highest_peak,
     length_unit,
     levels_in_newtons,
+    measure_in,
+    quantity_unit,
 )
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DISPLACEMENT = QUANTITIES["displacement"]
 LINEAR_STYLES = {"free": (0, (1.2, 1.6)), "stuck": (0, (5, 2))}
 LINEAR_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
 
@@ -37,17 +38,21 @@ def response_curves(
     output: str | None = None,
     log: bool = True,
     per_force: bool = False,
-    quantity: str = "displacement",
+    quantity: str | None = None,
 ) -> Figure:
-    """Amplitude of the first harmonic against Hz, one curve a force level; per_force divides by the level.
+    """Size of a response against Hz, one curve a force level; per_force divides by the level.
 
     Of start states every curve is a thin line, and the one whose peak is the median is drawn out.
 
-    quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance.
+    quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance; that of the
+    result's peaks unless given. It is measured as these are: amplitude of the first harmonic, rms, or largest value in time.
 
-    Peaks are marked with dots, points without convergence with crosses on the frequency axis.
+    Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
+    stands above its neighbours. Points without convergence are crosses on the frequency axis.
     """
-    index, (derived, per_force) = output_index(dataset, output), quantity_named(quantity, per_force)
+    index, own = output_index(dataset, output), measure_in(dataset)
+    derived, per_force = quantity_named(quantity or own.name, per_force)
+    measure = Measure(derived, own.kind)
     with house_style():
         figure = Figure(figsize=(7.6, 4.8), layout="constrained")
         axes = figure.add_subplot()
@@ -55,19 +60,20 @@ def response_curves(
         for case, line in enumerate(lines):
             scale = _scale(dataset, case, per_force, derived)
             if case in firsts:
-                _linear_curves(axes, dataset, case, index, scale, derived, line["color"] if not per_force else GREY)
-            _curve(axes, dataset, case, index, scale, derived, line)
-        _finish(axes, dataset, index, log, amplitude_label(dataset, per_force, derived))
+                _linear_curves(axes, dataset, case, index, scale, measure, line["color"] if not per_force else GREY)
+            _curve(axes, dataset, case, index, scale, measure, line)
+        _finish(axes, dataset, index, log, amplitude_label(dataset, per_force, measure))
     return figure
 
 
 def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
     """The highest peak of every force level: amplitude per force and frequency, against the level."""
-    index = output_index(dataset, output)
+    index, measure = output_index(dataset, output), measure_in(dataset)
     peaks = [highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])]
     found = [(float(dataset.force_level[case]), peak) for case, peak in enumerate(peaks) if peak is not None]
     levels = np.array([level for level, _ in found])
-    per_force = np.array([_scale(dataset, case, True) * peak.amplitude for case, peak in enumerate(peaks) if peak is not None])
+    scales = [_scale(dataset, case, True, measure.quantity) for case in range(len(peaks))]
+    per_force = np.array([scale * peak.amplitude for scale, peak in zip(scales, peaks, strict=True) if peak is not None])
     with house_style():
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
         left, right = figure.subplots(1, 2)
@@ -76,7 +82,7 @@ def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
         left.plot(levels, per_force, **style)
         right.plot(levels, [peak.frequency for _, peak in found], **style)
         left.set(title=f"Highest peak, {plain(dataset.output.values[index])}", ylim=(0.0, None))
-        left.set_ylabel(amplitude_label(dataset, True))
+        left.set_ylabel(amplitude_label(dataset, True, measure))
         right.set(title="Its frequency", ylabel="frequency in Hz")
         for axes in (left, right):
             axes.set_xlabel("force level in N" if levels_in_newtons(dataset) else "force level")
@@ -93,51 +99,59 @@ def output_index(dataset: xr.Dataset, output: str | None) -> int:
     return 0 if output is None else names.index(output)
 
 
-def amplitude_label(dataset: xr.Dataset, per_force: bool, quantity: Quantity = DISPLACEMENT) -> str:
+def amplitude_label(dataset: xr.Dataset, per_force: bool, measure: Measure = DISPLACEMENT_AMPLITUDE) -> str:
     """What the amplitude axis says."""
-    symbol = ("|X₁|", "ω|X₁|", "ω²|X₁|")[quantity.order]
-    unit = _shown_unit(dataset, quantity).name
+    unit = quantity_unit(length_unit(dataset), measure.quantity).name
     if not per_force:
-        return f"amplitude {symbol} in {unit}"
-    return f"amplitude per force {symbol}/F in {unit}{'/N' if levels_in_newtons(dataset) else ' per unit level'}"
+        return f"{words_on_axis(measure)} in {unit}"
+    per = "/N" if levels_in_newtons(dataset) else " per unit level"
+    if measure.kind == "amplitude":
+        return f"amplitude per force {measure.symbol}/F in {unit}{per}"
+    return f"{measure.symbol} per force in {unit}{per}"
 
 
-def _shown_unit(dataset: xr.Dataset, quantity: Quantity) -> Length:
-    """The unit to draw in and its size in SI: µm, mm/s and m/s², or m, m/s and m/s²."""
-    length = length_unit(dataset)
-    if quantity.order == 0:
-        return length
-    small = length.metres < 1.0
-    return Length(1e-3, "mm/s") if quantity.order == 1 and small else Length(1.0, ("", "m/s", "m/s²")[quantity.order])
+def words_on_axis(measure: Measure) -> str:
+    """What a size is, without its unit: "amplitude |X₁|"."""
+    return f"amplitude {measure.symbol}" if measure.kind == "amplitude" else measure.symbol
 
 
-def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity = DISPLACEMENT) -> float:
+def size_label(dataset: xr.Dataset) -> str:
+    """What sizes of a result are, as its peaks are measured, without their unit: "amplitude |X₁|", "amplitude ω²|X₁|/F"."""
+    measure = measure_in(dataset)
+    return words_on_axis(measure) + ("/F" if measure.per_force else "")
+
+
+def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity) -> float:
     """Factor from SI to what is drawn."""
     level = abs(float(dataset.force_level[case])) or np.nan
-    return 1.0 / _shown_unit(dataset, quantity).metres / (level if per_force else 1.0)
+    return 1.0 / quantity_unit(length_unit(dataset), quantity).metres / (level if per_force else 1.0)
 
 
-def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, quantity: Quantity, line: Line) -> None:
-    amplitude = along_curve(dataset, "amplitude", case)[:, output] * angular_factor(frequencies(dataset, case), quantity)
+def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: Line) -> None:
+    amplitude = along_curve_as(dataset, measure, case, output)
     few = np.count_nonzero(np.isfinite(amplitude)) < 3
     axes.plot(frequencies(dataset, case), scale * amplitude, ".-" if few else "-", **line)
-    peak = highest_peak(dataset, case, output)
-    if peak is not None and peak.local:
-        height = scale * peak.amplitude * float(angular_factor(np.array(peak.frequency), quantity))
+    peak = highest_maximum(dataset, case, output, measure)
+    if peak is not None:
         edge = {"markersize": 2.5} if "alpha" in line else {"markersize": 5, "markeredgecolor": "white"}
-        axes.plot(peak.frequency, height, "o", color=line["color"], zorder=4, **edge)
+        axes.plot(peak[0], scale * peak[1], "o", color=line["color"], zorder=4, **edge)
     failed = dataset.frequency.values[case, failed_points(dataset, case)]
     foot = axes.get_xaxis_transform()
     axes.plot(failed, np.full(failed.size, 0.015), "x", color=FAILED, markersize=5, transform=foot, clip_on=False, zorder=5)
 
 
-def _linear_curves(
-    axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, quantity: Quantity, colour: str
-) -> None:
-    factor = scale * angular_factor(dataset.linear_frequency.values, quantity)
+def _linear_curves(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, colour: str) -> None:
+    omegas = 2.0 * np.pi * dataset.linear_frequency.values
     for which, style in LINEAR_STYLES.items():
         values: Array = dataset[f"{which}_amplitude"].values[case, :, output]
-        axes.plot(dataset.linear_frequency.values, factor * values, color=colour, linestyle=style, linewidth=0.9, alpha=0.55)
+        axes.plot(
+            dataset.linear_frequency.values,
+            scale * measure.of_harmonic(values, omegas),
+            color=colour,
+            linestyle=style,
+            linewidth=0.9,
+            alpha=0.55,
+        )
 
 
 def _finish(axes: Axes, dataset: xr.Dataset, output: int, log: bool, label: str) -> None:

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 
 from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
+from stickslip.plots.response_curves import words_on_axis
+from stickslip.results_view import measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,13 +19,13 @@ EDGES, INNER = (5.0, 95.0), (25.0, 75.0)
 
 
 def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
-    """Median, quartiles and the middle nine tenths of |X_1| at each frequency, within the lowest and highest sample."""
-    table = percentiles(dataset, (0.0, *EDGES, *INNER, 50.0, 100.0), output)
+    """Median, quartiles and the middle nine tenths of the amplitude at each frequency, within the lowest and highest sample."""
+    table, unit = percentiles(dataset, (0.0, *EDGES, *INNER, 50.0, 100.0), output), peak_unit(dataset)
     levels, left_out = shown_levels(table["force_level"].values)
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
         for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
-            here = {float(p): 1e6 * table.sel(force_level=level, percent=p).values for p in table["percent"].values}
+            here = {float(p): table.sel(force_level=level, percent=p).values / unit.metres for p in table["percent"].values}
             hertz = table["frequency"].values
             axes.fill_between(
                 hertz, here[EDGES[0]], here[EDGES[1]], color=CONTACTS[0], alpha=0.18, linewidth=0, label="5 to 95 %"
@@ -35,7 +37,8 @@ def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
             for end in (0.0, 100.0):
                 axes.plot(hertz, here[end], ":", color=GREY, linewidth=1.0, label="extremes" if end else None)
             fewest, cases = int(table["solved"].sel(force_level=level).min()), int(np.sum(dataset["force_level"].values == level))
-            axes.set(title=f"force {level:g}, at least {fewest} of {cases} start states solved", ylabel="amplitude |X₁| in µm")
+            label = f"{words_on_axis(measure_in(dataset))} in {unit.name}"
+            axes.set(title=f"force {level:g}, at least {fewest} of {cases} start states solved", ylabel=label)
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
-from stickslip.results_view import along_curve, frequencies
+from stickslip.plots.response_curves import words_on_axis
+from stickslip.results_view import along_curve_as, frequencies, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Figure:
     """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
+    measure, unit = measure_in(dataset), peak_unit(dataset)
     levels, left_out = shown_levels(np.unique(dataset["force_level"].values))
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
@@ -24,18 +26,19 @@ def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output
             for case in cases[::-1]:
                 first = case == cases[0]
                 style = {"color": "black", "linewidth": 1.4} if first else {"color": GREY, "linewidth": 0.6, "alpha": 0.7}
-                axes.plot(frequencies(dataset, case), 1e6 * along_curve(dataset, "amplitude", case)[:, output], **style)
+                axes.plot(frequencies(dataset, case), along_curve_as(dataset, measure, case, output) / unit.metres, **style)
             if bounds is not None:
-                _bounds(axes, bounds, float(level))
-            axes.set(title=f"force {level:g}, {cases.size} start states", ylabel="amplitude |X₁| in µm")
+                _bounds(axes, bounds, float(level), unit.metres)
+            axes.set(title=f"force {level:g}, {cases.size} start states", ylabel=f"{words_on_axis(measure)} in {unit.name}")
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
         headed(figure, f"Responses of one problem: {dataset.attrs['title']}", left_out)
     return figure
 
 
-def _bounds(axes: object, bounds: xr.Dataset, level: float) -> None:
+def _bounds(axes: object, bounds: xr.Dataset, level: float, unit: float) -> None:
+    scale = measure_in(bounds).per(level) / unit
     for case in np.flatnonzero(np.isclose(bounds["force_level"].values, level)):
         for bound, colour in ((0, CONTACTS[0]), (1, CONTACTS[5])):
             x = bounds["resonance"].values[case, bound]
-            axes.plot(x, 1e6 * bounds["amplitude"].values[case, bound], ".-", color=colour)  # type: ignore[attr-defined]
+            axes.plot(x, scale * bounds["amplitude"].values[case, bound], ".-", color=colour)  # type: ignore[attr-defined]

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.look import CONTACTS, GREY, house_style, plain
+from stickslip.results_view import measure_in
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +18,9 @@ if TYPE_CHECKING:
 def tornado(dataset: xr.Dataset) -> Figure:
     """A panel for amplitude and one for frequency: bars to the low and to the high end in per cent, one below the
     other, since both may lie on the same side; total indices beside them."""
+    measure = measure_in(dataset)
+    peak = "peak amplitude" if measure == DISPLACEMENT_AMPLITUDE else f"peak {measure.symbol}"
+    titles = (peak, "peak frequency")
     names = [plain(str(name)) for name in dataset["parameter"].values]
     with house_style():
         figure = Figure(figsize=(7.6, 1.4 + 0.5 * len(names)), layout="constrained")
@@ -30,7 +35,7 @@ def tornado(dataset: xr.Dataset) -> Figure:
                 axes.text(1.01, place, f"{total:.2f}", transform=axes.get_yaxis_transform(), va="center", fontsize=8.5)
             axes.axvline(0.0, color=GREY, linewidth=0.8)
             axes.set_yticks(range(len(names)), [names[k] for k in order])
-            axes.set(title=str(dataset["quantity"].values[q]), xlabel="change in %; right: total index")
+            axes.set(title=titles[q], xlabel="change in %; right: total index")
         handles = [figure.axes[0].patches[0], figure.axes[0].patches[1]]
         figure.legend(handles, ["low end", "high end"], loc="outside upper right", ncols=2)
     return figure

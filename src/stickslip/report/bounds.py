@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
-from stickslip.plots.response_bounds import response_bounds
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.plots.response_bounds import bound_unit, response_bounds
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.report.pictures import picture
-from stickslip.units import um
+from stickslip.results_view import measure_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,21 +42,25 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
     columns |= {"frequency [Hz]": hertz_wanted[at]} if np.all(np.isfinite(hertz_wanted)) else {}
     for k, bound in enumerate(bounds["bound"].values):
         columns[f"{bound} [Hz]"] = bounds["resonance"].values[case, k, at]
-        columns[f"{bound} amplitude [m]"] = bounds["amplitude"].values[case, k, at]
+        columns[f"{bound} {measure_in(bounds).kind} [{bounds['amplitude'].attrs['units']}]"] = bounds["amplitude"].values[
+            case, k, at
+        ]
         columns[f"{bound} loss_factor"] = bounds["loss_factor"].values[case, k, at]
     columns["start states without solution"] = bounds["unsolved_share"].values[case, at]
     return pd.DataFrame(columns)
 
 
 def _part(place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
-    heads = ["force", "frequency in Hz", "lower bound in µm", "upper bound in µm", "loss factor, lower", "loss factor, upper"]
-    heads.append("start states without solution")
-    name = f"{label}: " if several else ""
-    caption = f"{name}bounds of the amplitude, by {str(dataset.attrs['objective']).replace('_', ' ')}"
-    return picture(response_bounds(dataset), "Bounds of the response") + table(f"bounds-{place}", caption, heads, _rows(dataset))
+    unit, measure = bound_unit(dataset), measure_in(dataset)
+    ends = (f"lower bound in {unit.name}", f"upper bound in {unit.name}")
+    heads = ["force", "frequency in Hz", *ends, "loss factor, lower", "loss factor, upper", "start states without solution"]
+    name, of = f"{label}: " if several else "", "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    caption = f"{name}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}"
+    rows = _rows(dataset, unit.metres)
+    return picture(response_bounds(dataset), "Bounds of the response") + table(f"bounds-{place}", caption, heads, rows)
 
 
-def _rows(dataset: xr.Dataset) -> Iterator[str]:
+def _rows(dataset: xr.Dataset, unit: float) -> Iterator[str]:
     for case, level in enumerate(dataset["force_level"].values):
         unsolved = dataset["unsolved_share"].values[case]
         for k, frequency in enumerate(dataset["frequency"].values):
@@ -63,6 +68,11 @@ def _rows(dataset: xr.Dataset) -> Iterator[str]:
             eta = dataset["loss_factor"].values[case, :, k]
             at = dataset["resonance"].values[case, :, k]
             shown = hertz(float(frequency)) if np.isfinite(frequency) else f"{hertz(float(at[0]))}, {hertz(float(at[1]))}"
-            cells = [cell(f"{level:g}", float(level)), cell(shown), cell(number(low / um), low), cell(number(high / um), high)]
+            cells = [
+                cell(f"{level:g}", float(level)),
+                cell(shown),
+                cell(number(low / unit), low),
+                cell(number(high / unit), high),
+            ]
             cells += [*(cell(number(value), value) for value in eta), cell(percent(unsolved[k]), unsolved[k])]
             yield f"<tr>{''.join(cells)}</tr>"

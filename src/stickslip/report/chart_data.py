@@ -12,25 +12,30 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import Array
+from stickslip.harmonic.measure import QUANTITIES, Measure, Quantity
 from stickslip.outcome import Outcome
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import CONTACTS, FAILED, GREY, entries, level_colours, state_colour
 from stickslip.results_told import levels_of, told
 from stickslip.results_view import (
     ContactRow,
+    Length,
     along_curve,
     contact_rows,
     converged_points,
     dissipated,
     failed_points,
     frequencies,
+    highest_maximum,
     highest_peak,
     is_folded,
     largest_loops,
     length_unit,
     level_text,
     levels_in_newtons,
+    measure_in,
     points,
+    quantity_unit,
     shares_at_peak,
 )
 
@@ -55,7 +60,7 @@ def chart_data(datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     count, unit = len(datasets), length_unit(*datasets.values())
     return {
         "length": unit.name,
-        "results": [_result(label, dataset, unit.metres) for label, dataset in datasets.items()],
+        "results": [_result(label, dataset, unit.metres, unit.name) for label, dataset in datasets.items()],
         "mixtures": mixtures(),
         "colours": {
             scheme: {
@@ -92,12 +97,15 @@ def rounded(values: ArrayLike, digits: int = 5) -> list[float | None]:
     return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
 
 
-def _result(label: str, dataset: xr.Dataset, metres: float) -> dict[str, Any]:
+def _result(label: str, dataset: xr.Dataset, metres: float, length: str) -> dict[str, Any]:
     names, shares, totals = shares_at_peak(dataset, len(CONTACTS))
     rows = contact_rows(dataset)
     shown = largest_loops(dataset, rows, LOOPS_OF_A_POINT) if rows else []
+    measure, peaks = measure_in(dataset), quantity_unit(Length(metres, length), measure_in(dataset).quantity)
     return {
         "label": label,
+        "peakSymbol": measure.symbol,
+        "peakUnit": peaks.name,
         "cycleRows": [rows.index(row) for row in shown],
         "harmonics": dataset.sizes["harmonic"] - 1,
         "newtons": levels_in_newtons(dataset),
@@ -108,13 +116,16 @@ def _result(label: str, dataset: xr.Dataset, metres: float) -> dict[str, Any]:
         "energyNames": names,
         "told": told(dataset, MOST_TOLD).cases,
         "cases": [
-            _case(dataset, case, metres) | line | _shares(shares[case], totals[case]) | _cycles(dataset, case, shown, metres)
+            _case(dataset, case, metres, peaks.metres)
+            | line
+            | _shares(shares[case], totals[case])
+            | _cycles(dataset, case, shown, metres)
             for case, line in enumerate(_lines(dataset))
         ],
     }
 
 
-def _case(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
+def _case(dataset: xr.Dataset, case: int, metres: float, peak_unit: float) -> dict[str, Any]:
     outputs = range(dataset.sizes["output"])
     amplitude = along_curve(dataset, "amplitude", case) / metres
     return {
@@ -124,7 +135,8 @@ def _case(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
         "frequency": rounded(frequencies(dataset, case), 8),
         "folded": is_folded(dataset, case),
         "amplitude": [rounded(amplitude[:, output]) for output in outputs],
-        "peak": [_peak(dataset, case, output, metres) for output in outputs],
+        "peak": [_peak(dataset, case, output, peak_unit) for output in outputs],
+        "dots": [[_dot(dataset, case, output, quantity, metres) for quantity in QUANTITIES.values()] for output in outputs],
         "failed": rounded(dataset.frequency.values[case, failed_points(dataset, case)], 8),
         "causes": [outcome_words(int(code)) for code in dataset.outcome.values[case, failed_points(dataset, case)]],
         "free": [rounded(dataset.free_amplitude.values[case, :, output] / metres) for output in outputs],
@@ -188,12 +200,23 @@ def _shares(shares: Array, total: float) -> dict[str, Any]:
     return {"shares": rounded(shares), "total": rounded([total])[0]}
 
 
-def _peak(dataset: xr.Dataset, case: int, output: int, metres: float) -> dict[str, Any] | None:
+def _peak(dataset: xr.Dataset, case: int, output: int, unit: float) -> dict[str, Any] | None:
+    """The highest peak, as the peaks of the result are measured."""
     peak = highest_peak(dataset, case, output)
     if peak is None:
         return None
-    frequency, amplitude = rounded([peak.frequency, peak.amplitude / metres], 8)
-    return {"frequency": frequency, "amplitude": amplitude, "local": peak.local}
+    frequency, amplitude = rounded([peak.frequency, peak.amplitude / unit], 8)
+    return {"frequency": frequency, "amplitude": amplitude}
+
+
+def _dot(dataset: xr.Dataset, case: int, output: int, quantity: Quantity, metres: float) -> dict[str, Any] | None:
+    """Where the first harmonic of a quantity is highest: frequency, and the displacement there, of which the page makes it."""
+    highest = highest_maximum(dataset, case, output, Measure(quantity))
+    if highest is None:
+        return None
+    displacement = highest[1] / float(Measure(quantity).of_harmonic(np.array(1.0), np.array(2.0 * np.pi * highest[0])))
+    frequency, amplitude = rounded([highest[0], displacement / metres], 8)
+    return {"frequency": frequency, "amplitude": amplitude}
 
 
 def _contacts(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:

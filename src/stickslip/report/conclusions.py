@@ -6,12 +6,14 @@ Where each peak is, against the resonances with stuck and without contacts, and 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.report.numbers import hertz, number, percent
-from stickslip.results_view import Peak, highest_peak, length_unit, level_text, levels_in_newtons, linear_peak
+from stickslip.results_view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,10 +44,11 @@ def _headline(dataset: xr.Dataset, output: int) -> str:
         return _level_sentence(dataset, next(iter(peaks)), output)
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
-    unit = length_unit(dataset)
+    unit = peak_unit(dataset)
     per_force = "/N" if levels_in_newtons(dataset) else " per unit level"
     several = "curves" if "start" in dataset.coords else "force levels"
-    lowest = "the lowest response per force at its peak" if peaks[best].local else "the lowest largest response per force"
+    response = _size_of(dataset) or "response"
+    lowest = f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest largest {response} per force"
     sentence = (
         f"Of the {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
         f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{_reductions(dataset, best, peaks[best], output)}."
@@ -60,18 +63,29 @@ def _headline(dataset: xr.Dataset, output: int) -> str:
 
 def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     peak = highest_peak(dataset, case, output)
-    name, unit = dataset.output.values[output], length_unit(dataset)
+    name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
     if peak is None:
         return f"{level_text(dataset, case)}: no point converged."
-    what = f"{name} peaks at" if peak.local else f"no peak inside the band; the largest computed amplitude of {name} is"
+    what = (
+        f"{name} peaks at" if peak.local else f"no peak inside the band; the largest computed {size or 'amplitude'} of {name} is"
+    )
+    what = what.replace("peaks", f"peaks in {size}") if size else what
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
     )
 
 
+def _size_of(dataset: xr.Dataset) -> str:
+    """What peaks are of, in a word or two; "" for displacement amplitudes, which go without saying."""
+    measure = replace(measure_in(dataset), per_force=False)
+    if measure == DISPLACEMENT_AMPLITUDE:
+        return ""
+    return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
+
+
 def reference(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
-    """Resonance of the "free" or "stuck" structure in the band: natural frequency, Hz, and amplitude of the linear curve, m."""
+    """Resonance of the "free" or "stuck" structure in the band: natural frequency, Hz, and size of the linear curve."""
     found = linear_peak(dataset, which, case, output)
     if found is None:
         return None

@@ -12,7 +12,7 @@ from stickslip.plots.design import design_space
 from stickslip.plots.files import Figures
 from stickslip.report.numbers import percent
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import length_text
+from stickslip.results_view import measure_in, size_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,7 +33,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         return [counts]
     names = [str(name) for name in dataset["variable"].values]
     best, optimum = dataset.isel(design=int(dataset["optimum_design"])), float(dataset["optimum_peak"])
-    lines = [f"worst resonance of the best design: {_peak(best)}"]
+    measure = measure_in(dataset)
+    of = "" if measure.quantity.order == 0 and measure.kind == "amplitude" else f", {measure.words}"
+    lines = [f"worst resonance of the best design{of}: {_peak(best)}"]
     if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
         more = percent(optimum / float(best["sampled_peak"]) - 1.0)
         lines.append(f"  that is {more} more than the drawn start states tell, over which alone constraints are met")
@@ -47,7 +49,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def _size(dataset: xr.Dataset, name: str) -> str:
     """A peak with its unit, "12.3 µm" or "12.3 µm per unit level"."""
-    return f"{length_text(float(dataset[name]))}{dataset[name].attrs['units'].removeprefix('m')}"
+    return size_text(float(dataset[name]), dataset[name].attrs["units"])
 
 
 def _peak(design: xr.Dataset) -> str:

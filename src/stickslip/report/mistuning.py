@@ -12,6 +12,7 @@ from stickslip.checks import Array, counted
 from stickslip.plots.files import Figures
 from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.report.presentation import Presentation
+from stickslip.results_view import size_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,8 +23,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """The tuned disk, the amplification and the worst blade."""
     solved = dataset.isel(sample=dataset["worst_blade"].values > 0)
     tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
+    units = dataset["tuned_peak"].attrs["units"]
     edge = _edge(dataset["tuned_frequency"].values, place)
-    lines = [f"tuned disk of {dataset.attrs['sectors']} blades: {1e6 * tuned:.4g} µm at {place:.5g} Hz{edge}"]
+    lines = [f"tuned disk of {dataset.attrs['sectors']} blades: {size_text(tuned, units)} at {place:.5g} Hz{edge}"]
     ratio = solved["amplification"].values
     if not np.isfinite(ratio).any():
         return [*lines, "no amplification: every sample or the tuned disk failed"]
@@ -76,20 +78,21 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Every sample, and every blade of the worst one."""
     import pandas as pd
 
+    units = dataset["blade_peak"].attrs["units"]
     samples = pd.DataFrame(
         {
             "sample": range(1, dataset.sizes["sample"] + 1),
             "amplification": dataset["amplification"].values,
             "worst blade": dataset["worst_blade"].values,
             "busiest damper": dataset["busiest_damper"].values,
-            "largest amplitude [m]": dataset["blade_peak"].max("blade").values,
+            f"largest amplitude [{units}]": dataset["blade_peak"].max("blade").values,
             "dampers missing": dataset["damper_missing"].sum("blade").values,
         }
     )
     found = {"samples": samples}
     if np.isfinite(dataset["amplification"].values).any():
         top = dataset.isel(sample=int(np.nanargmax(dataset["amplification"].values)))
-        columns = {"blade": top["blade"], "largest amplitude [m]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
+        columns = {"blade": top["blade"], f"largest amplitude [{units}]": top["blade_peak"], "at Hz": top["blade_peak_frequency"]}
         columns["work of the damper after it [J]"] = top["damper_work"]
         columns |= {name.replace("_", " "): top[name] for name in map(str, top) if name.endswith("_deviation")}
         found["blades of the worst sample"] = pd.DataFrame({name: each.values for name, each in columns.items()})

@@ -13,7 +13,7 @@ from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
 from stickslip.report.pictures import picture
-from stickslip.units import um
+from stickslip.results_view import peak_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,21 +40,21 @@ def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
     levels, frequencies = found["force_level"].values, found["frequency"].values
     case, at = (index.ravel() for index in np.indices((levels.size, frequencies.size)))
     columns = {"force_level": levels[case], "frequency [Hz]": frequencies[at], "solved": found["solved"].values[case, at]}
-    columns |= {f"{p:g} % [m]": found.values[case, k, at] for k, p in enumerate(found["percent"].values)}
+    columns |= {f"{p:g} % [{found.attrs['units']}]": found.values[case, k, at] for k, p in enumerate(found["percent"].values)}
     return pd.DataFrame(columns)
 
 
 def _part(place: int, label: str, dataset: xr.Dataset) -> str:
-    heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in µm" for p in PERCENT)]
+    heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {peak_unit(dataset).name}" for p in PERCENT)]
     figure = picture(response_percentiles(dataset), "Percentiles of the response")
     return figure + table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, _rows(dataset))
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[str]:
-    found = percentiles_of(dataset, PERCENT)
+    found, unit = percentiles_of(dataset, PERCENT), peak_unit(dataset).metres
     for i, level in enumerate(found["force_level"].values):
         for k, frequency in enumerate(found["frequency"].values):
             solved = int(found["solved"].values[i, k])
             cells = [cell(f"{level:g}", float(level)), cell(hertz(float(frequency)), float(frequency)), cell(str(solved), solved)]
-            cells += [cell(number(value / um), value) for value in found.values[i, :, k]]
+            cells += [cell(number(value / unit), value) for value in found.values[i, :, k]]
             yield f"<tr>{''.join(cells)}</tr>"

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import dissipation, performance_curves
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import length_text
+from stickslip.results_view import measure_in, size_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +21,8 @@ REGIONS = ("stick", "microslip", "slip", "lift-off")
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """The optimum of every curve, its plateau, and what happened to peaks."""
+    measure, units = measure_in(dataset), dataset["amplitude_per_force"].attrs["units"]
+    resonance = "resonance" if measure.order == 0 else f"resonance, as {measure.quantity.name_per_force},"
     lines = []
     for case, mu in enumerate(dataset["friction"].values):
         one = {name: float(dataset[name].values[case]) for name in _OPTIMUM}
@@ -30,7 +32,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             continue
         ends = [f"{one[key]:.4g}" if np.isfinite(one[key]) else "where the values end" for key in ("plateau_low", "plateau_high")]
         lines.append(
-            f"{name}: lowest resonance {length_text(one['optimum_amplitude_per_force'])}/N at "
+            f"{name}: lowest {resonance} {size_text(one['optimum_amplitude_per_force'], units)} at "
             f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
             f"within 10 % of it from {ends[0]} to {ends[1]}"
         )
@@ -47,13 +49,14 @@ _OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency",
 def _detached(dataset: xr.Dataset, case: int) -> list[str]:
     """Where higher peaks lie apart from the curve."""
     heights, ratios = dataset["detached_amplitude_per_force"].values[case], dataset["force_ratio"].values
+    units = dataset["detached_amplitude_per_force"].attrs["units"]
     apart = ratios[np.isfinite(heights)]
     if not apart.size:
         return []
     where = f"{apart[0]:.4g}" if apart.size == 1 else f"{apart[0]:.4g} to {apart[-1]:.4g}"
     return [
-        f"F_C/F_E {where}: higher peaks, up to {length_text(np.nanmax(heights))}/N, lie on a curve apart, which no sweep meets; "
-        "they do not count, and may be unstable (a time simulation tells)"
+        f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units)}, lie on a curve apart, which no sweep "
+        "meets; they do not count, and may be unstable (a time simulation tells)"
     ]
 
 
@@ -103,7 +106,7 @@ def _points(dataset: xr.Dataset) -> pd.DataFrame:
     """Every point of every curve."""
     import pandas as pd
 
-    rows = []
+    rows, units = [], dataset["amplitude_per_force"].attrs["units"]
     for case, mu in enumerate(dataset["friction"].values):
         for k, ratio in enumerate(dataset["force_ratio"].values):
             at = dataset.isel(case=case, point=k)
@@ -113,24 +116,21 @@ def _points(dataset: xr.Dataset) -> pd.DataFrame:
                     "friction": float(mu),
                     "F_C/F_E": float(ratio),
                     "frequency [Hz]": float(at["frequency"]),
-                    "amplitude per force [m/N]": float(at["amplitude_per_force"]),
+                    f"amplitude per force [{units}]": float(at["amplitude_per_force"]),
                     "inertance [m/(s2 N)]": float(at["inertance"]),
                     "relative to no contacts": float(at["normalised_amplitude"]),
                     "contacts": REGIONS[int(region)] if np.isfinite(region) else "",
                     "loss factor": float(at["loss_factor"]),
-                    "apart from the curve [m/N]": float(at["detached_amplitude_per_force"]),
+                    f"apart from the curve [{units}]": float(at["detached_amplitude_per_force"]),
                 }
             )
     return pd.DataFrame(rows)
 
 
 def figures(dataset: xr.Dataset) -> Figures:
-    """The curves as amplitude and as inertance, and which contact dissipates."""
-    return {
-        "performance_curve": performance_curves,
-        "performance_inertance": lambda data: performance_curves(data, "inertance"),
-        "dissipation": dissipation,
-    }
+    """The curves as they were measured and as inertance at the same peaks, and which contact dissipates."""
+    as_inertance = {"performance_inertance": lambda data: performance_curves(data, "inertance")}
+    return {"performance_curve": performance_curves, **as_inertance, "dissipation": dissipation}
 
 
 PRESENTATION = Presentation("Performance curves", sentences, failures, figures, tables)

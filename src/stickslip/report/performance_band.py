@@ -12,7 +12,7 @@ from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import performance_band
 from stickslip.report.numbers import percent
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import length_text
+from stickslip.results_view import size_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 def sentences(dataset: xr.Dataset) -> list[str]:
     """Where the band is widest, and which F_C/F_E has the lowest of the highest peaks."""
     low, high = dataset["amplitude_per_force"].values.T
-    ratios = dataset["force_ratio"].values
+    ratios, units = dataset["force_ratio"].values, dataset["amplitude_per_force"].attrs["units"]
     if not np.isfinite(low).any():
         return ["no bound of the resonance was found"]
     widest, safest = int(np.nanargmax(high / low)), int(np.nanargmin(high))
-    ends = f"{length_text(low[widest])}/N to {length_text(high[widest])}/N"
+    ends = f"{size_text(low[widest], units)} to {size_text(high[widest], units)}"
     unsolved = dataset["unsolved_share"].values
     most = int(np.argmax(unsolved))
     fewer = f"{percent(unsolved[most])} of the sampled start states have no solution at F_C/F_E = {ratios[most]:.4g}"
     return [
         f"band widest at F_C/F_E = {ratios[widest]:.4g}: the peak is {ends}, the highest "
         f"{percent(high[widest] / low[widest] - 1.0)} above the lowest, depending on where the contacts start",
-        f"lowest of the highest peaks: {length_text(high[safest])}/N at F_C/F_E = {ratios[safest]:.4g}",
+        f"lowest of the highest peaks: {size_text(high[safest], units)} at F_C/F_E = {ratios[safest]:.4g}",
         *([fewer] if unsolved[most] else []),
     ]
 
@@ -54,9 +54,10 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     """Both ends of the band at every point."""
     import pandas as pd
 
-    columns = {"F_C/F_E": dataset["force_ratio"].values, "virgin [m/N]": dataset["virgin_amplitude_per_force"].values}
+    units = dataset["amplitude_per_force"].attrs["units"]
+    columns = {"F_C/F_E": dataset["force_ratio"].values, f"virgin [{units}]": dataset["virgin_amplitude_per_force"].values}
     for bound, name in enumerate(("lowest", "highest")):
-        columns[f"{name} [m/N]"] = dataset["amplitude_per_force"].values[:, bound]
+        columns[f"{name} [{units}]"] = dataset["amplitude_per_force"].values[:, bound]
         columns[f"{name}, at Hz"] = dataset["frequency"].values[:, bound]
         columns[f"{name}, loss factor"] = dataset["loss_factor"].values[:, bound]
     columns["solutions"] = dataset["solves"].values

@@ -72,7 +72,7 @@ function drawCurves() {
     x: c.frequency, y: c.amplitude[output].map((y, k) => y === null ? null : derived(y, c.frequency[k], quantity) * factors[i]), ...inLegend(c), meta: i,
     mode: c.frequency.length < 12 ? "lines+markers" : "lines", line: { width: c.thin ? 0.8 : 2.2, color: levelColours(shown)[i] },
     hovertemplate: `%{x:.3f} Hz, %{y:.5g}<extra>${plain(c.level)}</extra>` }));
-  const peaks = shown.cases.map((c, i) => ({ c, i, peak: c.peak[output] })).filter(p => p.peak && p.peak.local);
+  const peaks = shown.cases.map((c, i) => ({ c, i, peak: c.dots[output][quantity.order] })).filter(p => p.peak);
   const dots = { x: peaks.map(p => p.peak.frequency), y: peaks.map(p => derived(p.peak.amplitude, p.peak.frequency, quantity) * factors[p.i]), mode: "markers", name: "peak",
     marker: { size: peaks.map(p => p.c.thin ? 4 : 8), color: peaks.map(p => levelColours(shown)[p.i]), line: { width: 1.5, color: css("--paper") } }, showlegend: false,
     text: peaks.map(p => plain(p.c.level)), hovertemplate: "%{x:.3f} Hz, %{y:.5g}<extra>peak, %{text}</extra>" };
@@ -136,8 +136,9 @@ function stateWords(mixture) {
 
 function drawTrend() {
   const name = result().outputs[index("output")];
-  const traces = data.results.flatMap((r, i) => {
-    const output = r.outputs.indexOf(name), found = r.cases.filter(c => c.peak[output] && c.force), peaks = found.map(c => c.peak[output]);
+  const alike = data.results.filter(r => r.peakSymbol === data.results[0].peakSymbol);
+  const traces = alike.flatMap(r => {
+    const i = data.results.indexOf(r), output = r.outputs.indexOf(name), found = r.cases.filter(c => c.peak[output] && c.force), peaks = found.map(c => c.peak[output]);
     const look = { x: found.map(c => c.force), mode: r.cases.some(c => c.thin) ? "markers" : "lines+markers", name: plain(r.label), legendgroup: String(i),
       line: { color: data.results.length > 1 ? scheme().results[i] : css("--accent"), width: 2 } };
     return [{ ...look, y: peaks.map((p, k) => p.amplitude / Math.abs(found[k].force)), showlegend: data.results.length > 1 },
@@ -147,7 +148,7 @@ function drawTrend() {
   const force = () => axis(data.results[0].newtons ? "force level in N" : "force level", { type: wide ? "log" : "linear", dtick: wide ? "D2" : undefined });
   const narrow = byId("chart-trend") && byId("chart-trend").clientWidth < 640;
   draw("chart-trend", traces, { grid: { rows: narrow ? 2 : 1, columns: narrow ? 1 : 2, pattern: "independent", xgap: 0.16, ygap: 0.3 }, xaxis: force(), xaxis2: force(),
-    yaxis: axis(`peak |X₁|/F in ${perForce(data.results[0])}`, { rangemode: "tozero" }), yaxis2: axis("its frequency in Hz"),
+    yaxis: axis(`peak ${data.results[0].peakSymbol}/F in ${perForce(data.results[0], data.results[0].peakUnit)}`, { rangemode: "tozero" }), yaxis2: axis("its frequency in Hz"),
     title: { text: `Highest peak of ${plain(name)}`, font: { size: 14 }, x: 0.01 }, margin: { l: 60, r: 16, t: 40, b: 48 } });
 }
 

@@ -12,6 +12,7 @@ from stickslip.analyses.truncation import ALLOWED, truncation_warning
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import counted
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
@@ -21,6 +22,7 @@ from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results_told import levels_of, ranked, spread, telling, words_of
+from stickslip.results_view import highest_peak, measure_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,7 +36,9 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """What "auto" took, and the highest peak of the first output at each force level, or the largest point without a peak."""
     chosen = dataset.attrs.get("harmonics_chosen")
     lines = [f"{chosen}."] if chosen else []
-    lines += [f"highest peaks of {dataset['output'].values[0]}"]
+    measure = measure_in(dataset)
+    of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
+    lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]
     levels = levels_of(dataset)
     shown = spread(len(levels), MOST_LINES)
     for cases in (levels[place] for place in shown):
@@ -60,7 +64,7 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
 
 def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
-    return f"  force {float(dataset['force_level'][case]):<8g} {peak_words(dataset.isel(case=case, output=0))}"
+    return f"  force {float(dataset['force_level'][case]):<8g} {peak_words(dataset, case)}"
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
@@ -70,13 +74,15 @@ def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
     lines = [f"  force {level:g}, {counted(len(cases), 'start state')}, {solved} of them solved"]
     for word, case in zip(words_of(chosen), chosen, strict=True):
         start = f"start {int(dataset['start'][case]) + 1}"
-        lines.append(f"    {word:<8} {start:<10} {peak_words(dataset.isel(case=case, output=0))}")
+        lines.append(f"    {word:<8} {start:<10} {peak_words(dataset, case)}")
     return lines
 
 
 def bound_sentences(bounds: xr.Dataset) -> list[str]:
-    """Where the bounds of each force level are furthest apart, and the highest one, in m; of peaks both bounds."""
-    lines = [f"bounds over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
+    """Where the bounds of each force level are furthest apart, and the highest one, in SI; of peaks both bounds."""
+    measure, units = measure_in(bounds), bounds["amplitude"].attrs["units"]
+    of = "" if measure == DISPLACEMENT_AMPLITUDE else f" of the {measure.words}"
+    lines = [f"bounds{of} over the start states, by {str(bounds.attrs['objective']).replace('_', ' ')}"]
     levels = bounds["force_level"].values
     for case in spread(len(levels), MOST_LINES):
         level = levels[case]
@@ -87,31 +93,35 @@ def bound_sentences(bounds: xr.Dataset) -> list[str]:
         k = int(np.nanargmax(high - low))
         frequency = float(bounds["frequency"].values[k])
         at = bounds["resonance"].values[case, :, k]
-        peaks = f"{low[k]:12.6g} m at {at[0]:.6g} Hz to {high[k]:12.6g} m at {at[1]:.6g} Hz"
+        peaks = f"{low[k]:12.6g} {units} at {at[0]:.6g} Hz to {high[k]:12.6g} {units} at {at[1]:.6g} Hz"
         lines.append(f"  force {level:<8g} {widest_and_highest(bounds, case, k) if np.isfinite(frequency) else peaks}")
     return [*lines, *(f"  {sentence}" for sentence in bounds_warnings(bounds))]
 
 
 def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
     """Both bounds where they are furthest apart, and the highest of all."""
-    frequencies, (low, high) = bounds["frequency"].values, bounds["amplitude"].values[case]
+    frequencies, (low, high), units = (
+        bounds["frequency"].values,
+        bounds["amplitude"].values[case],
+        bounds["amplitude"].attrs["units"],
+    )
     top = int(np.nanargmax(high))
     return (
-        f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} m; "
-        f"highest bound {high[top]:.6g} m at {frequencies[top]:.6g} Hz"
+        f"furthest apart at {frequencies[widest]:.6g} Hz: {low[widest]:.6g} to {high[widest]:.6g} {units}; "
+        f"highest bound {high[top]:.6g} {units} at {frequencies[top]:.6g} Hz"
     )
 
 
-def peak_words(case: xr.Dataset) -> str:
-    """The highest peak of one curve."""
-    if case.sizes["peak"] and case["peak_amplitude"].notnull().any():
-        peak = case.isel(peak=0)
-        frequency, amplitude, loss = (float(peak[f"peak_{key}"]) for key in ("frequency", "amplitude", "loss_factor"))
-        return f"{frequency:12.6g} Hz   amplitude {amplitude:12.6g} m   loss factor {loss:.4g}"
-    if not case["amplitude"].notnull().any():
+def peak_words(dataset: xr.Dataset, case: int) -> str:
+    """The highest peak of the first output of one curve."""
+    highest = highest_peak(dataset, case)
+    if highest is None:
         return "no point was found"
-    point = case.isel(point=int(case["amplitude"].argmax("point")))
-    return f"no peak; largest at {float(point['frequency']):.6g} Hz: amplitude {float(point['amplitude']):.6g} m"
+    measure, units = measure_in(dataset), dataset["peak_amplitude"].attrs["units"]
+    size = highest.amplitude / measure.per(float(dataset["force_level"][case]))
+    if not highest.local:
+        return f"no peak; largest at {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
+    return f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -122,7 +132,7 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """Curves and peaks as displacements, and those of bounds, percentiles and stress where there are any."""
+    """Curves and peaks, as the quantity that peaks are of, and those of bounds, percentiles and stress where there are any."""
     return {"curves": quantity_table(dataset), "peaks": peak_table(dataset), **further_tables(dataset)}
 
 

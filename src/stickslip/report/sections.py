@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.checks import Array, counted
-from stickslip.quantities import QUANTITIES
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
 from stickslip.report.chart_data import MOST_TOLD
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
 from stickslip.report.numbers import energy, hertz, number
 from stickslip.results_told import told
-from stickslip.results_view import Length, converged_points, highest_peak, length_unit, level_text, levels_in_newtons, points
+from stickslip.results_view import (
+    Length,
+    converged_points,
+    highest_peak,
+    level_text,
+    levels_in_newtons,
+    measure_in,
+    peak_unit,
+    points,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,10 +37,6 @@ ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 CYCLE_NOTE = (
     '<p class="note">Loops at the computed point nearest to the click, redrawn from the harmonics that the result keeps: corners '
     "are rounded, and the force may overshoot. Exact loops at the highest peak stand below.</p></div>"
-)
-LARGEST_NOTE = (
-    '<p class="note">Amplitude is |X₁|, the first harmonic alone; largest is max |x(t)| in time, with the mean and all '
-    "harmonics. It may be the smaller of the two: a third harmonic can flatten the crests.</p>"
 )
 LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
 
@@ -47,12 +53,14 @@ def overview(datasets: Datasets) -> str:
 def curves(datasets: Datasets) -> str:
     """The response curves with their choices."""
     controls = radios("scale", "Scale", [("log", "logarithmic"), ("linear", "linear")])
-    controls += radios("quantity", "Show", [(name, name) for name in QUANTITIES])
+    first = measure_in(next(iter(datasets.values()))).quantity.name
+    controls += radios("quantity", "Show", [(name, name) for name in dict.fromkeys((first, *QUANTITIES))])
     controls += radios("normal", "Amplitude", [("absolute", "|X₁|"), ("perForce", "|X₁| / F")])
     controls += select("output", "Output")
     note = (
-        '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks, crosses '
-        'at the foot points without convergence. Click a point for what happens there.</p><p id="point" aria-live="polite"></p>'
+        '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks of what is '
+        "shown, crosses at the foot points without convergence. Click a point for what happens there.</p>"
+        '<p id="point" aria-live="polite"></p>'
     )
     note += (
         '<div id="cycle" hidden>' + chart("chart-cycle", "Contact force against displacement at the point clicked.") + CYCLE_NOTE
@@ -62,28 +70,46 @@ def curves(datasets: Datasets) -> str:
 
 
 def peaks(datasets: Datasets) -> str:
-    """Every local maximum of every curve."""
-    unit = length_unit(*datasets.values())
-    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(datasets) > 1, unit)]
-    heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"Amplitude in {unit.name}", "Amplitude per force"]
-    heads = [*_result_head(datasets), *heads, f"Largest in {unit.name}", "Loss factor"]
-    caption = "Peaks: local maxima of the first harmonic along the curve, highest first."
-    return section("peaks-section", "Peaks", table("peaks", caption, heads, rows), LARGEST_NOTE, _largest(datasets, unit))
+    """Every local maximum of every curve, with tables for each quantity that peaks are of."""
+    alike: dict[Measure, dict[str, xr.Dataset]] = {}
+    for label, dataset in datasets.items():
+        alike.setdefault(replace(measure_in(dataset), per_force=False), {})[label] = dataset
+    parts = [_peaks_of(measure, f"-{k + 1}" if k else "", some, datasets) for k, (measure, some) in enumerate(alike.items())]
+    return section("peaks-section", "Peaks", *parts)
 
 
-def _largest(datasets: Datasets, unit: Length) -> str:
-    """Where the displacement over the whole period, with mean and all harmonics, is largest."""
-    several = len(datasets) > 1
-    rows = []
+def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
+    """The peaks of one quantity, and where it is largest in time."""
+    unit = peak_unit(*datasets.values())
+    rows = [row for label, dataset in datasets.items() for row in _peak_rows(label, dataset, len(every) > 1, unit)]
+    word = {"amplitude": "Amplitude", "rms": "Rms", "max_abs": "Largest"}[measure.kind]
+    heads = ["Force level", "Output", "Peak", "Frequency in Hz", f"{word} in {unit.name}", f"{word} per force"]
+    heads = [*_result_head(every), *heads, f"Largest in {unit.name}", "Loss factor"]
+    of = "first harmonic" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    caption = f"Peaks: local maxima of the {of} along the curve, highest first."
+    first = f"{word} is {measure.symbol}{', the first harmonic alone' if measure.kind == 'amplitude' else ''}"
+    mean = "the mean and " if measure.order == 0 else ""
+    note = (
+        f'<p class="note">{first}; largest is max |{("x", "ẋ", "ẍ")[measure.order]}(t)| in time, with {mean}all harmonics. '
+        "It may be smaller than the amplitude: a third harmonic can flatten the crests.</p>"
+    )
+    return table(f"peaks{place}", caption, heads, rows) + note + _largest(measure, place, datasets, every)
+
+
+def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
+    """Where the quantity over the whole period, with mean and all harmonics, is largest."""
+    rows, unit = [], peak_unit(*datasets.values())
     for label, dataset in datasets.items():
         for case, output in np.argwhere(np.isfinite(dataset.highest_max_abs.values)):
             size, frequency = (float(dataset[f"highest_max_abs{end}"].values[case, output]) for end in ("", "_frequency"))
-            cells = (cell(label) if several else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
+            size *= measure_in(dataset).per(float(dataset.force_level[case]))
+            cells = (cell(label) if len(every) > 1 else "") + cell(level_text(dataset, case), float(dataset.force_level[case]))
             cells += cell(str(dataset.output.values[output])) + cell(number(size / unit.metres), size)
             rows.append(f"<tr>{cells}{cell(hertz(frequency), frequency)}</tr>")
-    heads = [*_result_head(datasets), "Force level", "Output", f"Largest in {unit.name}", "at Hz"]
-    caption = "Largest displacement in time along the curve, with the mean and all harmonics, at a peak of its own."
-    return table("largest", caption, heads, rows) if rows else ""
+    heads = [*_result_head(every), "Force level", "Output", f"Largest in {unit.name}", "at Hz"]
+    mean = "the mean and " if measure.order == 0 else ""
+    caption = f"Largest {measure.quantity.name} in time along the curve, with {mean}all harmonics, at a peak of its own."
+    return table(f"largest{place}", caption, heads, rows) if rows else ""
 
 
 def loops(datasets: Datasets) -> str:
@@ -204,9 +230,10 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> 
 
 
 def _ranked(dataset: xr.Dataset, case: int, output: int) -> Iterator[tuple[int, Array]]:
-    """Rank and (frequency, amplitude, largest, loss factor) of each peak; rank 0 for a curve without local maximum."""
+    """Rank and (frequency, size, largest, loss factor) of each peak, not per force; rank 0 for a curve without local maximum."""
     names = ("peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
     table_of_peaks = np.array([dataset[name].values[case, :, output] for name in names]).T
+    table_of_peaks[:, 1:3] *= measure_in(dataset).per(float(dataset.force_level[case]))
     solved = table_of_peaks[np.isfinite(table_of_peaks[:, 1])] if table_of_peaks.size else table_of_peaks
     yield from enumerate(solved, start=1)
     highest = highest_peak(dataset, case, output)

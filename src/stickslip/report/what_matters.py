@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.files import Figures
 from stickslip.plots.what_matters import tornado
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import unit_for
+from stickslip.results_view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,8 +22,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """Middle and spread of the resonance, and its parameters from the strongest to the weakest."""
     names = [str(name) for name in dataset["parameter"].values]
     lines = []
-    length = unit_for(float(dataset["middle"].values[0]))
-    for q, (quantity, size, unit) in enumerate((("amplitude", length.metres, length.name), ("frequency", 1.0, "Hz"))):
+    measure, units = measure_in(dataset), dataset["middle"].attrs["units"].removesuffix(" and Hz")
+    unit_of_size = shown_unit(units, float(dataset["middle"].values[0]))
+    what = "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
+    for q, (quantity, size, unit) in enumerate(((what, unit_of_size.metres, unit_of_size.name), ("frequency", 1.0, "Hz"))):
         middle, spread = (float(dataset[key].values[q]) / size for key in ("middle", "spread"))
         order = np.argsort(-dataset["total"].values[:, q])
         ranked = ", ".join(f"{names[k]} {_index(dataset, k, q)}" for k in order)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.harmonic.trigonometric import largest_absolute
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import CLOSED, StepControl, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
@@ -36,8 +36,8 @@ SINGULAR = 1e-13
 class Curve:
     """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
 
-    peaks: of the first harmonic, per output; steps: the step, from points[k] to the next one, that each of them lies in, until
-    `densify` made them points of the curve; largest: where max |x(t)| is highest, per output, or None without a peak.
+    peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `densify`
+    made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak.
     """
 
     level: float
@@ -48,6 +48,7 @@ class Curve:
     peaks: tuple[tuple[CurvePoint, ...], ...] = ()
     largest: tuple[CurvePoint | None, ...] = ()
     steps: tuple[tuple[int, ...], ...] = ()
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +68,12 @@ def solve_curve(
     control: StepControl | None = None,
     begin: Point | None = None,
     peak_tolerance: float = TOLERANCE,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Curve:
     """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: only the points at the given frequencies.
 
-    begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low.
+    begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low;
+    measure: what they are peaks of.
     """
     start, end = frequencies[0], frequencies[-1]
     travels: list[_Travel] = []
@@ -92,10 +95,10 @@ def solve_curve(
             break
     if not travels:
         outcome = failed or Outcome.NOT_CONVERGED
-        return Curve(level, (), outcome, outcome.sentence, start)
+        return Curve(level, (), outcome, outcome.sentence, start, measure=measure)
     arrived = [travel for travel in travels if travel.lost is None]
     best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
-    return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance)
+    return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance, measure)
 
 
 def _careful_travel(
@@ -152,6 +155,7 @@ def _finished(
     wanted: Sequence[float] | None,
     progress: Callable[[float], None],
     tolerance: float,
+    measure: Measure,
 ) -> Curve:
     """The curve with its peaks, or at the wanted frequencies."""
     points, message = travel.points, travel.lost or ARRIVED
@@ -164,25 +168,27 @@ def _finished(
             message = (
                 f"{len(missed)} of {len(wanted)} frequencies could not be solved, the first at {lost_at / (2.0 * np.pi):g} Hz."
             )
-        return Curve(level, tuple(kept), outcome, message, lost_at)
+        return Curve(level, tuple(kept), outcome, message, lost_at, measure=measure)
     outputs = range(balance.problem.output_rows.shape[0])
     search = PeakSearch(balance, points, tolerance)
-    found, largest = [], []
+    found, largest, in_time = [], [], measure.with_kind("max_abs")
     for output in outputs:
-        found.append(search.peaks(output))
-        largest.append(search.peaks(output, largest_absolute, least=0.8))
+        found.append(search.peaks(output, measure))
+        largest.append(search.peaks(output, in_time, least=0.8))
         progress(TRAVEL + (1.0 - TRAVEL) * (output + 1) / len(outputs))
     unsolved = sum(peaks.unsolved for peaks in (*found, *largest))
     if unsolved:
         message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
-    highest = tuple(_highest(balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True))
+    highest = tuple(
+        _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
+    )
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
-    return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps)
+    return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps, measure)
 
 
-def _highest(row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
-    """The point with the highest max |x(t)| of a row."""
-    return max(points, key=lambda point: largest_absolute(point.evaluation.w[row])[0], default=None)
+def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
+    """The point with the highest measure of a row."""
+    return max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega), default=None)
 
 
 def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence[float]) -> tuple[list[CurvePoint], list[float]]:

@@ -10,10 +10,11 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import StepControl, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
-from stickslip.solve.extremes import Extreme, amplitude, start_gradient
+from stickslip.solve.extremes import Extreme, size_of, start_gradient
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PeakSearch
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
@@ -30,8 +31,10 @@ KNOWN = 30
 """Peaks remembered to climb from."""
 
 
-def highest_peak(curve_start: Evaluation, balance: HarmonicBalance, output: int, end: float) -> CurvePoint | None:
-    """The highest peak of |X_1| from a solved point to the frequency `end` in rad/s; None where the curve is lost or has none."""
+def highest_peak(
+    curve_start: Evaluation, balance: HarmonicBalance, output: int, end: float, measure: Measure
+) -> CurvePoint | None:
+    """The highest peak from a solved point to the frequency `end` in rad/s; None where the curve is lost or has none."""
     first = correct(balance, curve_start.point, fixed("omega", curve_start.point.omega))
     if not first.converged:
         return None
@@ -40,15 +43,19 @@ def highest_peak(curve_start: Evaluation, balance: HarmonicBalance, output: int,
     except LostCurveError:
         return None
     row = balance.rows + output
-    found = PeakSearch(balance, curve, TOLERANCE).peaks(output)
-    return max(found.points, key=lambda p: float(np.hypot(*p.evaluation.w[row, 1:3])), default=None)
+    found = PeakSearch(balance, curve, TOLERANCE).peaks(output, measure)
+    return max(found.points, key=lambda p: measure.size(p.evaluation.w[row], p.point.omega), default=None)
 
 
 class AtPeak:
-    """|X_1| at the highest peak of the curve over a band in rad/s; the gradient at the peak is the one at fixed frequency."""
+    """A measure of an output at its highest peak over a band in rad/s; the gradient at the peak is the one at fixed frequency,
+    since along the curve the measure is stationary there.
+    """
 
-    def __init__(self, balance: HarmonicBalance, space: StartSpace, output: int, band: tuple[float, float], level: float) -> None:
-        self.space, self.output, self.band = space, output, band
+    def __init__(
+        self, balance: HarmonicBalance, space: StartSpace, output: int, measure: Measure, band: tuple[float, float], level: float
+    ) -> None:
+        self.space, self.output, self.measure, self.band = space, output, measure, band
         self.begin = StartSolutions(balance, space, band[0], level)
         self.known: list[tuple[Array, Point, Plane]] = []
         self.solves = self.traces = 0
@@ -62,7 +69,7 @@ class AtPeak:
         if not self.known:
             return self.traced(variables)
         balance = self.space.balance(self.begin.balance, variables)
-        ascent = Ascent(balance, self.output, TOLERANCE)
+        ascent = Ascent(balance, self.output, self.measure, TOLERANCE)
         try:
             evaluation = self._climbed(ascent, variables)
         except NoSummitError:
@@ -88,7 +95,7 @@ class AtPeak:
         """The same by tracing the whole curve; raises `UnsolvedError`."""
         self.traces += 1
         balance, first = self.begin.solve(variables)
-        peak = highest_peak(first, balance, self.output, self.band[1])
+        peak = highest_peak(first, balance, self.output, self.band[1], self.measure)
         if peak is None:
             raise UnsolvedError(Outcome.NO_PEAK)
         return self._at(balance, variables, peak.evaluation)
@@ -96,7 +103,7 @@ class AtPeak:
     def _at(self, balance: HarmonicBalance, variables: Array, evaluation: Evaluation) -> tuple[Extreme, Array]:
         known = (variables.copy(), evaluation.point, plane_at(balance, evaluation))
         self.known = [*self.known[-KNOWN:], known]
-        value, slope_of = amplitude(self.output)(balance, evaluation)
+        value, slope_of = size_of(self.output, self.measure)(balance, evaluation)
         return Extreme(variables.copy(), value, balance, evaluation), start_gradient(balance, self.space, evaluation, slope_of)
 
     def _climbed(self, ascent: Ascent, variables: Array) -> Evaluation:

@@ -19,6 +19,7 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.measure import Measure
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
 from stickslip.solve.start_space import StartSpace
@@ -44,14 +45,13 @@ class Effort:
     gain: float = 1e-5
 
 
-def amplitude(output: int) -> Objective:
-    """|X_1| of an output, m."""
+def size_of(output: int, measure: Measure) -> Objective:
+    """A measure of an output, at the frequency of the point."""
 
     def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
-        row = balance.rows + output
-        a, b = evaluation.w[row, 1:3]
-        size = float(np.hypot(a, b))
-        return size, lambda forces, motion: (a * motion[:, row, 1] + b * motion[:, row, 2]) / size
+        row, omega = balance.rows + output, evaluation.point.omega
+        size = measure.size(evaluation.w[row], omega)
+        return size, lambda forces, motion: measure.slope(evaluation.w[row], omega, motion[:, row])[1]
 
     return objective
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.curve_points import Metric, moving_sizes, relative_metric
+from stickslip.solve.curve_points import CurvePoint, Metric, Tangent, moving_sizes, relative_metric
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.segment import Knot, Segment, knot, segment
 
@@ -65,6 +65,27 @@ class Interpolation:
             if k + 1 < len(self.evaluations):
                 self._within(k, wanted, ~met[:, k : k + 2].any(axis=1), found)
         return found
+
+    def curve(self) -> list[CurvePoint]:
+        """The solved points with their tangents, as a continuation has them; of two at one place only the first, and none where
+        the curve has no direction.
+        """
+        kept: list[CurvePoint] = []
+        for k, evaluation in enumerate(self.evaluations):
+            if k and not self._apart(k - 1):
+                continue
+            found, metric, length = self._knot(k), self._metric(k), 0.0
+            direction = found.direction
+            if direction is None:
+                continue
+            scale = metric.length(direction.motion, direction.rate)
+            tangent = Tangent(direction.forces / scale, direction.motion / scale, direction.rate / scale)
+            if kept:
+                plane, before = kept[-1].across("omega"), kept[-1]
+                ends = [plane.rate(e.w, e.point.omega) for e in (before.evaluation, evaluation)]
+                length = ends[1] - ends[0]
+            kept.append(CurvePoint(evaluation, tangent, metric, 0, found.factors.size, length))
+        return kept
 
     def _within(self, k: int, wanted: Array, free: Array, found: list[list[Value]]) -> None:
         """Add the values between the points k and k + 1."""

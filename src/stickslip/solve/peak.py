@@ -9,7 +9,7 @@ the best point by more than the tolerance. What one search has solved serves the
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -17,8 +17,10 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.curve_points import ROUNDING, CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
+from stickslip.solve.segment import knot
 
 TOLERANCE = 1e-8
 """Relative amplitude by which a peak may be below the highest bound."""
@@ -31,17 +33,6 @@ STEEPER = 1.5
 
 SOLVES = 300
 NEIGHBOURS = 2
-
-Measure = Callable[[Array], tuple[float, Array]]
-"""A size of one row of motion (2H+1,), m, and its gradient by that row."""
-
-
-def first_harmonic(motion: Array) -> tuple[float, Array]:
-    """|X_1| = √(a1² + b1²)."""
-    amplitude = float(np.hypot(motion[1], motion[2]))
-    gradient = np.zeros_like(motion)
-    gradient[1:3] = motion[1:3] / max(amplitude, np.finfo(float).tiny)
-    return amplitude, gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,19 +49,20 @@ class Peaks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Place:
-    """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion and λ along it."""
+    """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion, λ and ω along it."""
 
     segment: int
     fraction: float
     length: float
     motion_slope: Array
     forces_slope: Array
+    omega_slope: float
     point: CurvePoint
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sample:
-    """A place with the amplitude of one output there, and its slope."""
+    """A place with the size of one output there, by the measure that is searched, and its slope."""
 
     place: _Place
     amplitude: float
@@ -141,8 +133,7 @@ def _bound(intervals: list[_Interval], i: int) -> float:
 
 
 def _sampled(place: _Place, row: int, measure: Measure) -> _Sample:
-    size, gradient = measure(place.point.evaluation.w[row])
-    return _Sample(place, size, float(gradient @ place.motion_slope[row]))
+    return _Sample(place, *_slope(measure, place.point, row, place.motion_slope, place.omega_slope))
 
 
 def _turns(a: float, b: float, da: float, db: float) -> list[float]:
@@ -211,20 +202,22 @@ class PeakSearch:
     """
 
     def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE) -> None:
-        self.balance, self.curve, self.tolerance = balance, curve, tolerance
+        self.balance, self.tolerance = balance, tolerance
+        self.curve = _with_own_tangents(balance, curve)
         self.lengths = np.cumsum([point.length for point in curve])
+        self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
         self.solved: dict[int, list[_Place]] = {}
         self.failed: set[tuple[int, float]] = set()
         self.planes: dict[int, tuple[PathCondition, float]] = {}
 
-    def peaks(self, output: int, measure: Measure = first_harmonic, least: float = 0.0) -> Peaks:
+    def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
         row = self.balance.rows + output
-        measured = [measure(point.evaluation.w[row]) for point in self.curve]
-        sizes = np.array([size for size, _ in measured])
-        if sizes.max(initial=0.0) <= ROUNDING * max((np.abs(point.evaluation.w).max() for point in self.curve), default=0.0):
+        if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
             return Peaks((), (), 0)
-        slopes = [float(g @ p.tangent.motion[row]) for (_, g), p in zip(measured, self.curve, strict=True)]
+        measured = [_slope(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
+        sizes = np.array([size for size, _ in measured])
+        slopes = [slope for _, slope in measured]
         floor = least * float(sizes.max(initial=0.0))
         tops: list[list[_Interval]] = []
         for k in range(len(self.curve) - 1):
@@ -294,7 +287,7 @@ class PeakSearch:
         tangent = point.tangent
         rate = condition.rate(tangent.motion, tangent.parameter)
         length = float(self.lengths[k]) + fraction * span
-        return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, point)
+        return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
 
     def _solve_inside(self, k: int, fraction: float) -> None:
         """Solve segment k at a fraction, unless a place nearby is solved; it joins the places of the segment."""
@@ -322,6 +315,28 @@ class PeakSearch:
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
+
+
+def _with_own_tangents(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list[CurvePoint]:
+    """The curve with the tangents of its two ends solved there, in the direction of travel.
+
+    An end of the band is solved between two points and carries the tangent of one beyond it, which may lie past a maximum.
+    """
+    points = list(curve)
+    for k, before, after in ((0, 0, 1), (-1, -2, -1)) if len(points) > 1 else ():
+        end, metric = points[k], points[k].metric
+        direction = knot(balance, end.evaluation, metric, points[before].evaluation, points[after].evaluation).direction
+        if direction is not None:
+            length = metric.length(direction.motion, direction.rate)
+            tangent = Tangent(direction.forces / length, direction.motion / length, direction.rate / length)
+            points[k] = replace(end, tangent=tangent)
+    return points
+
+
+def _slope(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: float) -> tuple[float, float]:
+    """The size of a row at a point, and its slope along a direction of the curve in motion and ω."""
+    size, gradient, by_omega = measure.gradient(point.evaluation.w[row], point.point.omega)
+    return size, float(gradient @ motion[row]) + by_omega * omega
 
 
 def _intervals(samples: list[_Sample]) -> list[_Interval]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.harmonic.measure import Measure
 from stickslip.solve.crest import Crest, settled
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_sweep import reaches_an_end, swept_summits
@@ -78,7 +79,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Check:
-    """A full sweep at a value: its highest amplitude and that of the branches, m, the points the sweep took (0: it was lost), and
+    """A full sweep at a value: its highest amplitude and that of the branches, the points the sweep took (0: it was lost), and
     the branches on its curve.
     """
 
@@ -125,10 +126,10 @@ class Following:
 
 
 class Follower:
-    """Follows all peaks of an output over a band in rad/s."""
+    """Follows all peaks of a measure of an output over a band in rad/s."""
 
-    def __init__(self, problem_of: PeakProblem, band: tuple[float, float], output: int = 0) -> None:
-        self.problem_of, self.band, self.output = problem_of, band, output
+    def __init__(self, problem_of: PeakProblem, band: tuple[float, float], output: int, measure: Measure) -> None:
+        self.problem_of, self.band, self.output, self.measure = problem_of, band, output, measure
         self.solves = self.iterations = 0
 
     def follow(
@@ -169,7 +170,7 @@ class Follower:
         """The highest peak of a full sweep at a value; None where the sweep is lost or has none."""
         balance, level = self.problem_of(value)
         try:
-            summits, _, solves = swept_summits(balance, level, self.band, self.output)
+            summits, _, solves = swept_summits(balance, level, self.band, self.output, self.measure)
         except LostCurveError:
             return None
         self.solves += solves
@@ -223,7 +224,7 @@ class Follower:
         last = known[0].summit
         if not 0.8 * self.band[0] < start.omega < 1.25 * self.band[1]:
             return None
-        ascent = Ascent(balance, self.output)
+        ascent = Ascent(balance, self.output, self.measure)
         try:
             summit = ascent.from_near(start, last.plane, last.curvature / last.amplitude)
         except NoSummitError:
@@ -240,7 +241,7 @@ class Follower:
         value = found.values[k]
         balance, level = self.problem_of(value)
         try:
-            summits, points, solves = swept_summits(balance, level, self.band, self.output)
+            summits, points, solves = swept_summits(balance, level, self.band, self.output, self.measure)
         except LostCurveError:
             found.checks.append(Check(value, np.nan, np.nan, 0))
             return
@@ -278,14 +279,14 @@ class Follower:
 
     def _one(self, a: Place, b: Place) -> bool:
         """Whether two places at the same value are one peak."""
-        ascent = Ascent(self.problem_of(a.value)[0], self.output)
+        ascent = Ascent(self.problem_of(a.value)[0], self.output, self.measure)
         one = ascent.one_crest(a.summit, b.summit)
         self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
         return one
 
     def settled(self, place: Place) -> tuple[Place, Crest]:
         """A place on the highest corner that the middle of its band leads to, and that band."""
-        ascent = Ascent(self.problem_of(place.value)[0], self.output)
+        ascent = Ascent(self.problem_of(place.value)[0], self.output, self.measure)
         summit, crest = settled(ascent, place.summit)
         self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
         return Place(place.value, summit, place.stiffness), crest

@@ -8,6 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.harmonic.measure import Measure
 from stickslip.solve.continuation import StepControl, first_point, trace
 from stickslip.solve.curve import RUN_UPS
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
@@ -29,25 +30,25 @@ LONGEST = 400
 
 
 def swept_summits(
-    balance: HarmonicBalance, level: float, band: tuple[float, float], output: int
+    balance: HarmonicBalance, level: float, band: tuple[float, float], output: int, measure: Measure
 ) -> tuple[list[Summit], int, int]:
-    """Summits over a band in rad/s, the points of the curve, and the solutions spent on the summits.
+    """Summits of a measure over a band in rad/s, the points of the curve, and the solutions spent on the summits.
 
     Raises `LostCurveError` where the curve does not reach the end of the band.
     """
     points = swept_curve(balance, level, band)
-    row = balance.rows + output
-    sizes = np.array([float(np.hypot(*point.evaluation.w[row, 1:3])) for point in points])
-    tops = [k for k in _tops(points, row, sizes) if sizes[k] >= LEAST * sizes.max()]
+    measured = [_slope(measure, point, balance.rows + output) for point in points]
+    sizes = np.array([size for size, _ in measured])
+    tops = [k for k in _tops([slope > 0.0 for _, slope in measured], sizes) if sizes[k] >= LEAST * sizes.max()]
     found: list[tuple[int, Summit]] = []
     solves = 0
     for k in tops:
-        ascent = Ascent(balance, output)
+        ascent = Ascent(balance, output, measure)
         summit = _climbed(ascent, points, sizes, k)
         found += [] if summit is None else [(k, summit)]
         solves += ascent.solves
     inside = [(k, summit) for k, summit in found if band[0] < summit.omega < band[1]]
-    return _prominent(Ascent(balance, output), inside, sizes), len(points), solves
+    return _prominent(Ascent(balance, output, measure), inside, sizes), len(points), solves
 
 
 def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float]) -> list[CurvePoint]:
@@ -79,13 +80,16 @@ def reaches_an_end(balance: HarmonicBalance, summit: Summit, band: tuple[float, 
     return False
 
 
-def _tops(points: Sequence[CurvePoint], row: int, sizes: np.ndarray) -> list[int]:
+def _slope(measure: Measure, point: CurvePoint, row: int) -> tuple[float, float]:
+    """The size of a row at a point of a curve, and its slope along it."""
+    tangent = point.tangent
+    size, slope = measure.slope(point.evaluation.w[row], point.point.omega, tangent.motion[row], tangent.parameter)
+    return size, float(slope)
+
+
+def _tops(rising: Sequence[bool], sizes: np.ndarray) -> list[int]:
     """Points beside a change from rising to falling, the higher one of the two."""
-    rising = []
-    for point in points:
-        a, b = point.evaluation.w[row, 1:3]
-        rising.append(float(a * point.tangent.motion[row, 1] + b * point.tangent.motion[row, 2]) > 0.0)
-    turns = [k for k in range(len(points) - 1) if rising[k] and not rising[k + 1]]
+    turns = [k for k in range(len(rising) - 1) if rising[k] and not rising[k + 1]]
     return [k if sizes[k] >= sizes[k + 1] else k + 1 for k in turns]
 
 
@@ -95,7 +99,8 @@ def _climbed(ascent: Ascent, points: Sequence[CurvePoint], sizes: np.ndarray, k:
 
     def near() -> Iterator[Evaluation]:
         yield from (points[beside].evaluation for beside in (k, k + 1, k - 1) if 0 <= beside < len(points))
-        yield from (peak.evaluation for peak in PeakSearch(ascent.balance, around, ascent.tolerance).peaks(ascent.output).points)
+        search = PeakSearch(ascent.balance, around, ascent.tolerance)
+        yield from (peak.evaluation for peak in search.peaks(ascent.output, ascent.measure).points)
 
     for start in near():
         with suppress(NoSummitError):

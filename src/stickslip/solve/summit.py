@@ -1,8 +1,9 @@
-"""One resonance peak at a time: from a point near it, the stationary amplitude of an output along the response curve.
+"""One resonance peak at a time: from a point near it, the stationary size of an output along the response curve.
 
-A summit solves R = 0 together with d|X_1|/ds = 0, s the arc length of the curve in ω at fixed level. The slope is exact, from the
-tangent of the curve; its root is found by secants and by the meeting of tangents, which is exact for a summit that sits on a
-kink. Arc length turns with the phase of the response, so folds are no obstacle and the curvature of a lone linear mode is −|X_1|.
+A summit solves R = 0 together with dA/ds = 0, s the arc length of the curve in ω at fixed level and A a `Measure`: |X_1|,
+ω²|X_1|, ... The slope is exact, from the tangent of the curve in motion and ω; its root is found by secants and by the meeting
+of tangents, which is exact for a summit that sits on a kink. Arc length turns with the phase of the response, so folds are no
+obstacle and the curvature of a lone linear mode is −A.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.measure import Measure
 from stickslip.solve.newton import correct
 from stickslip.solve.peak import PROMINENCE
 
@@ -79,7 +81,7 @@ class _Sample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summit:
-    """A solved peak. amplitude |X_1| [m]; curvature d²|X_1|/ds² [m]; jump: of d|X_1|/ds where it stands on a kink, else 0 [m].
+    """A solved peak. amplitude A in units of its measure; curvature d²A/ds²; jump: of dA/ds where it stands on a kink, else 0.
 
     plane: the arc length in which s is counted; solves, iterations: what it took.
     """
@@ -134,17 +136,18 @@ def plane_at(balance: HarmonicBalance, evaluation: Evaluation) -> Plane:
 class Ascent:
     """Climbs from a start to the summit of an output along the curve of a balance at one level.
 
-    tolerance: relative amplitude by which the summit may be below the top; what samples do to a curve unless given.
+    measure: of what it is a summit; tolerance: relative amplitude by which the summit may be below the top; what samples do to a
+    curve unless given.
     """
 
-    def __init__(self, balance: HarmonicBalance, output: int, tolerance: float | None = None) -> None:
-        self.balance, self.output, self.row = balance, output, balance.rows + output
+    def __init__(self, balance: HarmonicBalance, output: int, measure: Measure, tolerance: float | None = None) -> None:
+        self.balance, self.output, self.measure, self.row = balance, output, measure, balance.rows + output
         self.tolerance = tolerance or min(SAMPLING / balance.tables.E.shape[0] ** 2, COARSEST)
         self.solves = self.iterations = 0
 
     def amplitude(self, evaluation: Evaluation) -> float:
-        """|X_1| of the output, m."""
-        return float(np.hypot(*evaluation.w[self.row, 1:3]))
+        """The size of the output."""
+        return self.measure.size(evaluation.w[self.row], evaluation.point.omega)
 
     def from_near(self, start: Point, plane: Plane, curvature: float | None = None) -> Summit:
         """The summit near a start that need not be solved: the curve is met in the plane through it; raises `NoSummitError`."""
@@ -244,10 +247,8 @@ class Ascent:
     def _sample(self, evaluation: Evaluation, plane: Plane, s: float) -> _Sample:
         factors = self.balance.factorise(evaluation, plane.at(s))
         forces, motion, omega = self.balance.tangent(evaluation, "omega", factors)
-        a, b = evaluation.w[self.row, 1:3]
-        size = float(np.hypot(a, b))
-        slope = float(a * motion[self.row, 1] + b * motion[self.row, 2]) / max(size, np.finfo(float).tiny)
-        return _Sample(s, size, slope, forces, omega, evaluation)
+        size, slope = self.measure.slope(evaluation.w[self.row], evaluation.point.omega, motion[self.row], omega)
+        return _Sample(s, size, float(slope), forces, omega, evaluation)
 
 
 def _moved(sample: _Sample, s: float) -> Point:

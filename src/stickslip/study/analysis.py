@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
 from stickslip.checks import counted
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.problem import Problem
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
@@ -64,6 +65,7 @@ class Sweep:
     samples: int
     tolerance: float
     peak_tolerance: float
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     @property
     def summary(self) -> str:
@@ -74,12 +76,14 @@ class Sweep:
         size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
         harmonics = 'harmonics = "auto"' if self.harmonics == "auto" else counted(self.harmonics, "harmonic")
         levels = counted(len(self.force_levels), "force level")
-        return f"{size}, {counted(len(problem.contacts), 'contact')}, {levels} {where}, {harmonics}, {self.samples} samples"
+        of = "" if self.measure == DISPLACEMENT_AMPLITUDE else f", peaks of the {self.measure.words}"
+        contacts = counted(len(problem.contacts), "contact")
+        return f"{size}, {contacts}, {levels} {where}, {harmonics}, {self.samples} samples{of}"
 
     def forced_response(self) -> ForcedResponseWork:
         """Its forced response, which other analyses go by; "auto" has become a number there."""
         where = self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
-        settings = (where, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance)
+        settings = (where, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance, self.measure)
         return ForcedResponseWork.of(self.problem, *settings)
 
 

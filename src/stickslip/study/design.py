@@ -17,10 +17,11 @@ from stickslip.analyses.performance.design_constraints import Constraint, Larges
 from stickslip.analyses.performance.scaled_problem import with_friction
 from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
 from stickslip.checks import MOST, fault, nearest
+from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Positive, Seed, Table, Words
+from stickslip.study.fields import Positive, QuantityName, Seed, Table, Words
 from stickslip.study.tables import Ends
 from stickslip.units import STANDARD_GRAVITY
 
@@ -57,6 +58,11 @@ class DesignTable(Table):
         Field(description="search all start states in the worst case of every design, not only of those that may be the best"),
     ] = True
     objective: Annotated[Literal["amplitude", "amplitude_per_force"], Field(description="what is least")] = "amplitude"
+    quantity: Annotated[QuantityName, Field(description="what resonances are of")] = "displacement"
+    measure: Annotated[
+        Literal["amplitude", "rms", "max_abs"],
+        Field(description="of it: amplitude of the first harmonic, root mean square, or largest value over the period"),
+    ] = "amplitude"
     no_jamming: Annotated[
         str | None, Field(description="the argument that holds the platform angle in degrees: 1 − μ tan α stays positive")
     ] = None
@@ -174,7 +180,8 @@ class DesignPlan(Plan):
         bounds = {name: (ends[0], ends[1]) for name, ends in table.variables.items()}
         ends, friction = (table.force[0], table.force[1]), (table.friction, table.friction_factor)
         counts, fineness = (table.starts, table.levels), (table.harmonics, table.samples)
-        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness, table.search)
+        last = (table.search, measure_of(table.quantity, table.measure))
+        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness, *last)
         return planned_design(maker, bounds, conditions, table.constraints, table.designs, table.known)
 
     @property

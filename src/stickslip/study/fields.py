@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
@@ -59,6 +59,9 @@ def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+QuantityName = Literal["displacement", "velocity", "acceleration", "receptance", "mobility", "inertance"]
+"""What peaks are of; the last three are the same per force level."""
 
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 

@@ -88,7 +88,7 @@ class MistuningPlan(Plan):
             raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
         where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
         how = (sweep.force_levels[0], sweep.harmonics, sweep.samples, table.seed, table.blade_nodes, 0)
-        last = (table.peak_tolerance, table.run_in)
+        last = (table.peak_tolerance, table.run_in, sweep.measure)
         return cls(sweep, planned_population(disk, where, table.count, table.scatter(), table.pattern(), *how, *last))
 
     @property

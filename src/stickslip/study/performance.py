@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -86,7 +86,7 @@ class PerformancePlan(Plan):
         table, base = self.table, self.sweep.forced_response()
         frictions = (np.nan,) if table.friction is None else tuple(table.friction)
         band = (min(base.frequencies), max(base.frequencies))
-        settings = (frictions, table.vary, band, table.pull, 0, table.check_every, base.harmonics, base.samples)
+        settings = (frictions, table.vary, band, table.pull, 0, table.check_every, base.harmonics, base.samples, base.measure)
         return PerformanceWork(self.sweep.problem, ratios_of(table), *settings)
 
     @property
@@ -122,7 +122,8 @@ class BandPlan(Plan):
         band = (min(base.frequencies), max(base.frequencies))
         levels = force_levels(base.problem, ratios_of(table), table.pull)
         search = (0, table.cloud, table.starts, table.rule, table.share, table.seed)
-        return BoundsWork(base.problem, band, levels, "peak", *search, base.harmonics, base.samples)
+        measure = replace(base.measure, per_force=False)
+        return BoundsWork(base.problem, band, levels, "peak", *search, base.harmonics, base.samples, measure)
 
     @property
     def works(self) -> Mapping[str, Work]:

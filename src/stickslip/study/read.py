@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.forced_response import force_levels
 from stickslip.checks import InputError, fault, nearest, storable
 from stickslip.contact.point import Contact
+from stickslip.harmonic.measure import measure_of
 from stickslip.loads import Force
 from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
@@ -144,8 +145,8 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
         found.attempt("[sweep]", problem.load_powers, table.wanted_harmonics)
     if problem is None or frequencies is None:
         return None
-    tolerances = table.tolerance, table.peak_tolerance
-    return Sweep(problem, frequencies, tuple(table.force_levels), table.wanted_harmonics, table.samples, *tolerances)
+    last = (table.tolerance, table.peak_tolerance, measure_of(table.quantity, table.measure))
+    return Sweep(problem, frequencies, tuple(table.force_levels), table.wanted_harmonics, table.samples, *last)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:

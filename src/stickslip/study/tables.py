@@ -17,6 +17,7 @@ from stickslip.study.fields import (
     Number,
     Place,
     Positive,
+    QuantityName,
     Table,
     Words,
     by_form,
@@ -220,6 +221,11 @@ class SweepTable(Table):
     peak_tolerance: Annotated[float, Field(gt=0.0, lt=0.1, description="relative amplitude by which a peak may be too low")] = (
         1e-8
     )
+    quantity: Annotated[QuantityName, Field(description="what the peaks, bounds and optima are of")] = "displacement"
+    measure: Annotated[
+        Literal["amplitude", "rms", "max_abs"],
+        Field(description="of it: amplitude of the first harmonic, root mean square, or largest value over the period"),
+    ] = "amplitude"
     outputs: Annotated[
         list[OutputPlace] | None, Field(min_length=1, description="degrees of freedom to report; a rig has its own")
     ] = None

@@ -88,7 +88,7 @@ def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
     where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
     settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
     size = SamplesWork(*settings, np.empty((0, 0))).space_at(base.levels[0]).size
-    return SamplesWork(*settings, draw(size, table.count, table.method, table.seed, law_of(table)))
+    return SamplesWork(*settings, draw(size, table.count, table.method, table.seed, law_of(table)), base.measure)
 
 
 def spread(ends: Sequence[float], points: int) -> tuple[float, ...]:
@@ -100,7 +100,8 @@ def bounds_work(base: ForcedResponseWork, table: BoundsTable) -> BoundsWork:
     """The bounds over the band, or at the frequencies, of a forced response."""
     frequencies = base.frequencies if base.exactly else spread(base.frequencies, table.points)
     search = (table.cloud, table.starts, table.rule, table.share, table.seed)
-    return BoundsWork(base.problem, frequencies, base.levels, table.objective, 0, *search, base.harmonics, base.samples)
+    settings = (*search, base.harmonics, base.samples, base.measure)
+    return BoundsWork(base.problem, frequencies, base.levels, table.objective, 0, *settings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,7 +103,7 @@ class MattersPlan(Plan):
         base, table = self.sweep.forced_response(), self.table
         band = Band(min(base.frequencies), max(base.frequencies))
         rest = (0, table.seed, base.harmonics, base.samples)
-        return planned_draws(Varied(base.problem), self.box, band, base.levels[0], table.draws, *rest)
+        return planned_draws(Varied(base.problem), self.box, band, base.levels[0], table.draws, *rest, measure=base.measure)
 
     @property
     def works(self) -> Mapping[str, Work]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Arrays
 from stickslip.checks import Array
 from stickslip.outcome import Outcome
@@ -32,12 +33,15 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     import xarray as xr
 
     tuned, samples = results[0], results[1:]
-    data = _samples(samples) | _tuned(tuned) | _amplification(samples, tuned) | _deviations(work)
+    units = work.sweep.measure.reported_units(levels_are_newtons(work.disk))
+    words = work.sweep.measure.words
+    data = _samples(samples, units, words) | _tuned(tuned, units) | _amplification(samples, tuned) | _deviations(work)
     N = work.disk.sectors
     coords = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
     attrs: dict[str, Any] = {"title": work.disk.title, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
     attrs |= {"harmonics": work.sweep.harmonics, "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
+    attrs |= work.sweep.measure.attributes
     attrs["cpu_seconds"] = sum(float(arrays["cpu_seconds"]) for arrays in results)
     return xr.Dataset(data, coords, attrs)
 
@@ -46,7 +50,7 @@ def _named(units: str, long_name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
 
 
-def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
+def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any]:
     """Curves, maxima and outcomes."""
     longest = max(arrays["frequency"].size for arrays in samples)
     frequency = np.full((len(samples), longest), np.nan)
@@ -60,9 +64,9 @@ def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
     outcome = np.array([int(arrays["outcome"]) for arrays in samples], dtype=np.int8)
     return {
         "frequency": (curve, frequency, _named("Hz", "excitation frequency")),
-        "amplitude": ((*curve, "blade"), amplitude, _named("m", "amplitude of the first harmonic of each blade")),
-        "envelope": (curve, amplitude.max(axis=2), _named("m", "largest amplitude of all blades")),
-        "blade_peak": (each, peak, _named("m", "largest amplitude of each blade over the band")),
+        "amplitude": ((*curve, "blade"), amplitude, _named(units, f"{words} of each blade")),
+        "envelope": (curve, amplitude.max(axis=2), _named(units, "largest amplitude of all blades")),
+        "blade_peak": (each, peak, _named(units, "largest amplitude of each blade over the band")),
         "blade_peak_frequency": (each, place, _named("Hz", "frequency of the largest amplitude of each blade")),
         "damper_work": (each, work, _named("J", "friction work per period of the damper after each blade, at the highest peak")),
         "busiest_damper": (
@@ -76,12 +80,12 @@ def _samples(samples: Sequence[Arrays]) -> dict[str, Any]:
     }
 
 
-def _tuned(tuned: Arrays) -> dict[str, Any]:
+def _tuned(tuned: Arrays, units: str) -> dict[str, Any]:
     return {
         "tuned_frequency": ("tuned_point", tuned["frequency"], _named("Hz", "excitation frequency of the tuned disk")),
-        "tuned_amplitude": ("tuned_point", tuned["amplitude"][:, 0], _named("m", "amplitude of the tuned disk")),
+        "tuned_amplitude": ("tuned_point", tuned["amplitude"][:, 0], _named(units, "amplitude of the tuned disk")),
         "tuned_damper_work": ((), float(tuned["damper_work"][0]), _named("J", "friction work per period of a damper there")),
-        "tuned_peak": ((), float(tuned["peak"][0]), _named("m", "largest amplitude of the tuned disk")),
+        "tuned_peak": ((), float(tuned["peak"][0]), _named(units, "largest amplitude of the tuned disk")),
         "tuned_peak_frequency": ((), float(tuned["peak_frequency"][0]), _named("Hz", "frequency of that amplitude")),
     }
 

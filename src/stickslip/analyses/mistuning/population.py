@@ -14,6 +14,7 @@ from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.work import Finished, Progress, Workers
 from stickslip.checks import InputError, between, fault, of_kind, seed_of, whole
 from stickslip.disk import TunedDisk
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -67,6 +68,8 @@ def mistuned_population(
     output: int = 0,
     peak_tolerance: float = PEAK_TOLERANCE,
     run_in: bool = False,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -78,13 +81,13 @@ def mistuned_population(
     is the amplitude of its blade. band, force, harmonics, samples, workers, finished, progress: see `forced_response`; at a
     list of frequencies, maxima are the largest values there. peak_tolerance: by how much maxima over a band may be too low.
     run_in: all start from the sliders of the tuned disk at its highest point (`stickslip.run_in`).
+    quantity, measure: what amplitudes and their maxima are of, as for `forced_response`.
 
-    Amplification is the highest |X_1| of any blade over the band, divided by that of the tuned disk with the same dampers and
+    Amplification is the highest amplitude of any blade over the band, divided by that of the tuned disk with the same dampers and
     force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
     """
-    work = planned_population(
-        disk, band, count, scatter, mistuning, force, harmonics, samples, seed, blade, output, peak_tolerance, run_in
-    )
+    last = (seed, blade, output, peak_tolerance, run_in, measure_of(quantity, measure))
+    work = planned_population(disk, band, count, scatter, mistuning, force, harmonics, samples, *last)
     results = all_cases(work, finished, workers, progress)
     return MistunedDisks(population_dataset(work, results), disk)
 
@@ -103,6 +106,7 @@ def planned_population(
     output: int = 0,
     peak_tolerance: float = PEAK_TOLERANCE,
     run_in: bool = False,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> PopulationWork:
     """The work of the arguments of `mistuned_population`, checked."""
     if not isinstance(disk, TunedDisk):
@@ -113,7 +117,7 @@ def planned_population(
     harmonics = whole("harmonics", harmonics, "A forced response of the tuned disk tells how many are enough.")
     own = tuple(blade_dofs(disk, blade))
     reported = replace(disk, outputs=(disk.outputs[output],))
-    sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance)
+    sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)
     if len(sweep.levels) != 1:
         raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
     return PopulationWork(sweep, reported, base, scatter, count, seed, own, bool(run_in))

@@ -19,6 +19,7 @@ from stickslip.checks import Array, InputError
 from stickslip.disk import FullDisk, TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import cycle_work
+from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.curve import solve_curve
@@ -96,21 +97,21 @@ class PopulationWork:
             curve = solve_curve(balance, omegas, sweep.levels[0], True, tell)
             if curve.outcome != Outcome.CONVERGED:
                 raise LostCurveError(curve.message)
-            return _blades(balance, curve.points, None)
+            return _blades(balance, curve.points, None, sweep.measure)
         points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
         tell(0.3)
-        return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance))
+        return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance), sweep.measure)
 
 
-def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None) -> Arrays:
-    """Amplitudes of all blades at the points (points, blades), the maximum of each and where it is."""
-    amplitude = np.array([_amplitudes(balance, point) for point in points])
+def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None, measure: Measure) -> Arrays:
+    """Sizes of all blades at the points (points, blades), the maximum of each and where it is."""
+    amplitude = np.array([_sizes(balance, point, measure) for point in points])
     frequency = np.array([point.point.omega for point in points]) / (2.0 * np.pi)
     peak, highest = amplitude.max(axis=0), [points[k] for k in amplitude.argmax(axis=0)]
     for blade in range(peak.size if search is not None else 0):
         assert search is not None
-        for found in search.peaks(blade, least=LEAST).points:
-            size = _amplitudes(balance, found)[blade]
+        for found in search.peaks(blade, measure, least=LEAST).points:
+            size = _sizes(balance, found, measure)[blade]
             if size > peak[blade]:
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
@@ -132,9 +133,10 @@ def damper_work(balance: HarmonicBalance, point: CurvePoint) -> Array:
     return found
 
 
-def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
-    outputs = point.evaluation.w[balance.rows :]
-    return np.asarray(np.hypot(outputs[:, 1], outputs[:, 2]))
+def _sizes(balance: HarmonicBalance, point: CurvePoint, measure: Measure) -> Array:
+    """The measure of every blade, per force level where it is reported so."""
+    omega, level = point.point.omega, point.point.level
+    return np.array([measure.size(row, omega) for row in point.evaluation.w[balance.rows :]]) / measure.per(level)
 
 
 def _failed(blades: int, reason: str) -> Arrays:

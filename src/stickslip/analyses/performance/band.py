@@ -5,7 +5,7 @@ neither is the resonance, and one curve alone misleads.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import between, positive, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band
@@ -50,6 +51,8 @@ def performance_band(
     band: Band | None = None,
     pull: float | None = None,
     output: int = 0,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     cloud: int = 20,
     starts: int = 2,
     rule: Rules = "slider_offset",
@@ -64,13 +67,19 @@ def performance_band(
     """Lowest and highest resonance peak over all start states at values of F_C/F_E; the excitation is varied.
 
     The search is that of `response_bounds` with objective "peak": cloud, starts, rule, share and seed are its arguments.
+    quantity, measure: what the peaks are of, as for `forced_response`; `amplitude_per_force` is in m/N, m/(s N) or m/(s² N).
     """
     row, ratios, fineness = output_of(problem, output), ratios_of(force_ratio), fineness_of(harmonics, samples)
     ends = ends_of(resonance_band(HarmonicBalance(problem, *fineness), row) if band is None else band)
     effort = (between("cloud", cloud, 0), between("starts", starts, 0))
-    search = (row, *effort, rule, share, seed_of(seed), *fineness)
+    search = (row, *effort, rule, share, seed_of(seed), *fineness, peak_per_force(quantity, measure))
     work = BoundsWork(problem, ends, force_levels(problem, ratios, pull), "peak", *search)
     return PerformanceBand(band_dataset(work, ratios, all_cases(work, finished, workers, progress)), problem)
+
+
+def peak_per_force(quantity: str, measure: str) -> Measure:
+    """The measure of the arguments; that it is per force goes without saying in a performance band."""
+    return replace(measure_of(quantity, measure), per_force=False)
 
 
 def force_levels(problem: Problem, ratios: Sequence[float], pull: float | None = None) -> tuple[float, ...]:
@@ -92,10 +101,11 @@ def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Ar
     at_peak = bounds.isel(frequency=0)
     per_force = at_peak["amplitude"].values / force
     virgin = at_peak["sampled_amplitude"].isel(start=0).values / force[:, 0]
+    units = work.measure.quantity.units_per_force
     data = {
-        "amplitude_per_force": (("point", "bound"), per_force, {"units": "m/N", "long_name": "peak per force"}),
+        "amplitude_per_force": (("point", "bound"), per_force, {"units": units, "long_name": "peak per force"}),
         "frequency": (("point", "bound"), at_peak["resonance"].values, {"units": "Hz", "long_name": "resonance frequency"}),
-        "virgin_amplitude_per_force": ("point", virgin, {"units": "m/N", "long_name": "peak per force, virgin start"}),
+        "virgin_amplitude_per_force": ("point", virgin, {"units": units, "long_name": "peak per force, virgin start"}),
         "loss_factor": (("point", "bound"), at_peak["loss_factor"].values, {"units": "1", "long_name": "loss factor"}),
         "outcome": (("point", "bound"), at_peak["outcome"].values, {"units": "1", "long_name": "what came of the search"}),
         "unsolved_share": (
@@ -109,5 +119,6 @@ def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Ar
         "force_ratio": ("point", list(ratios), {"units": "1", "long_name": "F_C/F_E"}),
         "bound": ("bound", bounds["bound"].values, {"units": "1", "long_name": "lowest and highest peak"}),
     }
-    keys = ("title", "output", "rule", "share", "seed", "cloud", "starts", "harmonics", "samples", "cpu_seconds")
+    keys = ("title", "output", *work.measure.attributes, "rule", "share", "seed", "cloud", "starts", "harmonics", "samples")
+    keys = (*keys, "cpu_seconds")
     return xr.Dataset(data, coords, {key: bounds.attrs[key] for key in keys})

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stickslip.analyses.arguments import fineness_of
 from stickslip.checks import between, fault, of_kind, positive, seed_of, vector
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 
 Case = tuple[float, float, int]
 """Force level, friction and start state of one case of a design."""
@@ -16,8 +17,8 @@ Case = tuple[float, float, int]
 @dataclass(frozen=True)
 class Conditions:
     """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
-    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case. Without
-    drawn start states contacts are virgin ones, and nothing is searched.
+    whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case; what
+    amplitudes are of. Without drawn start states contacts are virgin ones, and nothing is searched.
     """
 
     forces: tuple[float, ...]
@@ -29,6 +30,7 @@ class Conditions:
     harmonics: int
     samples: int
     search: bool = False
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
 
 def conditions_of(
@@ -39,9 +41,10 @@ def conditions_of(
     numbers: tuple[int, int],
     fineness: tuple[int, int],
     search: bool = False,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Conditions:
     """The conditions of a design, checked. friction: nominal and factor; counts: start states and levels; numbers: output and
-    seed; fineness: harmonics and samples.
+    seed; fineness: harmonics and samples; measure: what amplitudes are of, per force if it or the objective is.
     """
     ends = vector("force", force).tolist()
     if len(ends) != 2 or not 0.0 < ends[0] <= ends[1]:
@@ -61,4 +64,6 @@ def conditions_of(
     fine = fineness_of(harmonics=fineness[0], samples=fineness[1])
     forces = tuple(np.geomspace(low, high, levels).tolist()) if low < high else (low,)
     frictions = (mu / factor**0.5, mu, mu * factor**0.5) if factor > 1.0 else (mu,)
-    return Conditions(forces, frictions, starts, seed, output, objective == "amplitude_per_force", *fine, search and starts > 0)
+    per_force = objective == "amplitude_per_force" or measure.per_force
+    settings = (*fine, search and starts > 0, replace(measure, per_force=False))
+    return Conditions(forces, frictions, starts, seed, output, per_force, *settings)

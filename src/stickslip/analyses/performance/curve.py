@@ -20,6 +20,7 @@ from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Vary, 
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.units import Band
 
@@ -81,6 +82,8 @@ def performance_curve(
     band: Band | None = None,
     pull: float | None = None,
     output: int = 0,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     check_every: int = 10,
     harmonics: int = 5,
     samples: int = 256,
@@ -88,7 +91,7 @@ def performance_curve(
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> PerformanceCurve:
-    """Peak amplitude |X_1| and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
+    """Peak amplitude and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
 
     force_ratio: values of F_C/F_E, as many as the curve is to have points; friction: coefficients put at every contact (those
     of the problem unless given). vary: "force" scales the excitation at the given preload, "preload" scales all static forces
@@ -97,10 +100,12 @@ def performance_curve(
     stands, N; unless given its largest static force, or the largest preload of a contact law.
     check_every: how many points lie between two full sweeps that look for peaks born on the way.
 
-    Amplitudes per force are in m/N, `inertance` = ω²|X_1|/F_E in m/(s² N); `normalised_...` are relative to the highest peak
-    without contacts. `region` indexes stick, microslip, slip, lift-off. The curve is that of the peaks which a sweep of the
-    excitation meets; where a higher one was followed onto a closed curve apart from it, `detached_amplitude_per_force` and
-    `detached_frequency` say so (which of its peaks are found depends on the points, and on rounding).
+    quantity, measure: what the peaks are of, and so `amplitude`, `amplitude_per_force` (m/N, m/(s N) or m/(s² N)), the optimum
+    and the plateau; as for `forced_response`. `inertance` is that of the first harmonic at the same point: that point is the
+    highest of the inertance only with quantity "inertance". `normalised_...` are relative to the highest peak without contacts,
+    of the same measure but of the first harmonic alone. `region` indexes stick, microslip, slip, lift-off. The curve is that of
+    the peaks which a sweep of the excitation meets; where a higher one was followed onto a closed curve apart from it,
+    `detached_amplitude_per_force` and `detached_frequency` say so (which ones are found depends on the points).
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
     row, ratios, frictions = output_of(problem, output), ratios_of(force_ratio), frictions_of(friction)
@@ -108,7 +113,7 @@ def performance_curve(
         raise fault("vary", "must be force or preload", vary)
     ends = None if band is None else ends_of(band)
     own = None if pull is None else positive("pull", pull)
-    settings = (row, between("check_every", check_every, 1), *fineness_of(harmonics, samples))
+    settings = (row, between("check_every", check_every, 1), *fineness_of(harmonics, samples), measure_of(quantity, measure))
     work = PerformanceWork(problem, ratios, frictions, vary, ends, own, *settings)
     return gathered(work, all_cases(work, finished, workers, progress))
 
@@ -119,7 +124,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "frequency": (_POINT, "Hz", "resonance frequency, the middle of the band within 0.1 % of the peak"),
     "amplitude": (_POINT, "m", "amplitude of the first harmonic at the resonance"),
     "amplitude_per_force": (_POINT, "m/N", "amplitude at the resonance per excitation force"),
-    "inertance": (_POINT, "m/(s2 N)", "inertance at the resonance"),
+    "inertance": (_POINT, "m/(s2 N)", "inertance"),
     "normalised_amplitude": (_POINT, "1", "peak relative to that without contacts"),
     "normalised_inertance": (_POINT, "1", "inertance peak relative to that without contacts"),
     "normalised_frequency": (_POINT, "1", "resonance frequency relative to that without contacts"),
@@ -164,6 +169,21 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 }
 
 
+def described(measure: Measure, name: str, units: str, words: str) -> dict[str, str]:
+    """Unit and meaning of a variable of `VARIABLES`, whose metres are those of the quantity that is measured."""
+    if name == "amplitude":
+        words = f"{measure.words} at the resonance"
+    if measure.order and name == "normalised_amplitude":
+        words = f"{measure.quantity.name} peak relative to that without contacts"
+    if measure.order < 2 and name.endswith("inertance"):
+        words = words.replace("inertance peak", "inertance").replace(
+            "inertance", f"inertance at the {measure.quantity.name} peak"
+        )
+    if units in ("m", "m/N"):
+        units = measure.units if units == "m" else measure.quantity.units_per_force
+    return {"units": units, "long_name": words}
+
+
 def _refuse_no_resonance(work: PerformanceWork, results: Sequence[Arrays]) -> None:
     """Refuse a band in which sweeps went well, but no curve has a peak anywhere."""
     found = any(np.isfinite(result["amplitude"]).any() for result in results)
@@ -179,7 +199,7 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
 
     _refuse_no_resonance(work, results)
     data = {
-        name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
+        name: (dims, stacked([np.asarray(result[name]) for result in results]), described(work.measure, name, units, words))
         for name, (dims, units, words) in VARIABLES.items()
     }
     coords: dict[str, Any] = {
@@ -188,6 +208,6 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
         "contact": ("contact", [contact.name for contact in work.problem.contacts], {"units": "1", "long_name": "contact"}),
     }
     attrs: dict[str, Any] = {"title": work.problem.title, "output": work.problem.output_names[work.output], "vary": work.vary}
-    attrs |= {"harmonics": work.harmonics, "samples": work.samples}
+    attrs |= {"harmonics": work.harmonics, "samples": work.samples, **work.measure.attributes}
     attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
     return PerformanceCurve(xr.Dataset(data, coords, attrs), work.problem)

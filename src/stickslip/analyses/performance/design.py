@@ -22,6 +22,7 @@ from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
+from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 
@@ -78,6 +79,8 @@ def design_damper(
     generations: int = 0,
     refinements: int = 30,
     output: int = 0,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     seed: int = 0,
     harmonics: int = 3,
     samples: int = 256,
@@ -85,7 +88,7 @@ def design_damper(
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> Design:
-    """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak |X_1|.
+    """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak.
 
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
     variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
@@ -96,6 +99,7 @@ def design_damper(
     states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
     objective: the peak itself, or per force level. constraints: {name: function of a `Trial` that is positive where met},
     such as `NoJamming`, `NoLiftOff`, `LargestForce`, `LinePressure`; a design that breaks one in any case is not allowed.
+    quantity, measure: what the peak is of, as for `forced_response`; receptance, mobility and inertance are per force level.
     known: designs {name: value} to compute first, such as the damper as built.
 
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
@@ -104,7 +108,8 @@ def design_damper(
     this search counts it, is at most 5 % higher. What `finished` keeps is not computed again.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
-    conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, search)
+    last = (search, measure_of(quantity, measure))
+    conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, *last)
     more = between("generations", generations, 0), between("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
     results = all_cases(work, finished, workers, progress)
@@ -258,7 +263,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
     if work.limits:
         values["margin"] = np.array([record.margins for record in records]).reshape(len(records), len(work.limits))
         coords["constraint"] = list(work.limits)
-    units = "m per unit level" if conditions.per_force else "m"
+    units = conditions.measure.units + (" per unit level" if conditions.per_force else "")
 
     def described(name: str, value: Any) -> tuple[Any, Any, dict[str, str]]:
         dims, unit, words = VARIABLES[name]
@@ -270,6 +275,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
         "frictions": list(conditions.frictions),
     }
     attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
+    attrs |= replace(conditions.measure, per_force=conditions.per_force).attributes
     attrs |= {"known": work.known, "nearest": records.index(designs.best)}
     data, labels = ({name: described(name, value) for name, value in part.items()} for part in (values, coords))
     return xr.Dataset(data, labels, attrs)

@@ -38,7 +38,7 @@ class DesignCases(Work, Protocol):
         """The work of other designs."""
 
     def searched(self, case: int, level: float, friction: float) -> float:
-        """The highest resonance over all start states of a case, m."""
+        """The highest resonance over all start states of a case."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,7 @@ class StartsWork:
         self.designs.prepare()
 
     def solve(self, case: int, tell: Tell) -> Arrays:
-        """The highest resonance over all start states of one case, m."""
+        """The highest resonance over all start states of one case."""
         started = time.process_time()
         found = self.designs.searched(case, *self.cases[case])
         return {"highest": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}

@@ -16,6 +16,7 @@ from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.work import Arrays, Tell
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.curve_points import LostCurveError
@@ -52,6 +53,7 @@ class DrawsWork:
     seed: int
     harmonics: int
     samples: int
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     def problem(self, values: Array) -> Problem:
         """The problem of values in the order of the parameters."""
@@ -76,7 +78,8 @@ class DrawsWork:
         """Everything that a case depends on; a function of the problem is told by what it makes of two corners."""
         corners = " ".join(self.problem(corner).fingerprint for corner in np.array(self.box).T)
         how = f"{self.parameters} in {self.box}, {self.band} Hz, force {self.force!r}, {self.draws} draws, seed {self.seed}"
-        how += f", output {self.output}, {self.harmonics} harmonics, {self.samples} samples, problems {corners}"
+        how += f", {self.measure.words} of output {self.output}, {self.harmonics} harmonics, {self.samples} samples"
+        how += f", problems {corners}"
         return (f"peaks along the ranges, {how}", *(f"peaks of {block}, {how}" for block in self.blocks))
 
     @property
@@ -106,7 +109,7 @@ class Peaks:
         self.origin = self._keep(self.middle, self._balance(self.middle))
 
     def in_the_middle(self) -> dict[str, Array]:
-        """The middle, both ends of each range with the others in the middle, and the slopes of ln|X_1| over the range.
+        """The middle, both ends of each range with the others in the middle, and the slopes of ln(amplitude) over the range.
 
         A slope is (4 D(1/2) − D(1))/3, of fourth order, D(x) the difference between the ends of the share x of the range over x.
         No derivative at one frequency gives it: that of a lone mode by its stiffness is wrong by 2Q·ε for a peak whose frequency
@@ -132,12 +135,12 @@ class Peaks:
         return np.array(found)
 
     def at(self, values: Array, tolerance: float | None = None) -> tuple[float, float]:
-        """Amplitude in m and frequency in Hz; tolerance: as for `Ascent`."""
+        """Amplitude, as the work measures it, and frequency in Hz; tolerance: as for `Ascent`."""
         balance = self._balance(values)
         _, near, stiffness = min(self.known, key=lambda item: float(np.linalg.norm((item[0] - values) / self.span)))
         carried = near.point.forces + (stiffness - balance.stiffness)[:, None] * near.evaluation.w[: balance.rows]
         start = type(near.point)(carried, near.omega, self.work.force)
-        ascent = Ascent(balance, self.work.output, tolerance)
+        ascent = Ascent(balance, self.work.output, self.work.measure, tolerance)
         try:
             summit = ascent.from_near(start, near.plane)
             self.known = [*self.known[-200:], (np.array(values), summit, balance.stiffness)]
@@ -153,7 +156,8 @@ class Peaks:
     def _keep(self, values: Array, balance: HarmonicBalance) -> Summit:
         low, high = self.work.band
         try:
-            found = swept_summits(balance, self.work.force, (2.0 * np.pi * low, 2.0 * np.pi * high), self.work.output)[0]
+            band = (2.0 * np.pi * low, 2.0 * np.pi * high)
+            found = swept_summits(balance, self.work.force, band, self.work.output, self.work.measure)[0]
         except LostCurveError as lost:
             raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
         if not found:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of
+from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Progress
 from stickslip.checks import between, fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.solve.peak_following import Event, Follower, Following
 from stickslip.units import Band
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 class PeakPath:
     """`dataset`: frequency and frequency_width (middle and half of the band within 0.1 % of the peak), amplitude and on_kink of
     every peak, axes (value, branch), NaN where a peak is not there; highest (value,); events: what happened to peaks, each with
-    the values between which it did.
+    the values between which it did. The attributes quantity and measure say what `amplitude` is of.
     """
 
     dataset: xr.Dataset
@@ -40,23 +42,26 @@ def follow_peaks(
     force: float | Callable[[float], float] = 1.0,
     *,
     output: int = 0,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     check_every: int = 10,
     harmonics: int = 5,
     samples: int = 256,
     progress: Progress = lambda fraction, text: None,
 ) -> PeakPath:
-    """All peaks of |X_1| over a band as a parameter goes through `values`, in this order; begin where contacts stick.
+    """All peaks over a band as a parameter goes through `values`, in this order; begin where contacts stick.
 
     problem_of(value) is the problem of a value: one function may change several things at once. force: its force level, or
-    force(value). Every `check_every` values a full sweep looks for peaks born on the way. Peaks are solved as R = 0 with a
-    stationary amplitude along the curve; one on a kink has one-sided slopes only and is marked.
+    force(value). quantity, measure: what they are peaks of, as for `forced_response`. Every `check_every` values a full sweep
+    looks for peaks born on the way. Peaks are solved as R = 0 with a stationary amplitude along the curve; one on a kink has
+    one-sided slopes only and is marked.
     """
     chosen = vector("values", values)
     if chosen.size == 0 or np.unique(chosen).size < chosen.size:
         raise fault("values", "must be different and at least one", chosen.tolist())
     every, (low, high), fineness = between("check_every", check_every, 1), ends_of(band), fineness_of(harmonics, samples)
     make = maker(problem_of)
-    row = output_of(made(make, float(chosen[0])), output)
+    row, size = output_of(made(make, float(chosen[0])), output), measure_of(quantity, measure)
     known: dict[float, tuple[HarmonicBalance, float]] = {}
 
     def balance_and_level(value: float) -> tuple[HarmonicBalance, float]:
@@ -66,7 +71,7 @@ def follow_peaks(
         return known[value]
 
     with threadpool_limits(1, user_api="blas"):
-        follower = Follower(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row)
+        follower = Follower(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row, size)
         found = follower.follow(chosen.tolist(), every, lambda fraction: progress(fraction, "following peaks"))
         dataset = _dataset(follower, found)
     return PeakPath(dataset, tuple(found.events))
@@ -75,18 +80,21 @@ def follow_peaks(
 def _dataset(follower: Follower, found: Following) -> xr.Dataset:
     import xarray as xr
 
-    shape = (len(found.values), len(found.branches))
+    shape, measure = (len(found.values), len(found.branches)), follower.measure
     arrays = {name: np.full(shape, np.nan) for name in ("frequency", "amplitude", "frequency_width", "on_kink")}
     for b, branch in enumerate(found.branches):
         for k, value in enumerate(found.values):
             if value in branch.places:
                 branch.places[value], crest = follower.settled(branch.places[value])
                 summit = branch.places[value].summit
-                row = (crest.omega / (2.0 * np.pi), summit.amplitude, crest.width / (2.0 * np.pi), float(summit.on_kink))
+                amplitude = summit.amplitude / measure.per(summit.point.level)
+                row = (crest.omega / (2.0 * np.pi), amplitude, crest.width / (2.0 * np.pi), float(summit.on_kink))
                 for name, number in zip(arrays, row, strict=True):
                     arrays[name][k, b] = number
-    units = {"frequency": "Hz", "amplitude": "m", "frequency_width": "Hz", "on_kink": "1"}
+    newtons = levels_are_newtons(follower.problem_of(found.values[0])[0].problem)
+    units = {"frequency": "Hz", "amplitude": measure.reported_units(newtons), "frequency_width": "Hz", "on_kink": "1"}
     data = {name: (("value", "branch"), array, {"units": units[name]}) for name, array in arrays.items()}
     highest = [place[0] if (place := found.highest(value)) is not None else -1 for value in found.values]
-    attrs = {"solves": found.solves, "iterations": found.iterations, "check_points": sum(c.points for c in found.checks)}
+    attrs: dict[str, Any] = {"solves": found.solves, "iterations": found.iterations}
+    attrs |= {"check_points": sum(c.points for c in found.checks), **measure.attributes}
     return xr.Dataset(data | {"highest": ("value", highest)}, {"value": list(found.values)}, attrs)

@@ -15,8 +15,10 @@ from scipy.stats import sobol_indices
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
+from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -55,6 +57,8 @@ def what_matters(
     *,
     draws: int = 64,
     output: int = 0,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     seed: int = 0,
     harmonics: int = 3,
     samples: int = 256,
@@ -62,16 +66,18 @@ def what_matters(
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> WhatMatters:
-    """Sobol' indices of the highest peak |X_1| and its frequency, and its slopes, by parameters in ranges.
+    """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.
 
     problem_of(**values) makes the problem; with several `workers` it must be a function of a module. parameters: {name: (low,
     high)}, anything the problem depends on: kt, kn, μ, preload, or a start state (a slider offset in m). draws: a power of two;
-    draws (parameters + 2) problems are solved, each from the nearest one known. d ln|X_1| at the middle is by differences of
+    draws (parameters + 2) problems are solved, each from the nearest one known. quantity, measure: what the peak is of, as for
+    `forced_response`. d ln(amplitude) at the middle is by differences of
     fourth order between solved peaks at the ends of the range and of its middle half; samples put an error of up to about
     60/samples² into it (0.001 at 256).
     Source: A. Saltelli et al., Computer Physics Communications 181 (2010) 259, as in `scipy.stats.sobol_indices`.
     """
-    work = planned_draws(problem_of, parameters, band, force, draws, output, seed, harmonics, samples)
+    size = measure_of(quantity, measure)
+    work = planned_draws(problem_of, parameters, band, force, draws, output, seed, harmonics, samples, measure=size)
     return WhatMatters(gathered(work, all_cases(work, finished, workers, progress)))
 
 
@@ -82,6 +88,7 @@ def planned_draws(
     force: float,
     draws: int,
     *rest: int,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> DrawsWork:
     """The problems to solve, checked; `rest`: output, seed, harmonics, samples."""
     box, make = ranges_of("parameters", parameters), maker(problem_of)
@@ -90,14 +97,16 @@ def planned_draws(
     ends, (output, seed, *fineness) = ends_of(band), rest
     middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
     last = (output_of(made(make, **middle), output), seed_of(seed), *fineness_of(*fineness))
-    return DrawsWork(make, tuple(box), tuple(box.values()), ends, positive("force", force), int(draws), *last)
+    return DrawsWork(make, tuple(box), tuple(box.values()), ends, positive("force", force), int(draws), *last, measure)
 
 
 def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
     """Indices, ends and slopes as one labelled dataset."""
+    shown = np.array([1.0 / work.measure.per(work.force), 1.0])
     first, drawn = results[0], np.concatenate([result["peaks"] for result in results[1:]])
+    first = {**first, "middle": shown * first["middle"], "ends": shown * first["ends"]}
     cpu_seconds = sum(float(result["cpu_seconds"]) for result in results)
-    return _dataset(work, first, drawn, cpu_seconds)
+    return _dataset(work, first, shown * drawn, cpu_seconds)
 
 
 def _indices(drawn: Array) -> Array:
@@ -120,6 +129,8 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
     def described(dims: Any, values: Any, unit: str, words: str) -> tuple[Any, Any, dict[str, str]]:
         return dims, values, {"units": unit, "long_name": words}
 
+    middle = work.problem(np.mean(work.box, axis=1))
+    units = f"{work.measure.reported_units(levels_are_newtons(middle))} and Hz"
     both, (low, high), ends = ("parameter", "quantity"), np.array(work.box).T, first["ends"]
     orders, intervals, spread = _indices(drawn), _intervals(drawn, work.seed), np.std(drawn[:, :2], axis=(0, 1))
     bounds, interval = (*both, "bound"), "what 95 % of bootstrap samples of the draws give for the"
@@ -128,10 +139,10 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
         "total": described(both, orders[1], "1", "total index: with its interactions"),
         "first_order_interval": described(bounds, intervals[0], "1", f"{interval} first-order index"),
         "total_interval": described(bounds, intervals[1], "1", f"{interval} total index"),
-        "low_end": described(both, ends[:, 0], "m and Hz", "at the low end of the range, the others in the middle"),
-        "high_end": described(both, ends[:, 1], "m and Hz", "at the high end of the range, the others in the middle"),
-        "middle": described("quantity", first["middle"], "m and Hz", "all parameters in the middle"),
-        "spread": described("quantity", spread, "m and Hz", "standard deviation over all parameters"),
+        "low_end": described(both, ends[:, 0], units, "at the low end of the range, the others in the middle"),
+        "high_end": described(both, ends[:, 1], units, "at the high end of the range, the others in the middle"),
+        "middle": described("quantity", first["middle"], units, "all parameters in the middle"),
+        "spread": described("quantity", spread, units, "standard deviation over all parameters"),
         "slope": described("parameter", first["slopes"], "1", "d ln(amplitude) over the range, by the slope in the middle"),
         "low": described("parameter", low, "as given", "low end of the range"),
         "high": described("parameter", high, "as given", "high end of the range"),
@@ -142,5 +153,5 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
         "bound": described("bound", ["low", "high"], "1", "end of an interval"),
     }
     attrs: dict[str, Any] = {"title": "Which parameter matters", "cpu_seconds": cpu_seconds}
-    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "harmonics", "samples")}
+    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "harmonics", "samples")} | work.measure.attributes
     return xr.Dataset(data, coords, attrs)

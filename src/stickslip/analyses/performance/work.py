@@ -22,12 +22,14 @@ from stickslip.analyses.work import Arrays, Tell
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.crest import Crest
 from stickslip.solve.linear_peak import linear_peak
 from stickslip.solve.peak_following import Follower, Following, Place
+from stickslip.solve.summit import Summit
 
 Vary = Literal["force", "preload"]
 
@@ -35,7 +37,8 @@ Vary = Literal["force", "preload"]
 @dataclass(frozen=True, eq=False)
 class PerformanceWork:
     """What to follow: ratios F_C/F_E ascending; friction coefficients, NaN for those of the problem; band in Hz, None for one
-    that holds the free and the stuck resonance; pull: F_C of the problem as it is, N, None to read it from the problem.
+    that holds the free and the stuck resonance; pull: F_C of the problem as it is, N, None to read it from the problem; measure:
+    what the peaks are of.
     """
 
     problem: Problem
@@ -48,6 +51,7 @@ class PerformanceWork:
     every: int
     harmonics: int
     samples: int
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -57,7 +61,7 @@ class PerformanceWork:
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on."""
         how = f"{self.ratios!r}, {self.vary}, {self.band} Hz, {self.pull} N, output {self.output}, check every {self.every}"
-        how += f", {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        how += f", {self.measure.words}, {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
         return tuple(f"performance curve, friction {mu!r}, {how}" for mu in self.frictions)
 
     @property
@@ -84,8 +88,9 @@ class _Curve:
     def __init__(self, work: PerformanceWork, problem: Problem) -> None:
         self.work, self.problem = work, problem
         self.nominal = HarmonicBalance(problem, work.harmonics, work.samples)
-        self.free = linear_peak(self.nominal, work.output, stuck=False)
-        self.stuck = linear_peak(self.nominal, work.output, stuck=True)
+        self.free = linear_peak(self.nominal, work.output, stuck=False, measure=work.measure)
+        self.stuck = linear_peak(self.nominal, work.output, stuck=True, measure=work.measure)
+        self.free_harmonic = self.free.amplitude / float(work.measure.of_harmonic(np.array(1.0), np.array(1.0)))
         self.pull = centrifugal_pull(problem) if work.pull is None else work.pull
         self.unit = excitation(problem)
         self.balance_at = lru_cache(maxsize=None)(self._preloaded)
@@ -104,7 +109,7 @@ class _Curve:
         """Everything about the curve, by name."""
         work = self.work
         low, high = work.band or ends_of(resonance_band(self.nominal, work.output))
-        follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output)
+        follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measure)
         found = follower.follow(work.ratios[::-1], work.every, lambda fraction: tell(0.8 * fraction))
         arrays = self._empty(len(work.ratios), len(found.branches))
         for k in range(len(work.ratios)):
@@ -154,6 +159,7 @@ class _Curve:
         energy = EnergyBalance(balance).at(evaluation, cycle)
         per_force = summit.amplitude / force
         frequency = crest.omega / (2.0 * np.pi)
+        harmonic, further = self._first_harmonic(summit) / force, 2 - self.work.measure.order
         regions = contact_regions(balance, evaluation, cycle)
         rubbing = np.array([bool(contact.tangential) for contact in self.problem.contacts])
         rows = [c for c, contact in enumerate(self.problem.contacts) for _ in contact.directions]
@@ -161,9 +167,9 @@ class _Curve:
             "frequency": frequency,
             "amplitude": summit.amplitude,
             "amplitude_per_force": per_force,
-            "inertance": crest.omega**2 * per_force,
+            "inertance": crest.omega**further * harmonic,
             "normalised_amplitude": per_force * self.unit / self.free.amplitude,
-            "normalised_inertance": per_force * self.unit / self.free.amplitude * (frequency / self.free.frequency) ** 2,
+            "normalised_inertance": harmonic * self.unit / self.free_harmonic * (frequency / self.free.frequency) ** further,
             "normalised_frequency": frequency / self.free.frequency,
             "frequency_width": crest.width / (2.0 * np.pi),
             "on_kink": float(summit.on_kink),
@@ -178,6 +184,11 @@ class _Curve:
         arrays["outcome"][k] = int(Outcome.CONVERGED)
         arrays["contact_region"][k] = regions
         arrays["dissipated"][k] = np.bincount(rows, energy.dissipated, minlength=len(self.problem.contacts))
+
+    def _first_harmonic(self, summit: Summit) -> float:
+        """The amplitude of the first harmonic of the measured quantity at a summit."""
+        row = self.nominal.rows + self.work.output
+        return self.work.measure.with_kind("amplitude").size(summit.evaluation.w[row], summit.omega)
 
     def _optimum(self, follower: Follower, found: Following) -> dict[str, NDArray[Any]]:
         """The lowest peak per force, the plateau around it, and what makes them doubtful."""

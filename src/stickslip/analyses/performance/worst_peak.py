@@ -29,9 +29,9 @@ SHARE = 0.7
 
 @dataclass(frozen=True, eq=False)
 class Worst:
-    """The worst case of a design: size [m] or [m/N], where it is, the least of each constraint (NaN where it was not asked), and
-    the cases without a solved peak as (force level, friction, start); start: 0 for virgin contacts, else the number of the drawn
-    state, −1 for a searched one.
+    """The worst case of a design: size, as the conditions measure it, where it is, the least of each constraint (NaN where it
+    was not asked), and the cases without a solved peak as (force level, friction, start); start: 0 for virgin contacts, else
+    the number of the drawn state, −1 for a searched one.
 
     each (frictions, 3): for every friction coefficient the highest peak from virgin contacts and drawn starts, its force level,
     and the highest over all start states at that level (NaN where not searched).
@@ -102,7 +102,7 @@ CLOUD, BEGIN = 8, 1
 
 
 def searched_peak(problem: Problem, level: float, conditions: Conditions) -> float:
-    """The highest resonance |X_1| over all start states, m, one variable per contact: the best that a search finds.
+    """The highest resonance over all start states, one variable per contact: the best that a search finds.
 
     NaN with friction discs, whose start states cannot be searched, and where no solution is found. Per force level where
     amplitudes count so.
@@ -112,7 +112,8 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
     output, fineness = conditions.output, (conditions.harmonics, conditions.samples)
     band = resonance_band(HarmonicBalance(problem, *fineness), output)
     ends, seed = (band.low, band.high), conditions.seed
-    work = BoundsWork(problem, ends, (level,), "peak", output, CLOUD, BEGIN, "slider_offset", "contact", seed, *fineness)
+    how = (seed, *fineness, conditions.measure)
+    work = BoundsWork(problem, ends, (level,), "peak", output, CLOUD, BEGIN, "slider_offset", "contact", *how)
     try:
         search = work.search(0)
         search.run(lambda fraction: None, [UPPER])
@@ -149,7 +150,8 @@ class _Search:
         conditions = self.conditions
         balance = HarmonicBalance(problem, conditions.harmonics, conditions.samples)
         band = resonance_band(balance, conditions.output)
-        follower = Follower(lambda level: (balance, level), (2.0 * np.pi * band.low, 2.0 * np.pi * band.high), conditions.output)
+        ends = (2.0 * np.pi * band.low, 2.0 * np.pi * band.high)
+        follower = Follower(lambda level: (balance, level), ends, conditions.output, conditions.measure)
         found = follower.follow(conditions.forces, every=max(len(conditions.forces) - 1, 1))
         for level in conditions.forces:
             highest = found.highest(level)
@@ -179,7 +181,7 @@ class _Search:
     def _climbed(self, balance: HarmonicBalance, known: Summit) -> Summit | None:
         """The peak near a known one."""
         try:
-            return Ascent(balance, self.conditions.output).from_near(known.point, known.plane)
+            return Ascent(balance, self.conditions.output, self.conditions.measure).from_near(known.point, known.plane)
         except NoSummitError:
             return None
 
@@ -200,7 +202,7 @@ class _Search:
     def _swept(self, balance: HarmonicBalance, level: float, band: tuple[float, float]) -> Summit | None:
         """The highest peak of a full sweep, where none lies near the virgin one."""
         try:
-            found = swept_summits(balance, level, band, self.conditions.output)[0]
+            found = swept_summits(balance, level, band, self.conditions.output, self.conditions.measure)[0]
         except LostCurveError:
             return None
         return max(found, key=lambda summit: summit.amplitude, default=None)

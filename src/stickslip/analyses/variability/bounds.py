@@ -18,6 +18,7 @@ from stickslip.analyses.forced_response import force_levels
 from stickslip.analyses.variability.bounds_work import BoundsWork, Target
 from stickslip.analyses.work import Finished, Progress, Workers
 from stickslip.checks import Array, between, fault, of_kind
+from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band, listed
@@ -52,6 +53,8 @@ def response_bounds(
     objective: Target = "amplitude",
     *,
     output: int = 0,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     points: int = 25,
     cloud: int = 60,
     starts: int = 3,
@@ -67,8 +70,8 @@ def response_bounds(
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.
 
     band: a `Band`, with `points` frequencies spread over it (for the peak: continued over), or frequencies in Hz.
-    objective: "amplitude" |X_1| of the output; "loss_factor", least for the upper and largest for the lower bound (S4);
-    "peak" |X_1| at the resonance.
+    objective: "amplitude" of the output; "loss_factor", least for the upper and largest for the lower bound (S4); "peak", the
+    amplitude at the resonance. quantity, measure: what the amplitude is of, as for `forced_response`.
     cloud: start states sampled at every frequency, half of them corners; the `starts` best begin a search each, besides the
     virgin state and the optima of neighbouring frequencies, or force levels for the peak; leaps from what was found follow.
     rule: what a start variable sets, "slider_offset", "traction_ratio" or "mean_traction", or one for each tangential direction
@@ -82,7 +85,7 @@ def response_bounds(
     frequencies = tuple(float(frequency) for frequency in _frequencies(band, points))
     if objective == "peak" and len(frequencies) < 2:
         raise fault("band", "must be a band for the peak", band)
-    settings = (output, cloud, starts, rule, share, seed, harmonics, samples)
+    settings = (output, cloud, starts, rule, share, seed, harmonics, samples, measure_of(quantity, measure))
     work = BoundsWork(problem, frequencies, levels, objective, *settings)
     return ResponseBounds(work.gathered(all_cases(work, finished, workers, progress)), problem)
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.work import Tell
 from stickslip.checks import Array
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.solve.extremes import Effort, Extreme, Place, extreme, leapt
 from stickslip.solve.start_solutions import UnsolvedError
@@ -147,8 +148,13 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
 """What is found: dimensions, unit and meaning. The places of a search stand along frequency."""
 
 
-def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int) -> dict[str, NDArray[Any]]:
-    """What a search found, for an output."""
+def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int, measure: Measure) -> dict[str, NDArray[Any]]:
+    """What a search found, for a measure of an output."""
+
+    def size(evaluation: Evaluation) -> float:
+        point = evaluation.point
+        return measure.size(evaluation.w[row], point.omega) / measure.per(point.level)
+
     space, count = search.places[0].space, len(search.places)
     sizes = {"bound": len(BOUNDS), "frequency": count, "variable": space.size, "element": space.group.size}
     sizes |= {"row": balance.rows, "sample": balance.tables.E.shape[0], "start": len(search.cloud)}
@@ -165,7 +171,7 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int) ->
             continue
         evaluation, values = found.evaluation, search.places[at[1]].space.values(found.variables)
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
-        arrays["amplitude"][at] = np.hypot(*evaluation.w[row, 1:3])
+        arrays["amplitude"][at] = size(evaluation)
         arrays["loss_factor"][at] = energy.at(evaluation, cycle).loss_factor
         arrays["resonance"][at] = evaluation.point.omega / (2.0 * np.pi)
         arrays["start_variable"][at], arrays["start_value"][at] = found.variables, values
@@ -175,6 +181,6 @@ def found_arrays(search: BoundsSearch, balance: HarmonicBalance, output: int) ->
         for start, sample in enumerate(samples):
             if sample is not None:
                 cycle = contact_cycle(sample.evaluation.table, balance.tables, sample.evaluation.w)
-                arrays["sampled_amplitude"][start, k] = np.hypot(*sample.evaluation.w[row, 1:3])
+                arrays["sampled_amplitude"][start, k] = size(sample.evaluation)
                 arrays["sampled_loss_factor"][start, k] = energy.at(sample.evaluation, cycle).loss_factor
     return arrays

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import forced_response
+from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.analyses.work import Arrays, Tell
@@ -20,10 +21,11 @@ from stickslip.checks import InputError, among, between, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.fourier import fineness
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, Effort, amplitude, loss_factor
+from stickslip.solve.extremes import AtFrequency, Effort, loss_factor, size_of
 from stickslip.solve.start_space import Rules, Sharing, StartSpace, rule_words, rules_of
 from stickslip.solve.start_states import explored_space
 
@@ -44,7 +46,9 @@ LEVELS = 3
 
 @dataclass(frozen=True, eq=False)
 class BoundsWork:
-    """What to bound: frequencies in Hz (for the peak only their ends count), force levels, and how to search."""
+    """What to bound: frequencies in Hz (for the peak only their ends count), force levels, how to search, and what amplitudes
+    are of.
+    """
 
     problem: Problem
     frequencies: tuple[float, ...]
@@ -58,6 +62,7 @@ class BoundsWork:
     seed: int
     harmonics: int
     samples: int
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     def __post_init__(self) -> None:
         refuse_discs(self.problem)
@@ -90,8 +95,10 @@ class BoundsWork:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a case depends on."""
-        how = f"{self.objective} of {self.output}, {self.cloud} {self.starts} {rule_words(self.rule)} {self.share} {self.seed}"
-        how += f", {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        how = f"{self.objective} of {self.output}, {self.measure.words}, {self.cloud} {self.starts} {rule_words(self.rule)}"
+        how += (
+            f" {self.share} {self.seed}, {self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        )
         return tuple(f"bounds, levels {levels!r}, {stretch!r} Hz, {how}" for levels, stretch in self.cases)
 
     @property
@@ -110,7 +117,7 @@ class BoundsWork:
         started = time.process_time()
         search = self.search(case)
         search.run(tell)
-        arrays = found_arrays(search, self.balance, self.output)
+        arrays = found_arrays(search, self.balance, self.output, self.measure)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def search(self, case: int) -> BoundsSearch:
@@ -124,14 +131,14 @@ class BoundsWork:
     def _places(self, level: float, frequencies: tuple[float, ...]) -> list[AtFrequency]:
         """Frequencies at one level."""
         loss = self.objective == "loss_factor"
-        target = loss_factor(EnergyBalance(self.balance)) if loss else amplitude(self.output)
+        target = loss_factor(EnergyBalance(self.balance)) if loss else size_of(self.output, self.measure)
         space = self._space(level, frequencies)
         return [AtFrequency(self.balance, space, target, 2.0 * np.pi * f, level) for f in frequencies]
 
     def _peaks(self, levels: tuple[float, ...], band: tuple[float, ...]) -> list[AtPeak]:
         """The peak at several levels."""
         ends = (2.0 * np.pi * band[0], 2.0 * np.pi * band[1])
-        return [AtPeak(self.balance, self._space(level, band), self.output, ends, level) for level in levels]
+        return [AtPeak(self.balance, self._space(level, band), self.output, self.measure, ends, level) for level in levels]
 
     def _space(self, level: float, frequencies: tuple[float, ...]) -> StartSpace:
         low, high = frequencies[0], frequencies[-1]
@@ -142,7 +149,7 @@ class BoundsWork:
         """All cases as one labelled dataset."""
         import xarray as xr
 
-        data = {}
+        data, measured = {}, {"units": self.measure.reported_units(levels_are_newtons(self.problem))}
         for name, (dims, units, words) in VARIABLES.items():
             axis = dims.index("frequency")
             places = np.concatenate([result[name] for result in results], axis=axis)
@@ -151,13 +158,18 @@ class BoundsWork:
                 np.stack(np.split(places, len(self.levels), axis)),
                 {"units": units, "long_name": words},
             )
+        for name, words in (
+            ("amplitude", self.measure.words),
+            ("sampled_amplitude", f"{self.measure.words}, of sampled start states"),
+        ):
+            data[name][2].update(measured, long_name=words)
         rows = [f"{contact.name} {d}" for contact in self.problem.contacts for d in contact.direction_names]
         frequencies = [np.nan] if self.objective == "peak" else list(self.frequencies)
         coords: dict[str, Any] = {"force_level": ("case", list(self.levels)), "bound": list(BOUNDS), "row": rows}
         coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
         keys = ("objective", "share", "seed", "harmonics", "samples", "cloud", "starts")
         attrs: dict[str, Any] = {"title": self.problem.title, "output": self.problem.output_names[self.output]}
-        attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys}
+        attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measure.attributes
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
         return xr.Dataset(data, coords, attrs)
 

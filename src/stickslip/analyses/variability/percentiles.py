@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.checks import Array, InputError, fault
+from stickslip.outcome import Outcome
+from stickslip.results_view import measure_in, sizes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,8 +18,8 @@ PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
 
 
 def percentiles(dataset: xr.Dataset, percent: Sequence[float] = PERCENT, output: int = 0) -> xr.DataArray:
-    """Percentiles of |X_1| of samples at each frequency, (force_level, percent, frequency), m; `solved` (force_level, frequency)
-    is how many start states they are of.
+    """Percentiles of the amplitude of samples at each frequency, (force_level, percent, frequency), in m, m/s or m/s² as peaks
+    are; `solved` (force_level, frequency) is how many start states they are of.
 
     Only of samples that were solved exactly at given frequencies: nothing is interpolated. NaN where no curve has a point.
     """
@@ -37,7 +39,8 @@ def percentiles(dataset: xr.Dataset, percent: Sequence[float] = PERCENT, output:
     solved = np.stack([np.isfinite(amplitude[which]).sum(axis=0) for which in cases])
     coords = {"force_level": levels, "percent": list(percent), "frequency": wanted}
     coords["solved"] = (("force_level", "frequency"), solved)
-    return xr.DataArray(table, coords, ("force_level", "percent", "frequency"), "amplitude", {"units": "m"})
+    attrs = {"units": measure_in(dataset).units}
+    return xr.DataArray(table, coords, ("force_level", "percent", "frequency"), "amplitude", attrs)
 
 
 def has_percentiles(dataset: xr.Dataset) -> bool:
@@ -48,8 +51,11 @@ def has_percentiles(dataset: xr.Dataset) -> bool:
 def _at(dataset: xr.Dataset, frequency: float, output: int) -> Array:
     """The amplitude of every case at a frequency, (case,); the largest where there are several, NaN where there is none."""
     here = np.abs(dataset["frequency"].values - frequency) <= 1e-9 * frequency
-    largest = np.max(np.where(here, np.nan_to_num(dataset["amplitude"].values[:, :, output], nan=-1.0), -1.0), axis=1)
-    return np.where(largest >= 0.0, largest, np.nan)
+    measure, largest = measure_in(dataset), np.full(len(here), np.nan)
+    for case, near in enumerate(here & (dataset["outcome"].values == Outcome.CONVERGED)):
+        if near.any():
+            largest[case] = np.max(sizes(dataset, case, output, measure, np.flatnonzero(near)))
+    return largest
 
 
 def _percentiles(amplitude: Array, percent: Sequence[float]) -> Array:

@@ -19,8 +19,10 @@ from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, of_kind
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.results_view import measure_in
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
 from stickslip.solve.densify import with_peaks
@@ -48,12 +50,15 @@ class ResponseSamples:
         return percentiles(self.dataset, percent, output)
 
     def peaks(self, output: int = 0) -> pd.DataFrame:
-        """The highest peak of every curve: force level, start, frequency [Hz], amplitude [m], loss factor."""
+        """The highest peak of every curve: force level, start, frequency [Hz], size, loss factor; the size in the column
+        `amplitude`, `rms` or `max_abs`, as of `ForcedResponse.peaks`.
+        """
         import pandas as pd
 
         first = self.dataset.isel(peak=slice(0, 1), output=output)
         columns = {"force_level": first["force_level"].values, "start": first["start"].values}
-        columns |= {name: first[f"peak_{name}"].values[:, 0] for name in ("frequency", "amplitude", "loss_factor")}
+        names = {"frequency": "frequency", "amplitude": measure_in(self.dataset).kind, "loss_factor": "loss_factor"}
+        columns |= {name: first[f"peak_{key}"].values[:, 0] for key, name in names.items()}
         return pd.DataFrame(columns).dropna(ignore_index=True)
 
     def plot(self, **options: Any) -> Any:
@@ -76,6 +81,8 @@ def response_samples(
     seed: int = 0,
     harmonics: int = 5,
     samples: int = 256,
+    quantity: str = "displacement",
+    measure: str = "amplitude",
     workers: Workers = 1,
     finished: Finished | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -90,14 +97,16 @@ def response_samples(
     rule: what a variable sets (see `stickslip.contact.start`), or one rule for each tangential direction, of which "virgin" sets
     nothing; an offset of ±1 is the largest that any solution allows.
     share: one variable per friction "element", per "direction", per "contact", or for "all".
+    quantity, measure: what the peaks are of, as for `forced_response`.
     """
+    size = measure_of(quantity, measure)
     of_kind("problem", problem, Problem)
     levels = force_levels(force)
     frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(sorted(listed(band)))
     settings = (levels, rule, share, harmonics, samples)
-    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)))
+    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
-    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables)
+    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables, size)
     curves = all_cases(work, finished, workers, progress)
     return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
 
@@ -115,6 +124,7 @@ class SamplesWork:
     harmonics: int
     samples: int
     variables: Array
+    measure: Measure = DISPLACEMENT_AMPLITUDE
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -147,7 +157,8 @@ class SamplesWork:
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
         where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz, {rule_words(self.rule)} by {self.share}"
-        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        how = f"peaks of the {self.measure.words}, {self.harmonics} harmonics, {self.samples} samples"
+        how += f", problem {self.problem.fingerprint}"
         return tuple(f"sample {self.variables[k].tolist()!r}, level {level!r}, {where}, {how}" for level, k in self.cases)
 
     @property
@@ -163,7 +174,8 @@ class SamplesWork:
         started = time.process_time()
         level, start = self.cases[case]
         space = self.space_at(level)
-        curve = start_curve(self.balance, space, self.variables[start], self.frequencies, level, self.exactly, tell)
+        where = (self.frequencies, level, self.exactly)
+        curve = start_curve(self.balance, space, self.variables[start], *where, tell, self.measure)
         arrays = curve_arrays(self.balance, with_peaks(curve))
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
@@ -175,7 +187,7 @@ class SamplesWork:
         ends = (min(self.frequencies), max(self.frequencies))
         ends = ends if ends[0] < ends[1] else (0.9 * ends[0], 1.1 * ends[0])
         with threadpool_limits(1, user_api="blas"):
-            dataset = response_dataset(self.balance, [level for level, _ in self.cases], curves, ends, attrs)
+            dataset = response_dataset(self.balance, [level for level, _ in self.cases], curves, ends, attrs, self.measure)
         numbers = [start for _, start in self.cases]
         values = np.array([curve["start_value"] for curve in curves])
         dataset = with_starts(dataset, "case", self.variables[numbers], values).assign_coords(start=("case", numbers))
@@ -190,6 +202,7 @@ def start_curve(
     level: float,
     exactly: bool,
     tell: Tell = lambda fraction: None,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Curve:
     """The curve of one start state, its first point reached from the virgin one: far-off states have no other way in."""
     omegas = [2.0 * np.pi * frequency for frequency in frequencies]
@@ -199,9 +212,9 @@ def start_curve(
         point = begin.solve(variables)[1].point
     except UnsolvedError as reason:
         if reason.outcome == Outcome.BODY_HELD_BY_NOTHING:
-            return Curve(level, (), reason.outcome, str(reason), omegas[0])
-        return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell)
-    return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, begin=point)
+            return Curve(level, (), reason.outcome, str(reason), omegas[0], measure=measure)
+        return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, measure=measure)
+    return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, begin=point, measure=measure)
 
 
 def with_starts(dataset: xr.Dataset, axis: str, variables: Array, values: Array) -> xr.Dataset:

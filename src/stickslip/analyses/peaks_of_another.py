@@ -1,0 +1,49 @@
+"""Peaks of another quantity than the one that a forced response was computed for: searched and solved between its points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.harmonic.cycle import contact_cycle
+from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.measure import Measure
+from stickslip.problem import Problem
+from stickslip.solve.interpolation import Interpolation
+from stickslip.solve.peak import PeakSearch
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) -> pd.DataFrame:
+    """The peaks of a measure along every curve, as the table of `ForcedResponse.peaks`."""
+    import pandas as pd
+
+    points = SolvedPoints(dataset, problem)
+    balance, largest = points.balance, measure.with_kind("max_abs")
+    rows: list[dict[str, Any]] = []
+    with threadpool_limits(1, user_api="blas"):
+        energy = EnergyBalance(balance)
+        for case, level in enumerate(dataset["force_level"].values.tolist()):
+            solved = points.converged(case)
+            search = PeakSearch(balance, Interpolation(balance, solved, 1e-3).curve() if solved else [])
+            for output, name in enumerate(problem.output_names):
+                found: list[dict[str, Any]] = []
+                for point in search.peaks(output, measure).points:
+                    evaluation, omega = point.evaluation, point.point.omega
+                    row = evaluation.w[balance.rows + output]
+                    cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+                    sizes = {str(one.kind): one.size(row, omega) / one.per(level) for one in (measure, largest)}
+                    found.append(
+                        {"frequency": omega / (2.0 * np.pi), **sizes, "loss_factor": energy.at(evaluation, cycle).loss_factor}
+                    )
+                found.sort(key=lambda peak: -peak[measure.kind])
+                rows += [{"force_level": level, "output": name, "peak": k} | peak for k, peak in enumerate(found)]
+    sizes_of = list(dict.fromkeys([str(measure.kind), "max_abs"]))
+    table = pd.DataFrame(rows, columns=["force_level", "output", "peak", "frequency", *sizes_of, "loss_factor"])
+    return table.sort_values(["force_level", "output", "peak"], ignore_index=True)
