@@ -1,6 +1,7 @@
 """Seeded random problems for the robustness run: small structures, every law, built so that a steady solution exists.
 
-Four classes: constant normal load; varying normal load without lift-off; with lift-off; start states away from zero.
+Six classes: constant normal load; varying normal load without lift-off; with lift-off; start states away from zero; barely
+pressed contacts, of 0.1 to 30 times the median stiffness of the structure, from virgin and from other start states.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
 from stickslip.units import Band
 
-CLASSES = ("constant load", "varying load", "lift-off", "start state")
+CLASSES = ("constant load", "varying load", "lift-off", "start state", "barely pressed", "barely pressed, start state")
+BARELY = CLASSES[4:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,8 @@ def random_case(kind: str, seed: int) -> Case:
     rng = np.random.default_rng([CLASSES.index(kind), seed])
     size = int(rng.integers(1 if kind == "constant load" else 2, 7))
     structure = _structure(rng, size)
-    contacts = tuple(_contact(rng, kind, size, k) for k in range(int(rng.integers(1, 5))))
+    unit = float(np.median(np.diag(structure.K))) if kind in BARELY else 1.0
+    contacts = tuple(_contact(rng, kind, size, k, unit) for k in range(int(rng.integers(1, 5))))
     forced = int(rng.integers(size))
     phase = np.exp(2j * np.pi * rng.random())
     forces = (Force(structure.dofs[forced], phase), *_preloads(rng, kind, structure.dofs))
@@ -72,10 +75,10 @@ def _direction(rng: np.random.Generator, size: int) -> dict[str, float]:
             return {f"{i}.x": float(c) for i, c in zip(chosen, rng.normal(size=chosen.size), strict=True)}
 
 
-def _contact(rng: np.random.Generator, kind: str, size: int, number: int) -> Contact:
-    law = _law(rng, kind)
+def _contact(rng: np.random.Generator, kind: str, size: int, number: int, unit: float) -> Contact:
+    law = _barely_pressed(rng, unit) if kind in BARELY else _law(rng, kind)
     tangential: Sequence[dict[str, float]] = () if isinstance(law, Gap) else (_direction(rng, size),)
-    start = SliderOffset(float(rng.normal(scale=2.0))) if kind == "start state" else SliderOffset()
+    start = SliderOffset(float(rng.normal(scale=2.0))) if kind.endswith("start state") else SliderOffset()
     return Contact(f"contact {number + 1}", law, tuple(tangential), _direction(rng, size) if law.has_normal else None, start)
 
 
@@ -94,6 +97,20 @@ def _law(rng: np.random.Generator, kind: str) -> Law:
             return MicroslipArray(array.kt, mu, array.kn, array.gaps, preload / 5.0)
         case 1 if kind == "lift-off":
             return Gap(kn, gap=float(rng.normal()))
+        case _:
+            return Macroslip(kt=kt, mu=mu, kn=kn, preload=preload)
+
+
+def _barely_pressed(rng: np.random.Generator, unit: float) -> Law:
+    """Contacts on the edge of lift-off: with no preload at all, or little; as soft or stiff as `unit` times 0.1 to 30."""
+    kt, kn = (float(value) for value in unit * 10.0 ** rng.uniform(-1.0, np.log10(30.0), 2))
+    mu, preload = float(rng.uniform(0.1, 0.8)), float(rng.choice([0.0, 10.0 ** rng.uniform(-3.0, -0.5)]))
+    match int(rng.integers(4)):
+        case 0:
+            array = MicroslipArray.from_totals(kt, kn, mu, largest_gap=float(rng.uniform(0.0, 1.0)))
+            return MicroslipArray(array.kt, mu, array.kn, array.gaps, preload / 5.0)
+        case 1:
+            return Gap(kn, gap=float(0.1 * rng.normal()))
         case _:
             return Macroslip(kt=kt, mu=mu, kn=kn, preload=preload)
 

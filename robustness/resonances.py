@@ -82,6 +82,11 @@ class Tally:
     points: int = 0
     wrong: list[str] = field(default_factory=list)
 
+    @property
+    def words(self) -> str:
+        """For the console: peaks compared and what was wrong with them."""
+        return f"{self.peaks} peaks, {self.missing} missing, {self.low} of wrong height"
+
     def add(self, case: Case, level: float, reference: list[Peak], exact: bool) -> None:
         """Sweep a case and compare; `exact`: a linear structure, the curve of which never turns back."""
         balance = HarmonicBalance(case.problem, HARMONICS, SAMPLES)

@@ -14,8 +14,10 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from robustness.ill_posed import ILL_POSED
-from robustness.page import ClassResult, page
+from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
+from robustness.resonances import RATIOS, STUCK, Tally, linear_peaks, solved_peaks
+from robustness.resonances import random_case as resonance_case
 from stickslip.files import write_text
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
@@ -23,6 +25,9 @@ from stickslip.solve.curve import Curve, solve_curve
 
 HARMONICS, SAMPLES = 5, 256
 ENOUGH = 250
+SHARES = {"chain": 2.5, "beam": 25.0}
+"""Of the cases of a class: 100 chains and 10 beams for each damping ratio beside 250."""
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -38,9 +43,10 @@ def main(count: int) -> None:
     """Run `count` cases of every class and print the table."""
     with threadpool_limits(1, user_api="blas"):
         results = [of_class(kind, count) for kind in CLASSES]
+        resonances = [of_ratio(kind, ratio, max(round(count / share), 1)) for kind, share in SHARES.items() for ratio in RATIOS]
         ill_posed = tell_ill_posed()
     if count >= ENOUGH:
-        write_text(ROOT / "docs" / "robustness.md", page(results, ill_posed, when()))
+        write_text(ROOT / "docs" / "robustness.md", page(results, resonances, ill_posed, when()))
 
 
 def of_class(kind: str, count: int) -> ClassResult:
@@ -56,6 +62,19 @@ def of_class(kind: str, count: int) -> ClassResult:
     for cause in result.causes:
         print(f"    {cause}")
     return result
+
+
+def of_ratio(kind: str, ratio: float, count: int) -> ResonanceResult:
+    """Compare the peaks of cases of one kind and damping ratio: stuck with exact peaks, slipping with listed solutions."""
+    stuck, slipping = Tally(), Tally()
+    for seed in range(count):
+        case = resonance_case(kind, ratio, seed)
+        stuck.add(case, STUCK * case.level, linear_peaks(case), exact=True)
+        slipping.add(case, case.level, solved_peaks(case), exact=False)
+    print(f"{kind}, damping ratio {ratio:g}: {stuck.words} stuck; {slipping.words} slipping", flush=True)
+    for cause in (*stuck.wrong, *slipping.wrong):
+        print(f"    {cause}")
+    return ResonanceResult(kind, ratio, stuck, slipping)
 
 
 def tell_ill_posed() -> str:

@@ -177,7 +177,8 @@ def forced_response(
 ) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.
 
-    band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there and reached by continuation.
+    band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there in the order given: reached by
+    continuation upwards where they rise and downwards where they fall, so that a list up and down shows a hysteresis of jumps.
     force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
     the contacts that is left out at the peaks is below `tolerance` of the whole, and likewise samples. samples: per period, at
     least 4H + 2; of a disk raised to the next number with which the delay from sector to sector is whole.
@@ -296,7 +297,7 @@ def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     """Frequencies in Hz in the order of travel, and whether only these are wanted."""
     if isinstance(band, Band):
         return [band.start, band.stop], False
-    return sorted(listed(band)), True
+    return listed(band), True
 
 
 def _with_whole_delays(samples: int, problem: Problem) -> int:

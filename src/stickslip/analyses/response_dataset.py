@@ -131,7 +131,7 @@ class _CurveTable:
         self.energy = EnergyBalance(balance)
         self.rows = ContactRows(balance.problem)
         sizes = {
-            "point": len(curve.points) + (curve.lost_at is not None),
+            "point": len(curve.points) + len(curve.missing) + (curve.lost_at is not None),
             "output": balance.problem.output_rows.shape[0],
             "harmonic": balance.harmonics + 1,
             "part": 2,
@@ -150,7 +150,10 @@ class _CurveTable:
         """All arrays of the curve."""
         arrays, curve = self.arrays, self.curve
         arrays["case_outcome"], arrays["case_message"] = np.array(curve.outcome, dtype=np.int8), np.array(curve.message)
-        for k, point in enumerate(curve.points):
+        for k, omega in curve.missing:
+            arrays["frequency"][k], arrays["outcome"][k] = omega / (2.0 * np.pi), Outcome.NOT_CONVERGED
+        places = sorted(set(range(len(curve.points) + len(curve.missing))) - {k for k, _ in curve.missing})
+        for k, point in zip(places, curve.points, strict=True):
             self._fill_point(k, point)
         if curve.lost_at is not None:
             arrays["frequency"][-1] = curve.lost_at / (2.0 * np.pi)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,9 @@ from stickslip.solve.peak import TOLERANCE, PeakSearch
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""
+
+RESTARTS = 3
+"""How often a list of frequencies is begun anew where a curve does not reach the rest of it."""
 
 CAREFUL = 0.1
 """Angle aside of the curve, rad, up to which a step of it is believed once it has closed on itself: it had left its branch."""
@@ -37,7 +41,8 @@ class Curve:
     """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
 
     peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `densify`
-    made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak.
+    made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak;
+    missing: of listed frequencies, the place in the list and ω of those without a point.
     """
 
     level: float
@@ -49,6 +54,7 @@ class Curve:
     largest: tuple[CurvePoint | None, ...] = ()
     steps: tuple[tuple[int, ...], ...] = ()
     measure: Measure = DISPLACEMENT_AMPLITUDE
+    missing: tuple[tuple[int, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,18 +76,32 @@ def solve_curve(
     peak_tolerance: float = TOLERANCE,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Curve:
-    """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: only the points at the given frequencies.
+    """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: the points at the given frequencies, in their order.
 
     begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low;
     measure: what they are peaks of.
     """
+    if exactly:
+        return _listed(balance, frequencies, level, progress, control, begin, measure)
     start, end = frequencies[0], frequencies[-1]
+    travel = _best_travel(balance, start, end, level, lambda done: progress(TRAVEL * done), control, begin)
+    if isinstance(travel, Outcome):
+        return Curve(level, (), travel, travel.sentence, start, measure=measure)
+    return _with_peaks(balance, level, travel, progress, peak_tolerance, measure)
+
+
+def _best_travel(
+    balance: HarmonicBalance,
+    start: float,
+    end: float,
+    level: float,
+    progress: Callable[[float], None],
+    control: StepControl | None,
+    begin: Point | None,
+) -> _Travel | Outcome:
+    """The curve that reaches the end, else the longest; an outcome where no point can be solved to start from."""
     travels: list[_Travel] = []
     failed: Outcome | None = None
-
-    def travelled(fraction: float) -> None:
-        progress(min(fraction, 1.0) * (1.0 if exactly else TRAVEL))
-
     for run_up in RUN_UPS:
         if begin is not None and run_up == 1.0:
             first = correct(balance, begin, fixed("omega", start))
@@ -90,15 +110,74 @@ def solve_curve(
         if not first.converged:
             failed = failed or failure(balance, first)
             continue
-        travels.append(_careful_travel(balance, first, start, end, travelled, control))
+        travels.append(_careful_travel(balance, first, start, end, lambda done: progress(min(done, 1.0)), control))
         if travels[-1].lost not in (TURNED_BACK, PASSED_BY):
             break
     if not travels:
-        outcome = failed or Outcome.NOT_CONVERGED
-        return Curve(level, (), outcome, outcome.sentence, start, measure=measure)
+        return failed or Outcome.NOT_CONVERGED
     arrived = [travel for travel in travels if travel.lost is None]
-    best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
-    return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance, measure)
+    return arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
+
+
+def _listed(
+    balance: HarmonicBalance,
+    frequencies: Sequence[float],
+    level: float,
+    progress: Callable[[float], None],
+    control: StepControl | None,
+    begin: Point | None,
+    measure: Measure,
+) -> Curve:
+    """Points at listed frequencies: followed upwards where the list goes up and downwards where it goes down.
+
+    What a curve does not reach is begun anew from the next frequency, `RESTARTS` times; what is left is solved by itself.
+    """
+    found: dict[int, CurvePoint] = {}
+    reason, outcome = "", Outcome.NOT_CONVERGED
+    for run in _monotonic_runs(frequencies):
+        left = list(run)
+        known = found[run[0]].point if run[0] in found else begin if run[0] == 0 else None
+        for _ in range(1 + RESTARTS):
+            travel = _best_travel(balance, frequencies[left[0]], frequencies[left[-1]], level, lambda done: None, control, known)
+            if isinstance(travel, Outcome):
+                reason, outcome = travel.sentence, travel
+            else:
+                found |= _at(balance, travel.points, {k: frequencies[k] for k in left if k not in found})
+                reason = travel.lost or reason
+            progress((run[-1] + 1) / len(frequencies))
+            left, known = [k for k in left[1:] if k not in found], None
+            if not left:
+                break
+    alone = {k: point for k, omega in enumerate(frequencies) if k not in found and (point := _alone(balance, omega, level))}
+    missing = tuple((k, frequencies[k]) for k in range(len(frequencies)) if k not in found and k not in alone)
+    points = tuple(point for _, point in sorted((found | alone).items()))
+    if not points:
+        return Curve(level, (), outcome, reason, frequencies[0], measure=measure)
+    message, count = ARRIVED, len(frequencies)
+    if missing:
+        first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
+        message = f"{len(missing)} of {count} frequencies could not be solved, {first}. {reason}".strip()
+    elif alone:
+        message = f"{len(alone)} of {count} frequencies were solved by themselves, since the curve does not reach them."
+    outcome = Outcome.NOT_CONVERGED if missing else Outcome.CONVERGED
+    return Curve(level, points, outcome, message, None, measure=measure, missing=missing)
+
+
+def _monotonic_runs(frequencies: Sequence[float]) -> list[list[int]]:
+    """Numbers of the frequencies in runs that go up or down; each begins where the one before it ends."""
+    runs = [[0]]
+    for k in range(1, len(frequencies)):
+        run = runs[-1]
+        if len(run) > 1 and (frequencies[k] > frequencies[run[-1]]) != (frequencies[run[1]] > frequencies[run[0]]):
+            runs.append([run[-1]])
+        runs[-1].append(k)
+    return runs
+
+
+def _alone(balance: HarmonicBalance, omega: float, level: float) -> CurvePoint | None:
+    """The point at one frequency, solved without others."""
+    first = first_point(balance, omega, level)
+    return next(iter(trace(balance, first, "omega", 1.01 * omega))) if first.converged else None
 
 
 def _careful_travel(
@@ -148,27 +227,18 @@ def _travel(
     return _Travel(points, None if arrived else TURNED_BACK)
 
 
-def _finished(
+def _with_peaks(
     balance: HarmonicBalance,
     level: float,
     travel: _Travel,
-    wanted: Sequence[float] | None,
     progress: Callable[[float], None],
     tolerance: float,
     measure: Measure,
 ) -> Curve:
-    """The curve with its peaks, or at the wanted frequencies."""
+    """The curve with its peaks."""
     points, message = travel.points, travel.lost or ARRIVED
     outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if travel.lost is not None and points else None
-    if wanted is not None:
-        kept, missed = _at(balance, points, wanted)
-        if missed and travel.lost is None:
-            outcome, lost_at = Outcome.NOT_CONVERGED, missed[0]
-            message = (
-                f"{len(missed)} of {len(wanted)} frequencies could not be solved, the first at {lost_at / (2.0 * np.pi):g} Hz."
-            )
-        return Curve(level, tuple(kept), outcome, message, lost_at, measure=measure)
     outputs = range(balance.problem.output_rows.shape[0])
     search = PeakSearch(balance, points, tolerance)
     found, largest, in_time = [], [], measure.with_kind("max_abs")
@@ -191,25 +261,20 @@ def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurveP
     return max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega), default=None)
 
 
-def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Sequence[float]) -> tuple[list[CurvePoint], list[float]]:
-    """The curve at the wanted frequencies, each solved where it is first crossed, and those crossed but not solved.
-
-    Frequencies that the curve does not reach are left out.
-    """
+def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Mapping[int, float]) -> dict[int, CurvePoint]:
+    """The curve at the wanted frequencies, each solved where it is first crossed; without those not reached or not solved."""
     omegas = np.array([point.point.omega for point in points])
-    found, missed = [], []
-    for omega in wanted:
+    found = {}
+    for number, omega in wanted.items():
         exact = np.flatnonzero(omegas == omega)
         crossed = np.flatnonzero((omegas[:-1] - omega) * (omegas[1:] - omega) < 0.0)
         if exact.size:
-            found.append(points[exact[0]])
+            found[number] = points[exact[0]]
         elif crossed.size:
             k = int(crossed[0])
-            try:
-                found.append(solve_at(balance, points[k], points[k + 1], "omega", omega))
-            except LostCurveError:
-                missed.append(omega)
-    return found, missed
+            with suppress(LostCurveError):
+                found[number] = solve_at(balance, points[k], points[k + 1], "omega", omega)
+    return found
 
 
 def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:

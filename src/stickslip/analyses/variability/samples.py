@@ -102,7 +102,7 @@ def response_samples(
     size = measure_of(quantity, measure)
     of_kind("problem", problem, Problem)
     levels = force_levels(force)
-    frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(sorted(listed(band)))
+    frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(listed(band))
     settings = (levels, rule, share, harmonics, samples)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
