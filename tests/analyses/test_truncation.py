@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses import truncation
 from stickslip.analyses.truncation import truncation_warning
 from stickslip.report.failures import warnings_of
 from stickslip.report.responses import sentences
@@ -67,3 +68,16 @@ def test_results_without_the_estimate_have_no_warning():
     assert not [line for line in sentences(found.drop_vars("truncation_error")) if "More than" in line]
     assert truncation_warning(3, ("1.x",), np.array([np.nan])) == ""
     assert truncation_warning(3, ("1.x", "2.x"), np.array([np.nan, 0.02])).startswith("More than 3 harmonics would change 2.x")
+
+
+def test_an_estimate_that_would_cost_a_curve_is_left_out(monkeypatch):
+    """Fewer harmonics are looked at where many contacts slip, none where even two more are too many."""
+    full = ss.forced_response(ss.rigs.single_mass(), [0.17], harmonics=1).dataset
+    monkeypatch.setattr(truncation, "MOST_UNKNOWNS", 9)
+    fewer = ss.forced_response(ss.rigs.single_mass(), [0.17], harmonics=1).dataset
+    monkeypatch.setattr(truncation, "MOST_UNKNOWNS", 5)
+    none = ss.forced_response(ss.rigs.single_mass(), [0.17], harmonics=1).dataset
+    assert float(fewer.truncation_error[0, 0]) == pytest.approx(float(full.truncation_error[0, 0]), rel=0.3)
+    assert float(fewer.truncation_error[0, 0]) != float(full.truncation_error[0, 0])
+    assert np.isnan(float(none.truncation_error[0, 0]))
+    assert str(none.case_message.values[0]) == "The curve reached the end of the band."
