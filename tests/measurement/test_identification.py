@@ -1,9 +1,12 @@
 """Contact parameters from loops: found, with intervals; refused where the loops cannot be those of the damper."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stickslip.analyses.identification.damper_fit import UNSOLVED
+from stickslip.analyses.identification.first_guess import plateaux_with_errors
 from stickslip.analyses.identification.identify import IdentificationWork, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.refits import descend, likely_gaps, refitted, slopes
@@ -176,17 +179,47 @@ def test_a_descent_ends_at_the_least_squares_and_counts_what_fails():
 
 
 def test_gaps_of_the_refits_are_those_that_the_loops_allow(truths):
-    """Contacts without gaps, and with gaps of 0.3: the loops themselves tell how wide the refits' gaps may be."""
+    """Contacts without gaps, and with gaps of 0.5: of gaps up to 0.6, all equally likely before, loops rule out the others."""
     friction = (0.14, 0.15, 0.25)
-    rig, means = laboratory_damper(37.0, 80.0, friction), []
-    for true in (rig, with_microslip(rig, 0.3)):
+    rig, means, wide = laboratory_damper(37.0, 80.0, friction), [], []
+    for true in (rig, with_microslip(rig, 0.5)):
         cycles = {name: true_cycle(true, motion, 1200) for name, motion in MOTIONS.items()}
         work = IdentificationWork((*map(whole_cycles, records(cycles, RigErrors())),), UNKNOWN_RIG)
         coarse, theta = work.fit.steps(120), np.log([56e6, 84e6, *friction])
         jacobian = slopes(coarse, theta)
         gaps, weights, _ = likely_gaps(coarse, refitted(coarse, theta, jacobian).theta, jacobian)
         means.append(float(gaps @ weights))
-    assert means[0] < 0.2 < means[1] < 0.4
+        wide.append(float(weights[gaps > 0.45].sum()))
+    assert means[0] < 0.2 < 0.3 < means[1] < 0.5
+    assert wide[0] < 0.01 < 0.1 < wide[1]
+
+
+def test_plateaux_know_their_error():
+    """A zero of force_x that is off by 4 N, up or down, lifts the plateau of R above its friction of 0.25; its error says so."""
+    rig = laboratory_damper(37.0, 80.0, (0.14, 0.13, 0.25))
+    signals = true_cycle(rig, MOTIONS["out"], 400)
+    exact = plateaux_with_errors(rig, signals, 80.0, NO_ERRORS)["R"]
+    assert exact.level == pytest.approx(0.25, rel=1e-3)
+    assert exact.error == 0.0
+    levels = []
+    for zero in (-4.0, 4.0):
+        off = signals | {"force_x": signals["force_x"] + zero}
+        found = plateaux_with_errors(rig, off, 80.0, replace(NO_ERRORS, zero_x=4.0))["R"]
+        assert 0.2 * found.error < abs(found.level - 0.25) < 2.0 * found.error
+        levels.append(found.level)
+    assert min(levels) > 1.1 * 0.25
+    assert plateaux_with_errors(rig, signals, 80.0, replace(NO_ERRORS, zero_x=0.4))["R"].error < 0.2 * found.error
+
+
+def test_each_cell_has_its_own_error_of_the_zero(truths):
+    """The zero of one cell weighs what its own error says, and takes no other's place."""
+    cases = tuple(map(whole_cycles, records(truths, RigErrors())))
+    fit = IdentificationWork(cases, UNKNOWN_RIG, errors=RigErrors(zero_x=20.0), steps=120).fit
+    assert fit.spread[0, fit.channels.index("force_x"), 0] == pytest.approx(20.0, rel=1e-2)
+    assert fit.spread[0, fit.channels.index("force_y"), 0] == pytest.approx(np.hypot(0.8, 0.12), rel=1e-2)
+    drawn = [RigErrors(zero_x=20.0).draw(np.random.default_rng(seed)) for seed in range(200)]
+    assert np.std([one["force_x"][2] for one in drawn]) == pytest.approx(20.0, rel=0.2)
+    assert np.std([one["force_y"][2] for one in drawn]) == pytest.approx(0.8, rel=0.2)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Friction coefficients from plateaux of T/N: where the ratio stands still while the contact slides, that is mu.
 
-A ratio stands still as well while the damper rolls on a contact that does not slide: a plateau is a lower bound of mu, and a
-start for a fit of whole loops.
+A ratio stands still as well while the damper rolls on a contact that does not slide: a plateau of exact forces is a lower bound
+of mu, and a start for a fit of whole loops. Zeros of the cells that are off lift it, since the higher of both senses counts.
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ ALONE = 0.04
 
 @dataclass(frozen=True)
 class Plateau:
-    """A plateau of |T/N|: its level, standard deviation over the plateau, and its share of the cycle."""
+    """A plateau of |T/N|: its level, standard deviation over the plateau, its share of the cycle, and the standard deviation of
+    the level by errors of the rig (NaN where they were not drawn, or where most draws have no plateau)."""
 
     level: float
     scatter: float
     share: float
+    error: float = np.nan
 
 
 def plateau(ratio: ArrayLike, where: ArrayLike | None = None, shortest: float = 0.04) -> Plateau:

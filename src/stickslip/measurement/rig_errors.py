@@ -19,7 +19,8 @@ class RigErrors:
 
     Defaults follow Gola and Gastaldi (ASME GT2014-25240): cell 1 %, linearity 2 % (1 N, here a bound of two deviations),
     calibration at load removal 0.7 to 0.9 N, laser 0.08 µm, rotation and contact motion 5 %. The noise of a force sample is
-    this project's.
+    this project's. `zero_x`, `zero_y`: of the cells of force_x and force_y, where they differ from `zero`; for a cell whose zero
+    is not known give as much as it may be off.
     """
 
     cell_gain: float = 0.01
@@ -28,10 +29,18 @@ class RigErrors:
     force_noise: float = 0.05
     laser_noise: float = 0.08e-6
     motion_gain: float = 0.05
+    zero_x: float | None = None
+    zero_y: float | None = None
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            not_negative(field.name, getattr(self, field.name))
+            if getattr(self, field.name) is not None:
+                not_negative(field.name, getattr(self, field.name))
+
+    def zero_of(self, channel: str) -> float:
+        """Standard deviation of the zero of a cell, N."""
+        own = {"force_x": self.zero_x, "force_y": self.zero_y}[channel]
+        return self.zero if own is None else own
 
     def gain(self, channel: str) -> float:
         """Standard deviation of the gain of a channel."""
@@ -44,7 +53,7 @@ class RigErrors:
     def _of(self, channel: str, generator: np.random.Generator) -> tuple[float, float, float]:
         gain, shape, zero = generator.normal(size=3)
         if channel.startswith("force"):
-            return gain * self.cell_gain, shape * self.linearity, zero * self.zero
+            return gain * self.cell_gain, shape * self.linearity, zero * self.zero_of(channel)
         return gain * self.motion_gain, 0.0, 0.0
 
 

@@ -112,7 +112,8 @@ class DamperFit:
         floor = np.array([FLOOR[name.split("_")[0]] for name in channels])
         spread = np.sqrt(floor[:, None] ** 2 + noise**2)
         for c, name in enumerate(channels):
-            spread[:, c, 0] = np.sqrt(spread[:, c, 0] ** 2 + errors.zero**2) if name.startswith("force") else np.inf
+            force = name.startswith("force")
+            spread[:, c, 0] = np.sqrt(spread[:, c, 0] ** 2 + errors.zero_of(name) ** 2) if force else np.inf
         names = tuple(point.name for point in rig.points)
         drives = tuple(_drive(case, steps) for case in cases)
         return cls(tuple(cases), elements_of(rig), pulls, drives, unknowns, names, channels, data, spread, errors)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.checks import InputError
+from stickslip.checks import Array, InputError
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet
 from stickslip.measurement.friction import Plateau, friction_from_ratios
 from stickslip.measurement.reconstruction import feet_loads, reconstructed
-from stickslip.measurement.rig_errors import RigErrors
+from stickslip.measurement.rig_errors import RigErrors, distorted
 from stickslip.measurement.stuck import StuckStiffness, StuckStretch, stiffness_from_slopes, stuck_stretch
+
+DRAWS = 24
+"""Draws of the errors of the rig for those of plateaux."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,16 +38,12 @@ class Clues:
 
 
 def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -> Clues:
-    """What the mean cycles show; what they do not show is said in `remarks`."""
+    """What the mean cycles show, plateaux with their errors by those of the rig; what they do not show is said in `remarks`."""
     plateaux, slopes, remarks = {}, {}, []
     directions: dict[str, list[float]] = {"x": [], "y": []}
     for case in cases:
         signals = {name: case.cycle(name) for name in case.channels}
-        values = reconstructed(rig, signals, float(rig.pull[1]) if case.pull is None else case.pull)
-        sides = [point.side for point in rig.points]
-        lever = sides.count("left") == 2 and sides.count("right") == 1
-        feet = feet_loads(rig, values["left_normal"], values["left_place"]) if lever else None
-        plateaux[case.name] = friction_from_ratios(values["left_ratio"], values["right_ratio"], feet)
+        plateaux[case.name] = plateaux_with_errors(rig, signals, float(rig.pull[1]) if case.pull is None else case.pull, errors)
         axis = max("xy", key=lambda a: float(np.ptp(signals.get(f"platform_{a}", np.zeros(2)))))
         sign = 1.0 if axis == "x" else -1.0
         try:
@@ -59,6 +58,28 @@ def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -
     except InputError as missing:
         remarks.append(f"No stiffness from slopes. {missing}")
     return Clues(plateaux, slopes, stiffness, tuple(remarks))
+
+
+def plateaux_with_errors(rig: BetweenPlatforms, signals: dict[str, Array], pull: float, errors: RigErrors) -> dict[str, Plateau]:
+    """Plateaux of T/N of one mean cycle, their errors from draws of the systematic errors of the rig."""
+    best, generator = _plateaux(rig, signals, pull), np.random.default_rng(0)
+    drawn = []
+    for _ in range(DRAWS):
+        one = errors.draw(generator)
+        drawn.append(_plateaux(rig, {n: distorted(v, one[n]) if n in one else v for n, v in signals.items()}, pull))
+    found = {}
+    for name, plateau in best.items():
+        apart = [one[name].level - plateau.level for one in drawn if name in one]
+        error = float(np.sqrt(np.mean(np.square(apart)))) if 2 * len(apart) >= DRAWS else np.nan
+        found[name] = replace(plateau, error=error)
+    return found
+
+
+def _plateaux(rig: BetweenPlatforms, signals: dict[str, Array], pull: float) -> dict[str, Plateau]:
+    values, sides = reconstructed(rig, signals, pull), [point.side for point in rig.points]
+    lever = sides.count("left") == 2 and sides.count("right") == 1
+    feet = feet_loads(rig, values["left_normal"], values["left_place"]) if lever else None
+    return friction_from_ratios(values["left_ratio"], values["right_ratio"], feet)
 
 
 def _rising(signals: dict[str, np.ndarray], axis: str, sign: float) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Intervals from refits: cycles resampled, errors of the rig drawn, the misfit turned about, contacts with and without gaps.
 
 Each refit begins where the loops themselves led, in turn where they led to several minima. It follows one Jacobian, kept up by
-Broyden's updates, and then fresh ones as long as they gain anything: a fifth of the cycles that fresh slopes at each step would
-take. Refits that find no way down although they see one, and cycles that are missing, are counted.
+Broyden's updates, and then fresh ones as long as they gain anything. Refits that find no way down although they see one, and
+cycles that are missing, are counted.
 """
 
 from __future__ import annotations
