@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PerformanceBand:
-    """`dataset`: amplitude_per_force [m/N], frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
+    """`dataset`: amplitude_per_force, frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
     bound); virgin_amplitude_per_force and solves by point.
     """
 

@@ -36,7 +36,7 @@ class PerformanceCurve:
     problem: Problem
 
     def optimum(self, case: int = 0) -> dict[str, float]:
-        """The lowest peak of a curve: ratio, amplitude per force [m/N], frequency [Hz], and the ends of the plateau.
+        """The lowest peak of a curve: ratio, size per force (SI), frequency [Hz], and the ends of the plateau.
 
         Warns, in the words of `optimum_doubt` of the dataset, where it may not be the lowest: at an end of the values, or where
         a curve between them could not be solved.
