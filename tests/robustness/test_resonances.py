@@ -10,10 +10,12 @@ import stickslip as ss
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from robustness import problems
 from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, linear_peaks, random_case, solved_peaks
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.solve import continuation
 from stickslip.solve.curve import solve_curve
+from stickslip.solve.densify import _hills
 from stickslip.solve.peak import PeakSearch
 
 CASES = [*(("chain", seed) for seed in range(6)), *(("beam", seed) for seed in range(2))]
@@ -87,3 +89,18 @@ def test_a_low_hump_beside_a_high_peak_is_a_peak():
     curve = solve_curve(balance, case.band, case.level, exactly=False)
     search = PeakSearch(balance, curve.points)
     assert any(abs(point.point.omega - 0.1704) < 2e-3 for point in search.peaks(0).points)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("constant load", 31), ("varying load", 30), ("lift-off", 34)])
+def test_every_maximum_among_the_points_of_a_curve_is_a_peak(kind, seed):
+    """At number 30 of the varying load the curve turns at a sharp corner, where its highest point is."""
+    case = problems.random_case(kind, seed)
+    response = ss.forced_response(case.problem, case.band, case.level, harmonics=5, samples=256)
+    amplitudes = response.dataset.amplitude.values[0, :, 0]
+    amplitudes = amplitudes[np.isfinite(amplitudes)]
+    peaks = response.dataset.peak_amplitude.values[0, :, 0]
+    hills = _hills(amplitudes, 1e-2)
+    assert hills
+    for low, high in hills:
+        top = amplitudes[low : high + 1].max()
+        assert np.nanmin(np.abs(peaks / top - 1.0)) < 1e-3

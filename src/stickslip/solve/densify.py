@@ -18,15 +18,55 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.solve.curve import Curve
 from stickslip.solve.curve_points import CurvePoint, between, hermite
+from stickslip.solve.interpolation import Interpolation
 from stickslip.solve.newton import correct
+from stickslip.solve.peak import PROMINENCE, PeakSearch
 
 MOST = 18
 """Into how many pieces a step is divided at most."""
 
+MISSED = 1e-2
+"""Maxima among the points of a curve that rise by this share out of it are peaks; folds that samples make are mostly lower."""
+
 
 def densified(balance: HarmonicBalance, curve: Curve, tolerance: float = 5e-3) -> Curve:
     """The curve with its peaks, and with points where straight lines would miss an amplitude by more than `tolerance` of it."""
-    return _filled(curve, lambda current, following: _inside(balance, current, following, tolerance))
+    dense = _filled(curve, lambda current, following: _inside(balance, current, following, tolerance))
+    return _with_missed_peaks(balance, dense)
+
+
+def _with_missed_peaks(balance: HarmonicBalance, curve: Curve) -> Curve:
+    """The curve with the peaks that stand among its points and were not seen from the ends of the steps around them."""
+    peaks = [list(found) for found in curve.peaks]
+    inserted: dict[int, list[CurvePoint]] = defaultdict(list)
+    for output, found in enumerate(peaks):
+        row = balance.rows + output
+        sizes = np.array([curve.measure.size(point.evaluation.w[row], point.point.omega) for point in curve.points])
+        known = [k for k, point in enumerate(curve.points) if any(point is peak for peak in found)]
+        for low, high in _hills(sizes, MISSED):
+            if any(low <= k <= high and sizes[k] >= (1.0 - PROMINENCE) * sizes[low : high + 1].max() for k in known):
+                continue
+            solved = [point.point for point in curve.points[max(low - 1, 0) : high + 2]]
+            search = PeakSearch(balance, Interpolation(balance, solved, tolerance=1e-3).curve())
+            missed = search.peaks(output, curve.measure)
+            for peak, k in zip(missed.points, missed.steps, strict=True):
+                found.append(peak)
+                inserted[max(low - 1, 0) + k].append(peak)
+    points = [each for k, point in enumerate(curve.points) for each in (point, *inserted[k])]
+    return replace(curve, points=tuple(points), peaks=tuple(map(tuple, peaks)))
+
+
+def _hills(sizes: Array, prominence: float) -> list[tuple[int, int]]:
+    """From trough to trough around each maximum inside a row of sizes that rises by a share of itself out of them."""
+    tops = [k for k in range(1, sizes.size - 1) if sizes[k - 1] < sizes[k] >= sizes[k + 1]]
+    while tops:
+        troughs = [0, *(a + int(np.argmin(sizes[a:b])) for a, b in pairwise(tops)), sizes.size - 1]
+        higher = [max(sizes[troughs[i]], sizes[troughs[i + 1]]) for i in range(len(tops))]
+        rises = [1.0 - trough / sizes[top] for top, trough in zip(tops, higher, strict=True)]
+        if min(rises) >= prominence:
+            return list(pairwise(troughs))
+        del tops[int(np.argmin(rises))]
+    return []
 
 
 def with_peaks(curve: Curve) -> Curve:

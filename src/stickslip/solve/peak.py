@@ -285,8 +285,9 @@ class PeakSearch:
 
     def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Place:
         tangent = point.tangent
-        rate = condition.rate(tangent.motion, tangent.parameter)
-        length = float(self.lengths[k]) + fraction * span
+        # Behind a sharp corner the curve goes back through the planes of the step; slopes stay those along the way.
+        rate = abs(condition.rate(tangent.motion, tangent.parameter))
+        length = float(self.lengths[k]) + fraction * abs(span)
         return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
 
     def _solve_inside(self, k: int, fraction: float) -> None:
