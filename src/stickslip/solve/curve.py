@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
+from stickslip.problem import Problem
 from stickslip.solve.continuation import CLOSED, StepControl, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
@@ -95,10 +96,11 @@ def solve_curve(
             break
     if not travels:
         outcome = failed or Outcome.NOT_CONVERGED
-        return Curve(level, (), outcome, outcome.sentence, start, measure=measure)
+        message = " ".join((outcome.sentence, *balance.problem.doubts))
+        return Curve(level, (), outcome, message, start, measure=measure)
     arrived = [travel for travel in travels if travel.lost is None]
     best = arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
-    return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance, measure)
+    return _finished(balance, level, best, frequencies if exactly else None, progress, peak_tolerance, measure, (start, end))
 
 
 def _careful_travel(
@@ -156,9 +158,10 @@ def _finished(
     progress: Callable[[float], None],
     tolerance: float,
     measure: Measure,
+    ends: tuple[float, float],
 ) -> Curve:
     """The curve with its peaks, or at the wanted frequencies."""
-    points, message = travel.points, travel.lost or ARRIVED
+    points, message = travel.points, ARRIVED if travel.lost is None else _lost_message(balance.problem, travel, ends)
     outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if travel.lost is not None and points else None
     if wanted is not None:
@@ -184,6 +187,20 @@ def _finished(
     )
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
     return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps, measure)
+
+
+def _lost_message(problem: Problem, travel: _Travel, ends: tuple[float, float]) -> str:
+    """Why a curve ended before the end of its band, how far it got, how the rest can be had, and what may be the cause."""
+    rest = "from the other end of the band, in a band that starts beyond, or as a list of frequencies there"
+    omegas = [point.point.omega for point in travel.points]
+    if ends[0] == ends[1]:
+        where = ""
+    elif omegas:
+        farthest = max(omegas) if ends[1] > ends[0] else min(omegas)
+        where = f"It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest {rest}."
+    else:
+        where = f"Compute it {rest}."
+    return " ".join(filter(None, (travel.lost, where, *problem.doubts)))
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
