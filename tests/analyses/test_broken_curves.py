@@ -14,6 +14,7 @@ from stickslip.solve.continuation import StepControl, trace
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from robustness.ill_posed import HELD_BY_FRICTION, structure
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES, cause_of
 
@@ -97,3 +98,28 @@ def test_the_band_of_finished_curves_is_theirs():
     assert single.at([0.1])["outcome"].values.tolist() == [[[1]]]
     with pytest.raises(ss.InputError, match=r"in the band of the response, from 0\.1 to 0\.1 Hz"):
         single.at([0.101])
+
+
+@pytest.mark.usefixtures("few_points")
+def test_a_lost_curve_names_what_may_be_the_cause():
+    def message(mu, kt=1.0):
+        law = ss.Macroslip(kt=kt, mu=mu, kn=1.0, preload=1.0)
+        problem = ss.rigs.chain_varying_load().with_contacts(lambda contact: contact.with_law(law))
+        return str(ss.forced_response(problem, BAND, force=LEVEL).dataset["case_message"].values[0])
+
+    assert "friction" not in message(0.5)
+    assert "there. Large friction coefficients (" in message(1e4)
+    assert "up to mu = 1e+04" in message(1e4)
+    assert "there. Very stiff contacts (" in message(0.5, kt=1e4)
+
+
+def test_a_curve_without_any_point_names_what_may_be_the_cause():
+    """A traction ratio takes away the friction that alone holds the second mass; stiff is the contact of the first."""
+    first, second = (ss.between(name, "ground") for name in ("1.x", "2.x"))
+    free = ss.Contact("free", ss.Macroslip(kt=1.0, mu=0.5, normal_load=1.0), (second,), start=ss.TractionRatio(0.5))
+    stiff = ss.Contact("stiff", ss.Macroslip(kt=2e4, mu=0.5, normal_load=1.0), (first,))
+    problem = ss.Problem(structure(K=HELD_BY_FRICTION), (free, stiff), (ss.Force("1.x", 1.0),), ("2.x",))
+    found = ss.forced_response(problem, BAND, harmonics=3, samples=64).dataset
+    assert found["case_outcome"].values.tolist() == [Outcome.BODY_HELD_BY_NOTHING]
+    sentence, cause = Outcome.BODY_HELD_BY_NOTHING.sentence, "Very stiff contacts (stiff): up to 2e+04 times what they join."
+    assert str(found["case_message"].values[0]).startswith(f"{sentence} {cause}")
