@@ -56,7 +56,7 @@ def of_class(kind: str, count: int) -> ClassResult:
     for seed in range(count):
         curve = traced(kind, seed)
         if curve.outcome != Outcome.CONVERGED:
-            failed.setdefault(curve.message, []).append(seed)
+            failed.setdefault(cause_of(curve.message), []).append(seed)
     result = ClassResult(kind, count, (time.process_time() - started) / count, failed)
     print(f"{kind:15s} {result.traced:5d} of {count} traced, {result.seconds:.3f} CPU s each", flush=True)
     for cause in result.causes:
@@ -75,6 +75,11 @@ def of_ratio(kind: str, ratio: float, count: int) -> ResonanceResult:
     for cause in (*stuck.wrong, *slipping.wrong):
         print(f"    {cause}")
     return ResonanceResult(kind, ratio, stuck, slipping)
+
+
+def cause_of(message: str) -> str:
+    """The first sentence: those that follow name the frequency where the curve ended, and its peaks."""
+    return message.partition(". ")[0].removesuffix(".") + "."
 
 
 def tell_ill_posed() -> str:

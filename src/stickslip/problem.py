@@ -22,8 +22,14 @@ from stickslip.structure.damping import Damping, Dashpot, ModalDamping, Rayleigh
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import natural_modes
 
-STIFFEST = 1e5
-"""Times what a contact joins: from there on Newton's method was seen to fail where the contact slips."""
+STIFFEST, STIFFEST_VARYING = 1e4, 1e2
+"""Times what a contact of constant, of varying normal load joins, from where on random problems are lost (docs/choose.md)."""
+
+HELD_ALONE = 1e-10
+"""Share of the stiffness at a contact that others have, below which it is rounding: the contact alone holds what it joins."""
+
+LARGEST_FRICTION = 2.0
+"""μ of a varying normal load from where on random problems that lift off are lost (docs/choose.md)."""
 
 
 class LinearSystem(NamedTuple):
@@ -115,23 +121,53 @@ class Problem:
 
     @cached_property
     def stiffness_ratios(self) -> Array:
-        """How many times stiffer each contact row is than all that it joins, 1/(1 − kc b K_stuck⁻¹ bᴴ) − 1, (rows,)."""
-        _, _, K, B, _ = self.system(1)
-        moved = linalg.cho_solve(linalg.cho_factor(K), B.conj().T)
-        share = 1.0 - self.contact_stiffness * np.einsum("ij,ji->i", B, moved).real
-        return np.asarray(1.0 / np.maximum(share, np.finfo(float).eps) - 1.0)
+        """How many times stiffer each contact row is than all that it joins, kc g / (1 − kc' g) with g = b K⁻¹ bᴴ, (rows,).
+
+        In K contacts count with kc' = min(kc, largest |K| of the structure): two rigid ones side by side do not pass for soft.
+        Infinite where nothing but the contact holds what it joins.
+        """
+        _, _, stuck, B, _ = self.system(1)
+        largest = float(np.max(np.abs(self.structure.K), initial=0.0))
+        softened = np.minimum(self.contact_stiffness, largest or np.inf)
+        K = stuck - B.conj().T @ ((self.contact_stiffness - softened)[:, None] * B)
+        compliance = np.einsum("ij,ji->i", B, linalg.cho_solve(linalg.cho_factor(K), B.conj().T)).real
+        share = 1.0 - softened * compliance
+        ratios = np.full(share.size, np.inf)
+        np.divide(self.contact_stiffness * compliance, share, out=ratios, where=share > HELD_ALONE)
+        return ratios
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What is to be said of a problem that can be computed: contacts too stiff to slip without trouble."""
-        stiff = np.flatnonzero(self.stiffness_ratios > STIFFEST)
+        """Warnings about a problem that can be computed: contacts that may defeat Newton's method where they slip or lift off."""
+        return tuple(filter(None, (self._stiffness_warning(), self._friction_warning())))
+
+    def _stiffness_warning(self) -> str:
+        """Contacts too stiff to slip or lift off without trouble; empty without any."""
+        owners = [contact for contact in self.contacts for _ in contact.directions]
+        limits = np.array([STIFFEST if contact.normal is None else STIFFEST_VARYING for contact in owners])
+        stiff = np.flatnonzero(np.isfinite(self.stiffness_ratios) & (self.stiffness_ratios > limits))
         if not stiff.size:
-            return ()
-        names = [contact.name for contact in self.contacts for _ in contact.directions]
-        listed = ", ".join(dict.fromkeys(names[row] for row in stiff[:10]))
+            return ""
+        largest, lowest = f"{self.stiffness_ratios[stiff].max():.2g}", f"{limits[stiff].min():g}"
         return (
-            f"Very stiff contacts ({listed}): up to {self.stiffness_ratios.max():.2g} times what they join. Where they slip, "
-            "points may not be found. With kt and kn lowered to 1e4 times, a stuck contact is rigid but for one part in 1e4.",
+            f"Very stiff contacts ({_listed([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
+            f"they slip or lift off, points may not be found. With kt and kn lowered to {lowest} times, a stuck contact is rigid "
+            f"but for one part in {lowest}."
+        )
+
+    def _friction_warning(self) -> str:
+        """Contacts of varying normal load with a large friction coefficient; empty without any."""
+        largest = {
+            contact.name: max((float(group.friction.max(initial=0.0)) for group in contact.elements.friction), default=0.0)
+            for contact in self.contacts
+            if contact.normal is not None
+        }
+        large = [name for name, friction in largest.items() if friction >= LARGEST_FRICTION]
+        if not large:
+            return ""
+        return (
+            f"Large friction coefficients ({_listed(large)}): up to mu = {max(largest.values()):.3g}. Where such contacts lift "
+            "off, points may not be found. Measured coefficients are hardly ever above 1."
         )
 
     @cached_property
@@ -301,6 +337,12 @@ class Problem:
     def with_damping(self, damping: Damping | Array | None) -> Problem:
         """A copy with another damping."""
         return self.with_structure(self.structure.with_damping(damping))
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The first ten different names."""
+    different = list(dict.fromkeys(names))
+    return ", ".join(different[:10]) + (", ..." if len(different) > 10 else "")
 
 
 def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:

@@ -130,7 +130,7 @@ def test_the_result_is_labelled_saved_and_converted_like_others(tmp_path):
 @pytest.mark.parametrize(
     ("frequencies", "tolerance", "words"),
     [
-        ([400.0], 1e-3, "must lie on the curves, from 145 to 235 Hz, but is 400"),
+        ([400.0], 1e-3, "must lie in the band of the response, from 145 to 235 Hz, but is 400"),
         ([], 1e-3, "must hold at least one value"),
         ([-1.0], 1e-3, "A frequency must be positive"),
         ("fast", 1e-3, "frequencies must hold numbers"),

@@ -11,6 +11,7 @@ import stickslip as ss
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from robustness import limits
 from robustness.ill_posed import ILL_POSED, IllPosed, respond
 from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
@@ -68,6 +69,18 @@ def test_the_problems_are_what_they_are_called():
     assert {len(problem.contacts) for problem in cases} == {1, 2, 3, 4}
     laws = {type(contact.law).__name__ for problem in cases for contact in problem.contacts}
     assert laws == {"Macroslip", "MicroslipArray", "Gap"}
+
+
+def test_limits_are_measured_on_problems_that_are_stiffer_or_of_other_friction(monkeypatch):
+    case = random_case("lift-off", 4)
+    usual = case.problem.contact_stiffness
+    np.testing.assert_allclose(limits.stiffer(case.problem, 30.0).contact_stiffness, 30.0 * usual)
+    frictions = [contact.law.mu for contact in limits.of_friction(case.problem, 7.0).contacts if hasattr(contact.law, "mu")]
+    assert frictions
+    assert set(frictions) == {7.0}
+    assert not limits.is_lost(case, case.problem)
+    monkeypatch.setattr(limits, "PATIENCE", 0.0)
+    assert limits.is_lost(case, case.problem)
 
 
 def test_the_page_says_what_a_run_found():

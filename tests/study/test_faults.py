@@ -144,19 +144,54 @@ def test_a_structure_that_nothing_holds_is_refused(tmp_path):
     assert job(text, tmp_path, "held by its contact").sweep.problem
 
 
-def test_a_contact_far_stiffer_than_the_structure(tmp_path):
-    """Stuck, it works at any stiffness; where it slips, Newton's method fails from a ratio of 1e5 on (measured)."""
-    usual = job(GOOD, tmp_path, "usual")
+ALONG = 'tangential = [{ "1.x" = 1.0 }]\nnormal = { "2.x" = 1.0 }'
+VARYING = GOOD.replace("normal_load = 1.0", "kn = 0.5\npreload = 1.0").replace('between = ["1.x", "ground"]', ALONG)
+
+
+@pytest.mark.parametrize(("text", "limit"), [(GOOD, 1e4), (VARYING, 1e2)], ids=["constant load", "varying load"])
+def test_a_contact_far_stiffer_than_the_structure(tmp_path, text, limit):
+    """Stuck, it works at any stiffness; where it slips or lifts off, random problems are lost from these ratios on (measured)."""
+    usual = job(text, tmp_path, "usual")
     assert usual.notes == ()
-    K, kt = usual.sweep.problem.structure.K, usual.sweep.problem.contact_stiffness[0]
-    row = usual.sweep.problem.B[0]
-    joined = 1.0 / (row @ np.linalg.solve(K, row))  # the static stiffness of the structure at the contact
-    assert usual.sweep.problem.stiffness_ratios[0] == pytest.approx(kt / joined)
-    for kt in (5e6, 5e11):
-        (note,) = job(GOOD.replace("kt = 0.5", f"kt = {kt}"), tmp_path, "stiff").notes
-        assert "Very stiff contacts (contact 1)" in note
+    problem = usual.sweep.problem
+    row, others = problem.B[0], problem.contact_stiffness.copy()
+    others[0] = 0.0
+    beside = problem.structure.K + problem.B.T @ (others[:, None] * problem.B)
+    joined = 1.0 / (row @ np.linalg.solve(beside, row))  # the static stiffness, at the contact, of all that it joins
+    assert problem.stiffness_ratios[0] == pytest.approx(0.5 / joined)
+    assert job(text.replace("kt = 0.5", f"kt = {0.99 * limit * joined}"), tmp_path, "not too stiff").notes == ()
+    for kt in (1.01 * limit * joined, 5e11):
+        (note,) = job(text.replace("kt = 0.5", f"kt = {kt}"), tmp_path, "stiff").notes
+        assert f"Very stiff contacts (contact 1): up to {kt / joined:.2g} times what they join." in note
+        assert note.endswith(f"lowered to {limit:g} times, a stuck contact is rigid but for one part in {limit:g}.")
     with pytest.raises(InputError, match="so stiff that rounding hides the structure"):
-        job(GOOD.replace("kt = 0.5", "kt = 5e15"), tmp_path, "far too stiff")
+        job(text.replace("kt = 0.5", "kt = 5e15"), tmp_path, "far too stiff")
+
+
+def test_stiff_contacts_side_by_side_do_not_pass_for_soft(tmp_path):
+    """What one of two equal contacts joins counts the other, but no stiffer than the structure (its largest entry, 2 N/m)."""
+    first = GOOD[GOOD.index("[[contact]]") : GOOD.index("[[force]]")].replace("kt = 0.5", "kt = 5e6")
+    problem = job(GOOD.replace("kt = 0.5", "kt = 5e6").replace("[[force]]", first + "[[force]]"), tmp_path, "two")
+    joined = 2.0 + (2.0 - 1.0)  # the other contact, and K with the second mass following: 2 - (-1)^2 / 1
+    np.testing.assert_allclose(problem.sweep.problem.stiffness_ratios, 5e6 / joined, rtol=1e-9)
+    assert "(contact 1, contact 2)" in problem.notes[0]
+
+
+def test_a_body_that_a_contact_alone_holds_is_no_stiff_contact(tmp_path):
+    text = GOOD.replace("K = [[2.0, -1.0], [-1.0, 1.0]]", "K = [[0.0, 0.0], [0.0, 1.0]]")
+    held = job(text, tmp_path, "held by its contact")
+    assert np.isposinf(held.sweep.problem.stiffness_ratios).all()
+    assert held.notes == ()
+
+
+def test_large_friction_of_contacts_that_may_lift_off(tmp_path):
+    """Where a load varies, random problems are lost from mu = 2 on (measured); a constant load has no such limit."""
+    assert job(VARYING.replace("mu = 1.0", "mu = 1.99"), tmp_path, "usual").notes == ()
+    assert job(GOOD.replace("mu = 1.0", "mu = 1e4"), tmp_path, "constant load").notes == ()
+    (note,) = job(VARYING.replace("mu = 1.0", "mu = 1e4"), tmp_path, "large").notes
+    assert note.startswith("Large friction coefficients (contact 1): up to mu = 1e+04. Where such contacts lift off, points may")
+    both = job(VARYING.replace("mu = 1.0", "mu = 2.0").replace("kt = 0.5", "kt = 5e6"), tmp_path, "both").notes
+    assert [words.split(" (")[0] for words in both] == ["Very stiff contacts", "Large friction coefficients"]
 
 
 def test_all_faults_are_named_at_once(tmp_path):

@@ -32,7 +32,7 @@ OWN = {
 
 def response_at(dataset: xr.Dataset, problem: Problem, frequencies: Any, tolerance: float) -> xr.Dataset:
     """What `ForcedResponse.at` says."""
-    wanted = _within_the_curves(dataset, frequencies)
+    wanted = _within_the_band(dataset, frequencies)
     if not positive("tolerance", tolerance) < 0.1:
         raise fault("tolerance", "must lie between 0 and 0.1", tolerance)
     points = SolvedPoints(dataset, problem)
@@ -41,16 +41,19 @@ def response_at(dataset: xr.Dataset, problem: Problem, frequencies: Any, toleran
     return _dataset(dataset, points, wanted, curves, tolerance)
 
 
-def _within_the_curves(dataset: xr.Dataset, frequencies: Any) -> Array:
-    """Frequencies in Hz, checked; those that a curve has by rounding are its own."""
+def _within_the_band(dataset: xr.Dataset, frequencies: Any) -> Array:
+    """Frequencies in Hz, checked; those that a curve has by rounding are its own. Where curves broke off, some have no values."""
     wanted = np.array([positive("A frequency", value) for value in np.atleast_1d(numbers("frequencies", frequencies))])
     if not wanted.size:
         raise InputError("frequencies must hold at least one value, but is empty.")
     known = dataset["frequency"].values
+    if np.any(dataset["case_outcome"].values != Outcome.CONVERGED):
+        known = np.append(known, dataset["linear_frequency"].values)  # from end to end of the band that was asked for
     low, high = np.nanmin(known), np.nanmax(known)
     for value in wanted.tolist():
         if not low * (1.0 - SAME) <= value <= high * (1.0 + SAME):
-            raise fault("A frequency", f"must lie on the curves, from {low:g} to {high:g} Hz", value, "Solve a wider band.")
+            what = f"must lie in the band of the response, from {low:g} to {high:g} Hz"
+            raise fault("A frequency", what, value, "Solve a wider band.")
     return wanted
 
 

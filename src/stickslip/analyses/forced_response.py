@@ -101,6 +101,7 @@ class ForcedResponse:
         Returns a dataset with axes (case, branch, frequency, ...): response, amplitude, rms, max_abs, contact_motion,
         contact_force, residual, error, solved (1 or 0) and outcome. branch: the times that a curve passes a frequency, in the
         order of travel; more than one where it overhangs (`.max("branch")` is the largest), outcome 0 where it passes no more.
+        At frequencies of the band that a broken curve does not reach, values are NaN and the outcome is that of the curve.
         A response at listed frequencies has no points between them to show folds: give a band.
         """
         return response_at(self.dataset, self.problem, frequencies, tolerance)

@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
+from stickslip.problem import Problem
 from stickslip.solve.continuation import CLOSED, StepControl, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
@@ -86,8 +87,9 @@ def solve_curve(
     start, end = frequencies[0], frequencies[-1]
     travel = _best_travel(balance, start, end, level, lambda done: progress(TRAVEL * done), control, begin)
     if isinstance(travel, Outcome):
-        return Curve(level, (), travel, travel.sentence, start, measure=measure)
-    return _with_peaks(balance, level, travel, progress, peak_tolerance, measure)
+        message = " ".join((travel.sentence, *balance.problem.doubts))
+        return Curve(level, (), travel, message, start, measure=measure)
+    return _with_peaks(balance, level, travel, progress, peak_tolerance, measure, (start, end))
 
 
 def _best_travel(
@@ -152,11 +154,13 @@ def _listed(
     missing = tuple((k, frequencies[k]) for k in range(len(frequencies)) if k not in found and k not in alone)
     points = tuple(point for _, point in sorted((found | alone).items()))
     if not points:
-        return Curve(level, (), outcome, reason, frequencies[0], measure=measure)
+        message = " ".join((reason or outcome.sentence, *balance.problem.doubts))
+        return Curve(level, (), outcome, message, frequencies[0], measure=measure)
     message, count = ARRIVED, len(frequencies)
     if missing:
         first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
-        message = f"{len(missing)} of {count} frequencies could not be solved, {first}. {reason}".strip()
+        unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."
+        message = " ".join((unsolved, *balance.problem.doubts))
     elif alone:
         message = f"{len(alone)} of {count} frequencies were solved by themselves, since the curve does not reach them."
     outcome = Outcome.NOT_CONVERGED if missing else Outcome.CONVERGED
@@ -234,9 +238,10 @@ def _with_peaks(
     progress: Callable[[float], None],
     tolerance: float,
     measure: Measure,
+    ends: tuple[float, float],
 ) -> Curve:
     """The curve with its peaks."""
-    points, message = travel.points, travel.lost or ARRIVED
+    points, message = travel.points, ARRIVED if travel.lost is None else _lost_message(balance.problem, travel, ends)
     outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if travel.lost is not None and points else None
     outputs = range(balance.problem.output_rows.shape[0])
@@ -254,6 +259,20 @@ def _with_peaks(
     )
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
     return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps, measure)
+
+
+def _lost_message(problem: Problem, travel: _Travel, ends: tuple[float, float]) -> str:
+    """Why a curve ended before the end of its band, how far it got, how the rest can be had, and what may be the cause."""
+    rest = "from the other end of the band, in a band that starts beyond, or as a list of frequencies there"
+    omegas = [point.point.omega for point in travel.points]
+    if ends[0] == ends[1]:
+        where = ""
+    elif omegas:
+        farthest = max(omegas) if ends[1] > ends[0] else min(omegas)
+        where = f"It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest {rest}."
+    else:
+        where = f"Compute it {rest}."
+    return " ".join(filter(None, (travel.lost, where, *problem.doubts)))
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

@@ -1,0 +1,125 @@
+"""Curves that break off: how far they got, how the rest can be had, and what `at` gives where they did not get."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.outcome import Outcome
+from stickslip.solve import curve
+from stickslip.solve.continuation import StepControl, trace
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from robustness.ill_posed import HELD_BY_FRICTION, structure
+from robustness.problems import random_case
+from robustness.run import HARMONICS, SAMPLES, cause_of
+
+LEVEL = 1.0
+BAND = ss.radians_per_second(0.5, 2.0)
+
+
+@pytest.fixture
+def few_points(monkeypatch):
+    """Curves of at most ten points, none of which reaches the end of its band."""
+
+    def short(balance, first, parameter, end, control=None):
+        return trace(balance, first, parameter, end, StepControl(points=10))
+
+    monkeypatch.setattr(curve, "trace", short)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0.5, 2.0), (2.0, 0.5)])
+@pytest.mark.parametrize("exactly", [False, True])
+def test_a_curve_of_too_many_points_says_where_it_got_to_and_how_to_go_on(start, stop, exactly):
+    balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
+    control = StepControl(points=10)
+    reached = list(curve.solve_curve(balance, [start, stop], LEVEL, exactly=False, control=control).points)[-1].point.omega
+    wanted = [start, 0.5 * (start + stop), stop] if exactly else [start, stop]
+    found = curve.solve_curve(balance, wanted, LEVEL, exactly, control=control)
+    assert found.outcome == Outcome.NOT_CONVERGED
+    assert found.message == (
+        f"The curve was not finished within 10 points. It got to {reached / (2.0 * np.pi):.6g} Hz; compute the rest from the "
+        "other end of the band, in a band that starts beyond, or as a list of frequencies there."
+    )
+    assert cause_of(found.message) == "The curve was not finished within 10 points."
+    assert cause_of(curve.ARRIVED) == curve.ARRIVED
+    rest = curve.solve_curve(balance, [(1.001 if stop > start else 0.999) * reached, stop], LEVEL, exactly=False)
+    assert rest.outcome == Outcome.CONVERGED
+
+
+def test_a_curve_that_turns_back_says_where_and_the_rest_can_be_had():
+    """The first branch ends at a fold: the largest frequency of its points; beyond, from the middle, both ends are reached."""
+    case = random_case("start state", 207)
+    balance = HarmonicBalance(case.problem, HARMONICS, SAMPLES)
+    ends = [2.0 * np.pi * f for f in (case.band.start, case.band.stop)]
+    found = curve.solve_curve(balance, ends, case.level, exactly=False)
+    farthest = max(point.point.omega for point in found.points)
+    assert found.points[-1].point.omega < 0.9 * farthest
+    words = f"{curve.TURNED_BACK} It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest from the other end of the band"
+    assert found.message.startswith(words)
+    beyond = curve.solve_curve(balance, [1.2, ends[1]], case.level, exactly=False)
+    assert beyond.outcome == Outcome.CONVERGED
+
+
+@pytest.mark.usefixtures("few_points")
+def test_frequencies_that_a_broken_curve_does_not_reach_have_no_value_but_its_outcome():
+    problem = ss.rigs.single_mass()
+    broken = ss.forced_response(problem, BAND, force=LEVEL)
+    assert broken.dataset["case_outcome"].values.tolist() == [Outcome.NOT_CONVERGED]
+    got = float(np.nanmax(broken.dataset["frequency"]))
+    assert got < 0.6 * BAND.stop
+    wanted = [0.9 * got, 1.1 * got, BAND.stop, BAND.start]
+    at = broken.at(wanted)
+    reached = np.array([True, False, False, True])
+    assert at["outcome"].values[0, 0].tolist() == [1, Outcome.NOT_CONVERGED, Outcome.NOT_CONVERGED, 1]
+    for name in ("response", "amplitude", "rms", "max_abs", "error"):
+        values = at[name].values[0, 0]
+        assert np.isfinite(values[reached]).all()
+        assert np.isnan(values[~reached]).all()
+    for outside in (0.99 * BAND.start, 1.01 * BAND.stop):
+        with pytest.raises(ss.InputError, match=r"in the band of the response, from 0\.0795775 to 0\.31831 Hz"):
+            broken.at([got, outside])
+
+
+@pytest.mark.usefixtures("few_points")
+def test_a_downward_curve_that_breaks_off_has_no_values_below():
+    broken = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(2.0, 0.5), force=LEVEL)
+    at = broken.at([BAND.start, BAND.stop])
+    assert at["outcome"].values[0, 0].tolist() == [Outcome.NOT_CONVERGED, 1]
+
+
+def test_the_band_of_finished_curves_is_theirs():
+    """Of a single frequency nothing beside it was asked for, although linear curves are drawn around it."""
+    single = ss.forced_response(ss.rigs.single_mass(), [0.1], force=LEVEL)
+    assert single.at([0.1])["outcome"].values.tolist() == [[[1]]]
+    with pytest.raises(ss.InputError, match=r"in the band of the response, from 0\.1 to 0\.1 Hz"):
+        single.at([0.101])
+
+
+@pytest.mark.usefixtures("few_points")
+def test_a_lost_curve_names_what_may_be_the_cause():
+    def message(mu, kt=1.0):
+        law = ss.Macroslip(kt=kt, mu=mu, kn=1.0, preload=1.0)
+        problem = ss.rigs.chain_varying_load().with_contacts(lambda contact: contact.with_law(law))
+        return str(ss.forced_response(problem, BAND, force=LEVEL).dataset["case_message"].values[0])
+
+    assert "friction" not in message(0.5)
+    assert "there. Large friction coefficients (" in message(1e4)
+    assert "up to mu = 1e+04" in message(1e4)
+    assert "there. Very stiff contacts (" in message(0.5, kt=1e4)
+
+
+def test_a_curve_without_any_point_names_what_may_be_the_cause():
+    """A traction ratio takes away the friction that alone holds the second mass; stiff is the contact of the first."""
+    first, second = (ss.between(name, "ground") for name in ("1.x", "2.x"))
+    free = ss.Contact("free", ss.Macroslip(kt=1.0, mu=0.5, normal_load=1.0), (second,), start=ss.TractionRatio(0.5))
+    stiff = ss.Contact("stiff", ss.Macroslip(kt=2e4, mu=0.5, normal_load=1.0), (first,))
+    problem = ss.Problem(structure(K=HELD_BY_FRICTION), (free, stiff), (ss.Force("1.x", 1.0),), ("2.x",))
+    found = ss.forced_response(problem, BAND, harmonics=3, samples=64).dataset
+    assert found["case_outcome"].values.tolist() == [Outcome.BODY_HELD_BY_NOTHING]
+    sentence, cause = Outcome.BODY_HELD_BY_NOTHING.sentence, "Very stiff contacts (stiff): up to 2e+04 times what they join."
+    assert str(found["case_message"].values[0]).startswith(f"{sentence} {cause}")
