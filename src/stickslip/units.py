@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 from typing import Any, overload
 
@@ -143,6 +144,16 @@ def listed(frequencies: Any) -> list[float]:
     if isinstance(frequencies, tuple) and len(values) == 2:
         remedy = "Write ss.hertz(start, stop) for a band, or a list for two points."
         raise fault("band", "must not be a pair in round brackets, which could mean a band or two points", frequencies, remedy)
+    return values
+
+
+def followed(frequencies: Any) -> list[float]:
+    """Frequencies in Hz, checked, in their order: `listed`, but a list may come back to where it was, upwards and downwards."""
+    values = in_order(frequencies)
+    for one, other in pairwise(values):
+        unique("Frequencies beside each other", [one, other])
+    if len(values) == 2:
+        return listed(frequencies)
     return values
 
 

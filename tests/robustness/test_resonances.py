@@ -104,3 +104,52 @@ def test_every_maximum_among_the_points_of_a_curve_is_a_peak(kind, seed):
     for low, high in hills:
         top = amplitudes[low : high + 1].max()
         assert np.nanmin(np.abs(peaks / top - 1.0)) < 1e-3
+
+
+def one_sticks_the_other_slips():
+    """Three masses, ζ of 1e-4: a strong slider always sticks, a weak one slips; so the resonances are those of neither limit."""
+    K = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    K[-1, -1] = 1.0
+    structure = ss.Structure(np.eye(3), K, ("1.x", "2.x", "3.x"), C=2e-4 * np.eye(3))
+    sliders = tuple(
+        ss.Contact(f"on {dof}", ss.Macroslip(kt=kt, mu=0.5, normal_load=2.0 * limit), (ss.between(dof, "ground"),))
+        for dof, kt, limit in (("1.x", 2.0, 1e6), ("2.x", 1.0, 1e-2))
+    )
+    return ss.Problem(structure, sliders, (ss.Force("3.x", 1.0),), ("3.x",))
+
+
+@pytest.mark.parametrize("band", [(0.05, 0.5), (0.5, 0.05)])
+def test_resonances_with_some_contacts_stuck_are_found(band):
+    """Beside solutions at listed frequencies around the resonances of the structure with the strong slider alone stuck."""
+    problem = one_sticks_the_other_slips()
+    peaks = ss.forced_response(problem, ss.hertz(*band), force=1.0).peaks()
+    stuck_alone = problem.structure.K + 2.0 * np.diag([1.0, 0.0, 0.0])
+    for natural in np.sqrt(np.linalg.eigvalsh(stuck_alone)) / (2.0 * np.pi):
+        listed = (natural + 3e-3 * natural * np.linspace(-1.0, 1.0, 301)).tolist()
+        exact = float(ss.forced_response(problem, listed, force=1.0).dataset.amplitude.max())
+        near = peaks[(peaks.frequency / natural - 1.0).abs() < 3e-3]
+        assert near.amplitude.max() >= (1.0 - 1e-3) * exact
+
+
+def test_narrow_peaks_of_a_wide_band_are_found():
+    """A band from 0.03 to 300 times a resonance with ζ = 2.4e-7; its half-width is 5e-9 of the band."""
+    K = np.array([[1.0, -0.1], [-0.1, 4.0]])
+    structure = ss.Structure(np.eye(2), K, ("1.x", "2.x"), C=2e-6 * np.eye(2))
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=0.5, normal_load=1.0), (ss.between("2.x", "ground"),))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("2.x",))
+    peaks = ss.forced_response(problem, ss.hertz(0.01, 100.0), force=1e-9).peaks()
+    natural = np.sqrt(np.linalg.eigvalsh(problem.stuck_stiffness))
+    np.testing.assert_allclose(np.sort(peaks.frequency), natural / (2.0 * np.pi), rtol=1e-6)
+    for omega in natural:
+        exact = 1e-9 * abs(np.linalg.solve(problem.stuck_stiffness + 2e-6j * omega * np.eye(2) - omega**2 * np.eye(2), [1, 0])[1])
+        assert np.min(np.abs(peaks.amplitude / exact - 1.0)) < 1e-3
+
+
+def test_the_points_of_a_linear_curve_never_turn_back():
+    """Those that are added between the steps of a wide band too: planes across a step meet the curve far away as well."""
+    K = np.diag([1.0, 4.0, 9.0]) - 0.01 * (np.ones((3, 3)) - np.eye(3))
+    structure = ss.Structure(np.eye(3), K, ("1.x", "2.x", "3.x"), C=2e-5 * np.eye(3))
+    slider = ss.Contact("slider", ss.Macroslip(kt=1.0, mu=0.5, normal_load=1.0), (ss.between("2.x", "ground"),))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+    frequencies = ss.forced_response(problem, ss.hertz(100.0, 0.01), force=1e-9).dataset.frequency.values[0]
+    assert np.all(np.diff(frequencies[np.isfinite(frequencies)]) < 0.0)

@@ -40,7 +40,7 @@ from stickslip.solve.curve import solve_curve
 from stickslip.solve.densify import densified
 from stickslip.solve.peak import TOLERANCE
 from stickslip.time.methods import DEFAULT_METHOD, Method
-from stickslip.units import Band, listed
+from stickslip.units import Band, followed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -298,7 +298,7 @@ def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     """Frequencies in Hz in the order of travel, and whether only these are wanted."""
     if isinstance(band, Band):
         return [band.start, band.stop], False
-    return listed(band), True
+    return followed(band), True
 
 
 def _with_whole_delays(samples: int, problem: Problem) -> int:

@@ -2,12 +2,14 @@
 
 They are the natural frequencies of the structure with all contacts stuck and without contacts, and their fractions 1/h, which
 harmonic h of a friction force excites. A lightly damped peak is so narrow that a step of the continuation can pass over it and
-both its ends look right; so each of these frequencies inside a step is solved. With friction, a resonance lies between its stuck
-and its free frequency, and friction makes it the wider the farther it lies from both.
+both its ends look right; so each of these frequencies inside a step is solved. Where some contacts stick and others slip, so are
+those of the structure on the contacts that stick at the ends of the step. With friction, a resonance lies between the frequencies
+with the slipping contacts stuck and free, and friction makes it the wider the farther it lies from both.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,18 +19,18 @@ from stickslip.checks import Array, Index
 from stickslip.problem import LinearSystem, Problem
 from stickslip.structure.modes import natural_modes
 
-RIGID = 1e-6
-"""Modes below this share of the highest frequency are rigid motions."""
+LARGEST = 400
+"""Degrees of freedom up to which the structure is decomposed anew for each set of sticking contacts that a curve meets."""
 
 UNDAMPED = 1e-8
 """Modes with a smaller damping ratio have no peak that could be resolved."""
 
 
 class _Limit(NamedTuple):
-    """Modes of one linear structure: omega (m,) rad/s; damping ratios (m,); shapes (contact rows and outputs, m) of unit modal
-    mass; load (powers, m, 2H+1): modal forces of the harmonic loads."""
+    """Modes of one linear structure: held (contact rows,): those that stick; omega (m,) rad/s; damping ratios (m,); shapes
+    (contact rows and outputs, m) of unit modal mass; load (powers, m, 2H+1): modal forces of the harmonic loads."""
 
-    stuck: bool
+    held: NDArray[np.bool_]
     omega: Array
     ratios: Array
     shapes: NDArray[Any]
@@ -36,13 +38,19 @@ class _Limit(NamedTuple):
 
 
 class Resonances:
-    """Natural frequencies over h of the stuck and of the free structure; omega (k,): rad/s, ascending; harmonic (k,): h;
-    width (k,): half-width ζω of the peak, rad/s."""
+    """Natural frequencies over h; omega (k,): rad/s, ascending; harmonic (k,): h; width (k,): half-width ζω of the peak, rad/s.
 
-    def __init__(self, problem: Problem, harmonics: int) -> None:
+    holds: for each structure, which contact rows (rows,) stick; the others are free. Of the structure with all contacts stuck
+    and without contacts, if not given.
+    """
+
+    def __init__(self, problem: Problem, harmonics: int, holds: Sequence[NDArray[np.bool_]] = ()) -> None:
         powers = problem.load_powers(harmonics)
         stiffness = problem.contact_stiffness
+        every = np.ones(stiffness.size, dtype=bool)
+        self.problem, self.harmonics = problem, harmonics
         self.limits: list[_Limit] = []
+        self._mixed: dict[bytes, Resonances] = {}
         known: dict[int, list[int]] = {}
         rows: list[tuple[Array, ...]] = []
         for h in range(1, harmonics + 1):
@@ -50,20 +58,28 @@ class Resonances:
             if wave not in known:
                 known[wave] = []
                 for turn, system in problem.waves(h):
-                    for stuck in (True, False):
+                    for held in holds or (every, ~every):
                         known[wave].append(len(self.limits))
-                        self.limits.append(_limit(system, turn, stiffness, powers, stuck))
+                        self.limits.append(_limit(system, turn, stiffness, powers, held))
             for number in known[wave]:
                 omega, ratios = self.limits[number].omega, self.limits[number].ratios
-                chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > RIGID * omega.max(initial=0.0)))
-                same = np.ones(chosen.size)
-                rows.append(
-                    (omega[chosen] / h, h * same, ratios[chosen] * omega[chosen] / h, number * same, chosen.astype(float))
-                )
+                chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > 0.0))
+                at, same = omega[chosen] / h, np.ones(chosen.size)
+                rows.append((at, h * same, ratios[chosen] * at, number * same, chosen.astype(float)))
         joined = np.concatenate([np.array(part) for part in rows], axis=1)
         joined = joined[:, np.argsort(joined[0], kind="stable")]
         self.omega, self.width = joined[0], joined[2]
         self.harmonic, self._number, self._mode = (joined[k].astype(np.int64) for k in (1, 3, 4))
+
+    def with_held(self, held: NDArray[np.bool_]) -> Resonances | None:
+        """Those of the structure on which only some contact rows stick, decomposed once; None where all or none do, or where the
+        structure is too large to be decomposed for each of its contact states."""
+        if held.all() or not held.any() or self.problem.structure.size > LARGEST:
+            return None
+        key = held.tobytes()
+        if key not in self._mixed:
+            self._mixed[key] = Resonances(self.problem, self.harmonics, (held,))
+        return self._mixed[key]
 
     def between(self, low: float, high: float) -> Index:
         """Numbers of the resonances with low < ω < high, ascending."""
@@ -76,7 +92,7 @@ class Resonances:
         forces λ and carried F = λ + K_c w, (contact rows, 2H+1) [N], drive the modes of the stuck and of the free structure.
         """
         limit, mode, h = self.limits[self._number[k]], self._mode[k], int(self.harmonic[k])
-        given = forces if limit.stuck else carried
+        given = np.where(limit.held[:, None], forces, carried)
         omega = float(self.omega[k])
         drive = level * (omega ** np.arange(limit.load.shape[0]) @ limit.load[:, mode, 2 * h - 1 : 2 * h + 1])
         shape = limit.shapes[:, mode]
@@ -86,13 +102,13 @@ class Resonances:
         return np.asarray(np.abs(shape) * (abs(force) / (2.0 * limit.ratios[mode] * natural * natural)))
 
 
-def _limit(system: LinearSystem, turn: NDArray[Any], stiffness: Array, powers: Array, stuck: bool) -> _Limit:
-    bound = 0.0 if stuck else system.B.conj().T @ (stiffness[:, None] * system.B)
-    modes = natural_modes(system.M, np.asarray(system.K - bound))
+def _limit(system: LinearSystem, turn: NDArray[Any], stiffness: Array, powers: Array, held: NDArray[np.bool_]) -> _Limit:
+    released = system.B.conj().T @ (np.where(held, 0.0, stiffness)[:, None] * system.B)
+    modes = natural_modes(system.M, np.asarray(system.K - released))
     omega = np.sqrt(np.maximum(modes.squares, 0.0))
     losses = np.einsum("nm,nk,km->m", modes.shapes.conj(), system.C, modes.shapes, optimize=True).real
     ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)
     parts = powers.reshape(powers.shape[0], turn.size, -1, powers.shape[2])
     load = np.einsum("nm,t,ptnk->pmk", modes.shapes.conj(), turn.conj(), parts, optimize=True)
     shapes = np.vstack([system.B, system.outputs]) @ modes.shapes
-    return _Limit(stuck, omega, ratios, shapes, load)
+    return _Limit(held, omega, ratios, shapes, load)

@@ -174,9 +174,16 @@ class _Tracer:
         """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
         distance = self.step
         while distance > self.control.smallest:
+            orientation = self.orientation
             found = self._try(current, current.tangent, distance, bend)
             if isinstance(found, CurvePoint):
-                return found
+                hidden = self._hidden(current, found)
+                if hidden is None:
+                    return found
+                # No kink: the step is only too long. It is shortened as far as it takes, whatever its length.
+                self.orientation = orientation
+                distance *= 0.6 * hidden if hidden > 0.3 else 0.4
+                continue
             distance *= found
             if distance < 1e-3:
                 bend = None
@@ -188,6 +195,10 @@ class _Tracer:
         if beyond is None:
             raise LostCurveError("Newton's method failed at the smallest step.")
         return beyond
+
+    def _hidden(self, current: CurvePoint, following: CurvePoint) -> float | None:
+        """The fraction of a step where it passes over a resonance, if it does."""
+        return hidden_resonance(self.balance, current, following) if self.parameter == "omega" else None
 
     def _try(
         self, current: CurvePoint, tangent: Tangent, distance: float, bend: tuple[Array, float] | None
@@ -222,10 +233,6 @@ class _Tracer:
         close = error < 8.0 * self.control.error and turn > self.control.cosine
         if distance >= 1e-3 and not (close and self._beside(current, following, distance, turn)):
             return 0.5
-        if distance >= 1e-3 and self.parameter == "omega":
-            hidden = hidden_resonance(self.balance, current, following)
-            if hidden is not None:
-                return 0.6 * hidden if hidden > 0.3 else 0.4
         if crossed:
             self.orientation = -self.orientation
         self.step = self._next_step(distance, error, correction.iterations)
@@ -301,7 +308,7 @@ class _Tracer:
         if not correction.converged:
             return None
         found = self._solved(correction, distance)
-        near = current.chord(found, self.parameter) <= 1.5 * distance
+        near = current.chord(found, self.parameter) <= 1.5 * distance and self._hidden(current, found) is None
         return found if near and found.leads_away_from(current, self.parameter) else None
 
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:

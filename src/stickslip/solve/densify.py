@@ -130,7 +130,10 @@ def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     omega = float(hermite(a, da, b, db, fraction))
     start = Point(between(current, following, fraction), omega, current.point.level)
     correction = correct(balance, start, condition, iterations=8)
-    if not correction.converged:
+    controls = current.point.omega, current.point.omega + slopes[0] / 3.0, following.point.omega - slopes[1] / 3.0
+    hull = min(*controls, following.point.omega), max(*controls, following.point.omega)
+    # A plane across the tangent may meet the curve far away as well.
+    if not correction.converged or not hull[0] <= correction.evaluation.point.omega <= hull[1]:
         return None
     size = 0 if correction.factors is None else correction.factors.size
     return CurvePoint(correction.evaluation, current.tangent, current.metric, correction.iterations, size, 0.0)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.contact.period import SLIPPING
 from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.harmonic.resonances import Resonances
 from stickslip.solve.curve_points import ROUNDING, CurvePoint, between, hermite
 from stickslip.solve.newton import correct, fixed
 
@@ -14,6 +16,9 @@ NEGLIGIBLE = 1e-3
 
 TOLERANCE = 0.02
 """Relative difference between the motion at a resonance and the cubic through both ends, above which the step is too long."""
+
+SAME = 0.1
+"""Resonances of two contact states nearer than this share of the half-width are one."""
 
 NARROW = 1.0
 """A step shorter than this many half-widths of a peak does not pass over it."""
@@ -24,11 +29,9 @@ def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: C
 
     Motion and ω in between are cubics through both ends and their tangents. Where ω turns, the step is near a fold and short.
     """
-    resonances = balance.linear.resonances
     start, end = current.point.omega, following.point.omega
-    inside = resonances.between(min(start, end), max(start, end))
-    inside = inside[resonances.width[inside] * NARROW < abs(end - start)]
-    if not inside.size:
+    inside = _inside(balance, current, following)
+    if not inside:
         return None
     step = following.length
     stretch = step * following.metric.length(current.tangent.motion, current.tangent.parameter)
@@ -38,14 +41,13 @@ def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: C
         return None
     motions = current.evaluation.w, step * current.tangent.motion, following.evaluation.w, stretch * following.tangent.motion
     carried = balance.carried_forces(current.evaluation), balance.carried_forces(following.evaluation)
-    for k in inside if end > start else inside[::-1]:
-        omega = float(resonances.omega[k])
+    for omega, resonances, k in inside if end > start else inside[::-1]:
         fraction = _fraction(controls, omega)
         expected = hermite(*motions, fraction)
         sizes = _sizes(expected, balance.rows)
         forces = between(current, following, fraction)
         drive = (1.0 - fraction) * carried[0] + fraction * carried[1]
-        possible = _blocks(resonances.motion(int(k), current.point.level, forces, drive), balance.rows)
+        possible = _blocks(resonances.motion(k, current.point.level, forces, drive), balance.rows)
         if np.all(possible <= NEGLIGIBLE * sizes):
             continue
         correction = correct(balance, Point(forces, omega, current.point.level), fixed("omega", omega), 12, 6)
@@ -56,6 +58,30 @@ def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: C
         if np.any(_sizes(found - expected, balance.rows) > TOLERANCE * sizes):
             return fraction
     return None
+
+
+def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint) -> list[tuple[float, Resonances, int]]:
+    """The resonances inside a step that is longer than their half-width: ω, ascending, where they are known from, and number."""
+    low, high = sorted((current.point.omega, following.point.omega))
+    limits = balance.linear.resonances
+    states = [point.evaluation.unknown != SLIPPING for point in (current, following)]
+    known = [limits, limits.with_held(states[0])]
+    if not np.array_equal(*states):
+        known.append(limits.with_held(states[1]))
+    found = [
+        (float(one.omega[k]), one, int(k))
+        for one in known
+        if one is not None
+        for k in one.between(low, high)
+        if one.width[k] * NARROW < high - low
+    ]
+    found.sort(key=lambda each: each[0])
+    kept: list[tuple[float, Resonances, int]] = []
+    for omega, one, k in found:
+        nearer = omega - SAME * one.width[k]
+        if not any(w > nearer and other.harmonic[m] == one.harmonic[k] for w, other, m in kept[-4:]):
+            kept.append((omega, one, k))
+    return kept
 
 
 def _fraction(controls: tuple[float, float, float, float], omega: float) -> float:
