@@ -172,16 +172,16 @@ class _Tracer:
 
     def _advance(self, current: CurvePoint, bend: tuple[Array, float] | None) -> CurvePoint:
         """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
-        distance = self.step
+        distance, orientation = self.step, self.orientation
+        passing: CurvePoint | None = None
         while distance > self.control.smallest:
-            orientation = self.orientation
             found = self._try(current, current.tangent, distance, bend)
             if isinstance(found, CurvePoint):
                 hidden = self._hidden(current, found)
                 if hidden is None:
                     return found
-                # No kink: the step is only too long. It is shortened as far as it takes, whatever its length.
-                self.orientation = orientation
+                # No kink: the step is only too long. It is shortened as far as it takes, down to the smallest.
+                self.orientation, passing = orientation, found
                 distance *= 0.6 * hidden if hidden > 0.3 else 0.4
                 continue
             distance *= found
@@ -191,7 +191,7 @@ class _Tracer:
                 beyond = self._beyond_kink(current)
                 if beyond is not None:
                     return beyond
-        beyond = self._beyond_kink(current)
+        beyond = self._beyond_kink(current) or passing
         if beyond is None:
             raise LostCurveError("Newton's method failed at the smallest step.")
         return beyond

@@ -47,11 +47,12 @@ def _with_missed_peaks(balance: HarmonicBalance, curve: Curve) -> Curve:
             if any(low <= k <= high and sizes[k] >= (1.0 - PROMINENCE) * sizes[low : high + 1].max() for k in known):
                 continue
             solved = [point.point for point in curve.points[max(low - 1, 0) : high + 2]]
-            search = PeakSearch(balance, Interpolation(balance, solved, tolerance=1e-3).curve())
-            missed = search.peaks(output, curve.measure)
+            part = Interpolation(balance, solved, tolerance=1e-3).curve()
+            missed = PeakSearch(balance, part).peaks(output, curve.measure)
             for peak, k in zip(missed.points, missed.steps, strict=True):
                 found.append(peak)
-                inserted[max(low - 1, 0) + k].append(peak)
+                before = next(i for i, point in enumerate(solved) if point is part[k].point)
+                inserted[max(low - 1, 0) + before].append(peak)
     points = [each for k, point in enumerate(curve.points) for each in (point, *inserted[k])]
     return replace(curve, points=tuple(points), peaks=tuple(map(tuple, peaks)))
 

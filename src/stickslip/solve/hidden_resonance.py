@@ -20,6 +20,9 @@ TOLERANCE = 0.02
 SAME = 0.1
 """Resonances of two contact states nearer than this share of the half-width are one."""
 
+SHORT = 1e-3
+"""Arc length below which Newton's method may fail at a resonance: it does at kinks, and the curve has to go on."""
+
 NARROW = 1.0
 """A step shorter than this many half-widths of a peak does not pass over it."""
 
@@ -52,7 +55,9 @@ def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: C
             continue
         correction = correct(balance, Point(forces, omega, current.point.level), fixed("omega", omega), 12, 6)
         if not correction.converged:
-            return fraction
+            if following.length >= SHORT:
+                return fraction
+            continue
         found = correction.evaluation.w
         sizes = np.maximum(sizes, _sizes(found, balance.rows))
         if np.any(_sizes(found - expected, balance.rows) > TOLERANCE * sizes):
