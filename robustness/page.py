@@ -29,11 +29,12 @@ $failures
 ## Every resonance
 
 Traced is not enough: a step can pass over a lightly damped resonance with both its ends right. Chains of 2 to 6 masses with 1
-to 3 sliders and steel cantilevers with one, wide and narrow bands, upwards and downwards, one or several outputs, are compared
-with independent answers: where all contacts stick with the exact peaks of the linear structure; where they slip (1.1 to 100
-times the force at which the first contact slips) with solutions at listed frequencies, 40 to each half-width ζω around every
-stuck, free and computed resonance and its fractions 1/h. A peak counts if it has at least 1e-3 of the highest and rises by 0.2 %
-out of the curve; it must be found, and right to 1e-3 of its height (not below the listed ones by more, where contacts slip).
+to 3 sliders, some with one more that always sticks, and steel cantilevers with one, wide and narrow bands, upwards and
+downwards, one or several outputs, are compared with independent answers: where all contacts stick with the exact peaks of the
+linear structure; where they slip (1.1 to 100 times the force at which the first contact slips) with solutions at listed
+frequencies, 40 to each half-width ζω around every computed resonance, every one with a set of contacts stuck, and their fractions
+1/h. A peak counts if it has at least 1e-3 of the highest and rises by 0.2 % out of the curve; it must be found, and right to
+1e-3 of its height (not below the listed ones by more, where contacts slip).
 
 | structure | damping ratio | cases | peaks, stuck | missing | wrong height | peaks, slipping | missing | wrong height |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |

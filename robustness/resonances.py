@@ -1,15 +1,15 @@
 """Does a sweep find every resonance? Lightly damped chains and beams with friction, beside an independent answer.
 
 Where all contacts stick, the peaks of the linear structure are exact. Where they slip, the balance is solved by Newton's method
-at listed frequencies, from one to the next: 40 to each half-width ζω around every stuck, free and computed resonance and its
-fractions 1/h, and a graded grid between the stuck and the free frequency of each mode.
+at listed frequencies, from one to the next: 40 to each half-width ζω around every computed resonance, those with each set of
+contacts stuck, and their fractions 1/h; and a graded grid between the stuck and the free frequency of each mode.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from stickslip.solve.newton import correct, fixed
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
 
-KINDS = ("chain", "beam")
+KINDS = ("chain", "beam", "partly stuck chain")
 RATIOS = (1e-2, 1e-3, 1e-4, 1e-5)
 HARMONICS, SAMPLES = 5, 512
 
@@ -115,7 +115,7 @@ def _agrees(height: float, reference: float, exact: bool) -> bool:
 def random_case(kind: str, ratio: float, seed: int) -> Case:
     """Case number `seed` of a kind: a wide or a narrow band, upwards or downwards, damping on the free or the stuck modes."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
-    problem = (_chain, _beam)[KINDS.index(kind)](rng, ratio)
+    problem = (_chain, _beam, _partly_stuck)[KINDS.index(kind)](rng, ratio)
     natural = 2.0 * np.pi * problem.frequencies(stuck=True)
     last = min(natural.size - 1, int(rng.integers(2, 6)))
     wide = 0.3 * natural[0], 1.2 * natural[last]
@@ -145,6 +145,15 @@ def _chain(rng: np.random.Generator, ratio: float) -> Problem:
         contacts.append(Contact(f"slider {k + 1}", law, (between(one, "ground" if one == other else other),)))
     outputs = tuple(str(dof) for dof in rng.permutation(dofs)[: int(rng.integers(1, size + 1))])
     return Problem(structure, tuple(contacts), (Force(dofs[int(rng.integers(size))], 1.0),), outputs)
+
+
+def _partly_stuck(rng: np.random.Generator, ratio: float) -> Problem:
+    """A chain with one slider more, pressed so strongly that it sticks at every force, where the others slip."""
+    problem = _chain(rng, ratio)
+    dofs = problem.structure.dofs
+    law = Macroslip(kt=float(rng.uniform(0.5, 3.0)), mu=0.5, normal_load=1e6)
+    strong = Contact("strong", law, (between(dofs[int(rng.integers(len(dofs)))], "ground"),))
+    return replace(problem, contacts=(*problem.contacts, strong))
 
 
 def _beam(rng: np.random.Generator, ratio: float) -> Problem:
@@ -231,11 +240,20 @@ def solved_peaks(case: Case) -> list[Peak]:
 
 def _listed(case: Case) -> Array:
     low, high = case.ends
-    stuck, free = (2.0 * np.pi * case.problem.frequencies(stuck=held) for held in (True, False))
+    limits = _limits(case.problem)
+    stuck, free = limits[-1], limits[0]
     shares = np.geomspace(1e-4, 0.5, 80)
     graded = [np.concatenate([a + (b - a) * shares, b - (b - a) * shares]) for a, b in zip(free, stuck, strict=True)]
-    listed = [np.linspace(low, high, 1500), *graded, np.array([*_around(np.concatenate([stuck, free]), case.ratio)])]
+    listed = [np.linspace(low, high, 1500), *graded, np.array([*_around(np.unique(np.concatenate(limits)), case.ratio)])]
     return _inside(np.concatenate(listed), low, high)
+
+
+def _limits(problem: Problem) -> list[Array]:
+    """Natural frequencies in rad/s with each set of contacts stuck: first with none of them, last with all."""
+    B, stiffness = problem.B, problem.contact_stiffness
+    sets = product((0.0, 1.0), repeat=stiffness.size)
+    stiff = (problem.structure.K + B.T @ ((np.array(held) * stiffness)[:, None] * B) for held in sets)
+    return [np.sqrt(np.maximum(linalg.eigvalsh(K, problem.structure.M), 0.0)) for K in stiff]
 
 
 def _around(resonances: list[float] | Array, ratio: float) -> Iterator[float]:

@@ -25,8 +25,8 @@ from stickslip.solve.curve import Curve, solve_curve
 
 HARMONICS, SAMPLES = 5, 256
 ENOUGH = 250
-SHARES = {"chain": 2.5, "beam": 25.0}
-"""Of the cases of a class: 100 chains and 10 beams for each damping ratio beside 250."""
+SHARES = {"chain": 2.5, "beam": 25.0, "partly stuck chain": 25.0}
+"""Of the cases of a class: beside 250, 100 chains, 10 beams and 10 chains with a slider that always sticks a damping ratio."""
 
 ROOT = Path(__file__).parents[1]
 
