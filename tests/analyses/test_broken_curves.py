@@ -33,13 +33,11 @@ def few_points(monkeypatch):
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.5, 2.0), (2.0, 0.5)])
-@pytest.mark.parametrize("exactly", [False, True])
-def test_a_curve_of_too_many_points_says_where_it_got_to_and_how_to_go_on(start, stop, exactly):
+def test_a_curve_of_too_many_points_says_where_it_got_to_and_how_to_go_on(start, stop):
     balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
     control = StepControl(points=10)
-    reached = list(curve.solve_curve(balance, [start, stop], LEVEL, exactly=False, control=control).points)[-1].point.omega
-    wanted = [start, 0.5 * (start + stop), stop] if exactly else [start, stop]
-    found = curve.solve_curve(balance, wanted, LEVEL, exactly, control=control)
+    found = curve.solve_curve(balance, [start, stop], LEVEL, exactly=False, control=control)
+    reached = found.points[-1].point.omega
     assert found.outcome == Outcome.NOT_CONVERGED
     assert found.message == (
         f"The curve was not finished within 10 points. It got to {reached / (2.0 * np.pi):.6g} Hz; compute the rest from the "
@@ -49,6 +47,18 @@ def test_a_curve_of_too_many_points_says_where_it_got_to_and_how_to_go_on(start,
     assert cause_of(curve.ARRIVED) == curve.ARRIVED
     rest = curve.solve_curve(balance, [(1.001 if stop > start else 0.999) * reached, stop], LEVEL, exactly=False)
     assert rest.outcome == Outcome.CONVERGED
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0.5, 2.0), (2.0, 0.5)])
+def test_a_list_is_begun_anew_where_a_curve_ends(start, stop):
+    balance, wanted = HarmonicBalance(ss.rigs.single_mass(), 3, 64), [start, 0.5 * (start + stop), stop]
+    found = curve.solve_curve(balance, wanted, LEVEL, exactly=True, control=StepControl(points=10))
+    whole = curve.solve_curve(balance, wanted, LEVEL, exactly=True)
+    assert found.outcome == Outcome.CONVERGED
+    assert found.message.startswith("The curve was begun anew at ")
+    assert found.message.endswith(" of 3 frequencies. The curve was not finished within 10 points.")
+    for one, other in zip(found.points, whole.points, strict=True):
+        np.testing.assert_allclose(one.evaluation.w, other.evaluation.w, atol=1e-9)
 
 
 def test_a_curve_that_turns_back_says_where_and_the_rest_can_be_had():

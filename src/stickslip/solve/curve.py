@@ -135,7 +135,7 @@ def _listed(
     What a curve does not reach is begun anew from the next frequency, `RESTARTS` times; what is left is solved by itself.
     """
     found: dict[int, CurvePoint] = {}
-    reason, outcome = "", Outcome.NOT_CONVERGED
+    reason, outcome, anew = "", Outcome.NOT_CONVERGED, 0
     for run in _monotonic_runs(frequencies):
         left = list(run)
         known = found[run[0]].point if run[0] in found else begin if run[0] == 0 else None
@@ -150,6 +150,7 @@ def _listed(
             left, known = [k for k in left[1:] if k not in found], None
             if not left:
                 break
+            anew += 1
     alone = {k: point for k, omega in enumerate(frequencies) if k not in found and (point := _alone(balance, omega, level))}
     missing = tuple((k, frequencies[k]) for k in range(len(frequencies)) if k not in found and k not in alone)
     points = tuple(point for _, point in sorted((found | alone).items()))
@@ -161,6 +162,8 @@ def _listed(
         first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
         unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."
         message = " ".join((unsolved, *balance.problem.doubts))
+    elif anew and not alone:
+        message = f"The curve was begun anew at {anew} of {count} frequencies. {reason}".strip()
     elif alone:
         message = f"{len(alone)} of {count} frequencies were solved by themselves, since the curve does not reach them."
     outcome = Outcome.NOT_CONVERGED if missing else Outcome.CONVERGED
