@@ -1,5 +1,7 @@
 """A witness of `make robustness`: some of its random problems, every class, traced across their bands; and ill-posed ones."""
 
+import dataclasses
+import itertools
 import sys
 from itertools import product
 from pathlib import Path
@@ -19,8 +21,9 @@ from robustness.resonances import Tally
 from robustness.run import traced
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
-from stickslip.solve import curve
-from stickslip.solve.continuation import CLOSED, trace
+from stickslip.solve import continuation, curve
+from stickslip.solve.continuation import CLOSED, first_point, trace
+from stickslip.solve.curve_points import LostCurveError
 
 HARD = [("start state", 40)]
 """Sharp folds that look like crossings."""
@@ -34,6 +37,22 @@ def test_random_problems_are_traced_end_to_end(kind, seed):
     ends = np.array([found.points[0].point.omega, found.points[-1].point.omega]) / (2.0 * np.pi)
     np.testing.assert_allclose(ends, [case.band.start, case.band.stop], rtol=1e-9)
     assert max(point.evaluation.error for point in found.points) < 1e-9
+
+
+def test_a_curve_that_comes_back_to_a_point_ends_and_says_so(monkeypatch):
+    """Solved points of one curve, met again and again in the same direction: Brent's test sees it in the second round."""
+    balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
+    first = first_point(balance, 0.5, 0.5)
+    known = list(trace(balance, first, "omega", 2.0))[1:21]
+    rounds = itertools.cycle(known)
+    monkeypatch.setattr(continuation._Tracer, "_advance", lambda self, current, bend: next(rounds))
+    with pytest.raises(LostCurveError, match="closed on itself"):
+        list(itertools.islice(trace(balance, first, "omega", 2.0), 500))
+    turned = dataclasses.replace(known[0], tangent=known[0].tangent.turned())
+    tracer = continuation._Tracer(balance, "omega", first, 2.0, continuation.StepControl())
+    assert tracer._meets(known[0], known[0])
+    assert not tracer._meets(known[0], known[1])
+    assert not tracer._meets(known[0], turned)
 
 
 def test_a_closed_curve_is_traced_again_with_careful_steps(monkeypatch):

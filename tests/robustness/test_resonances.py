@@ -83,7 +83,7 @@ def test_an_output_that_does_not_move_leaves_the_curve_alone():
 
 
 def test_a_low_hump_beside_a_high_peak_is_a_peak():
-    """Chain 4 with ζ = 1e-2: between two outputs' main peaks stands one that rises by 0.4 % out of its flank."""
+    """Chain 4 with ζ = 1e-2: a peak of the first output rises by 0.4 % out of the flank of a higher one."""
     case = random_case("chain", 1e-2, 4)
     balance = HarmonicBalance(case.problem, HARMONICS, SAMPLES)
     curve = solve_curve(balance, case.band, case.level, exactly=False)
