@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import xarray as xr
 from dampers.test_damper_cycle import random_case
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
@@ -12,17 +13,27 @@ from stickslip.contact.iwan import Iwan
 from stickslip.dampers import in_phase, out_of_phase
 from stickslip.rigs.laboratory_damper import FRICTION_ROWS, laboratory_damper
 from stickslip.solve.platform_cycle import CycleOutcome
-from verify.row import CLOSED, INDEPENDENT, Row, absolute, at_most, relative
+from verify.row import CLOSED, INDEPENDENT, PAGE, Row, absolute, at_most, relative
 
 TITLE = "A damper between two platforms"
 ABOUT = (
     "The three-point laboratory damper (feet 14 mm apart, kt 56, kn 84 N/µm) at 45 and 37 degrees under 50 N, moved by 30 µm; "
     "4000 steps a cycle. Friction rows of the source read as L1, L2, R and as R, L1, L2."
 )
+# Energies in µJ of FRICTION_ROWS read as L1, L2, R and as R, L1, L2, out of phase and in phase each (docs/damper_cycle.md).
+STUDY = (
+    (804.3, 775.1, 820.2, 788.0),
+    (949.7, 893.2, 957.4, 924.2),
+    (982.3, 919.4, 974.0, 936.6),
+    (1073.4, 1009.4, 1208.0, 1145.8),
+    (1877.2, 1096.9, 1937.9, 1064.0),
+    (2005.4, 1172.9, 2257.1, 1157.5),
+)
 
 
 def rows() -> Iterator[Row]:
     yield from energies()
+    yield from crossed()
     for angle, limit in ((45.0, 0.450893), (37.0, 0.406928)):
         yield absolute(f"Friction of R at which a foot lifts, {angle:g} degrees", cliff(angle), limit, 1e-5, CLOSED)
     yield at_most("Failures among 200 varied cycles", failures(200), 0.0, "none")
@@ -48,17 +59,40 @@ def energies() -> Iterator[Row]:
         cycle = damper_cycle(laboratory_damper(angle, 50.0, friction), make(30e-6), steps=4000)
         name = f"Energy, {angle:g} degrees, μ {friction}, {make.__name__}, µJ"
         yield relative(name, 1e6 * cycle.energy, energy, 1e-3, INDEPENDENT)
-    errors = [float(cycle.dataset.energy_error) for _, _, cycle in friction_table(45.0)]
+    errors = []
+    for (friction, reading, cycle), energy in zip(friction_table(45.0), np.ravel(STUDY), strict=True):
+        errors.append(float(cycle.energy_error))
+        name = f"Friction study, μ {friction} as {reading}: energy, µJ"
+        yield relative(name, 1e6 * float(cycle.loop_energy), energy, 1e-4, PAGE)
     yield at_most("Loop energy less friction work, all rows and readings, relative", max(errors), 1e-4, "energy balance")
 
 
-def friction_table(angle: float, steps: int = 4000) -> Iterator[tuple[tuple[float, ...], str, object]]:
+def friction_table(angle: float, steps: int = 4000) -> Iterator[tuple[tuple[float, ...], str, xr.Dataset]]:
     """The friction rows in both readings and both motions."""
     for friction in FRICTION_ROWS:
         for reading, values in (("L1, L2, R", friction), ("R, L1, L2", (*friction[1:], friction[0]))):
             for make in (out_of_phase, in_phase):
                 cycle = damper_cycle(laboratory_damper(angle, 50.0, values), make(30e-6), steps=steps)
-                yield friction, f"{reading}, {make.__name__}", cycle
+                yield friction, f"{reading}, {make.__name__}", cycle.dataset
+
+
+def crossed() -> Iterator[Row]:
+    """The three-point and the crossed damper with the last row of friction: energy, rotation, where the left force acts."""
+    known = (
+        ("three_point", in_phase, 1172.9, 2.226, 10.7, 0.64),
+        ("three_point", out_of_phase, 2005.4, 0.018, 3.8, 0.0),
+        ("crossed_curved_flat", in_phase, 1700.7, 0.0, 0.0, 0.0),
+        ("crossed_curved_flat", out_of_phase, 2070.3, 0.0, 0.0, 0.0),
+    )
+    for shape, make, energy, rotation, excursion, alone in known:
+        cycle = damper_cycle(laboratory_damper(45.0, 50.0, FRICTION_ROWS[5], shape), make(30e-6), steps=4000).dataset
+        lower, upper = cycle.normal_force.values[:, 0], cycle.normal_force.values[:, 1]
+        name = f"{shape}, {make.__name__}: "
+        yield relative(f"{name}energy, µJ", 1e6 * float(cycle.loop_energy), energy, 1e-4, PAGE)
+        yield absolute(f"{name}rotation, mrad", 1e3 * float(cycle.rotation), rotation, 1e-3, PAGE)
+        yield absolute(f"{name}excursion, mm", float(np.ptp(7.0 * (upper - lower) / (upper + lower))), excursion, 0.1, PAGE)
+        share = float(cycle.share.sel(kind="open").sum())
+        yield absolute(f"{name}share of the cycle with an open contact", share, alone, 0.01, PAGE)
 
 
 def cliff(angle: float) -> float:

@@ -9,6 +9,7 @@ Kind = Literal["relative", "absolute", "at most"]
 
 INDEPENDENT = "independent script of this project"
 CLOSED = "closed form"
+PAGE = "this program, as a page of the documentation states it"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
+from verify.row import PAGE
+
 ROOT = Path(__file__).parents[2]
 # What commands write: these pages need no markers, since nobody can change a number on them.
 GENERATED = {
@@ -36,6 +38,7 @@ _NOT_TEXT = (
     re.compile(r"\$\$.*?\$\$|\$[^$\n]+\$", re.S),  # formulas
     re.compile(r"(?<=\])\([^()\s]*(?:\([^()]*\)[^()\s]*)?\)|<https?://[^>]*>"),  # targets of links
 )
+_RULE = re.compile(r"\s*\|(\s*:?-+:?\s*\|)+\s*$")  # below the head of a table
 _SUPERSCRIPTS = str.maketrans("⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹", "-+0123456789")
 _NUMBER = re.compile(
     r"(?<![\w.])(?P<digits>\d+(?:\.\d+)?|\.\d+)(?P<power>e[-+]?\d+|(?:\s?[·×]\s?)10[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
@@ -46,7 +49,7 @@ _UNITS = (
     r"rad/s|kHz|Hz|[mµun]m/N|m/s/N|N/[µm]?m|nm|µm|um|mrad|[mµ]?J|[MG]Pa|[MG]i?B|"
     r"[mµ]s|s(?!\w)|milliseconds?|seconds?|minutes?|hours?|times"
 )
-_UNIT = re.compile(rf"\s?(?:(?P<percent>{_PERCENT})|(?:{_UNITS})(?![\w/]))")
+_UNIT = re.compile(rf"\s*(?:(?P<percent>{_PERCENT})|(?:{_UNITS})(?![\w/]))")
 _IN_HEADER = re.compile(rf"(?<![\w/])(?:{_UNITS})(?![\w/])")
 _JOIN = re.compile(r"\s*(?:,|,? ?to|,? ?and|,? ?or|–|±|against|instead of)\s*[-−]?\Z")
 
@@ -64,7 +67,7 @@ class Number:
     def agrees(self, computed: float) -> bool:
         """Whether it is this value rounded to its digits; the unit may have another prefix (10³, 10⁻⁶, ...), or be per cent."""
         exact = abs(Fraction(computed))
-        factors = [Fraction(100), Fraction(1)] if self.percent else [Fraction(1000) ** k for k in range(-4, 5)]
+        factors = [Fraction(100)] if self.percent else [Fraction(1000) ** k for k in range(-4, 5)]
         values = [exact * factor for factor in factors]
         if self.reciprocal and exact:
             values.append(1 / exact)
@@ -86,15 +89,14 @@ class Piece:
 
     lines: list[tuple[int, str]] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
-    columns: tuple[bool, ...] = ()
+    columns: tuple[bool, ...] = ()  # of a row: whose heads name a unit
 
     def numbers(self) -> Iterator[tuple[int, Number]]:
         """Line and number of every measured number."""
-        if self.columns or self.lines[0][1].lstrip().startswith("|"):
+        if self.columns:
             line, text = self.lines[0]
             for i, cell in enumerate(cells(text)):
-                whole = i < len(self.columns) and self.columns[i]
-                yield from ((line, number) for _, number in measured(cell, whole))
+                yield from ((line, number) for _, number in measured(cell, self.columns[min(i, len(self.columns) - 1)]))
             return
         starts, text = [], ""
         for line, part in self.lines:
@@ -165,7 +167,8 @@ def pieces(page: str) -> Iterator[Piece]:
     shared: list[Marker] = []
     columns: tuple[bool, ...] = ()
     piece: Piece | None = None
-    for i, (line, original) in enumerate(zip(text.splitlines(), page.splitlines(), strict=True)):
+    lines = text.splitlines()
+    for i, (line, original) in enumerate(zip(lines, page.splitlines(), strict=True)):
         if not original.strip():
             if piece is not None:
                 yield piece
@@ -174,13 +177,12 @@ def pieces(page: str) -> Iterator[Piece]:
         if not line.strip() and piece is None and i in markers:
             shared += markers[i]
             continue
-        row = line.lstrip().startswith("|")
-        if piece is None or row or re.match(r"\s*([*+-]|\d+\.|#+|:)\s", line):
+        if piece is None and _RULE.match(lines[i + 1] if i + 1 < len(lines) else ""):
+            columns = tuple(bool(_IN_HEADER.search(cell)) for cell in cells(line))
+        if piece is None or columns or re.match(r"\s*([*+-]|\d+\.|#+|:)\s", line):
             if piece is not None:
                 yield piece
-            if row and piece is None:
-                columns = tuple(bool(_IN_HEADER.search(cell)) for cell in cells(line))
-            piece = Piece(markers=list(shared), columns=columns if row else ())
+            piece = Piece(markers=list(shared), columns=columns)
         piece.lines.append((i + 1, line))
         piece.markers += markers.get(i, [])
     if piece is not None:
@@ -189,12 +191,13 @@ def pieces(page: str) -> Iterator[Piece]:
 
 @cache
 def verified() -> dict[str, list[float]]:
-    """What docs/verification.md says of each of its rows: value, reference and tolerance."""
+    """What docs/verification.md says of each of its rows: value, reference (unless it comes from the page itself), tolerance."""
     rows: dict[str, list[float]] = {}
     for line in (ROOT / GENERATED["verify"]).read_text().splitlines():
         row = cells(line)
         if len(row) == 7 and row[6] in ("yes", "**no**"):
-            rows.setdefault(row[0].replace(r"\|", "|"), []).extend(float(cell) for cell in (row[1], row[2], row[4]) if cell)
+            stated = row[1], "" if row[5] == PAGE else row[2], row[4]
+            rows.setdefault(row[0].replace(r"\|", "|"), []).extend(float(cell) for cell in stated if cell)
     return rows
 
 
@@ -220,7 +223,7 @@ def _of_test(body: str) -> list[float] | str:
     if not name or not functions:
         return f"{path} has no test {name!r}"
     test = functions[0]
-    if not any(isinstance(part, ast.Assert) or "raises" in ast.dump(part) for part in ast.walk(test)):
+    if not any(isinstance(part, ast.Assert) or getattr(part, "attr", "").startswith("assert_") for part in ast.walk(test)):
         return f"{body} asserts nothing"
     used = {part.id for part in ast.walk(test) if isinstance(part, ast.Name)}
     named = [
@@ -242,7 +245,7 @@ def _of_generated(kind: str, body: str) -> list[float] | str:
             heading = line
         held = cells(line)[0] == key if title and line.startswith("|") else not title and key in line
         if held and title in heading:
-            values += [float(_read(found, False).value) for found in _NUMBER.finditer(line)]
+            values += [float(number.value) / (100 if number.percent else 1) for _, number in measured(line, whole=True)]
     return values or f"{GENERATED[kind]} has no line {body!r}"
 
 
