@@ -27,18 +27,18 @@ ABOUT = (
 LEVELS = [1.0, 5.0, 20.0, 50.0, 80.0, 100.0]
 # Displacement peaks by preload, at each of LEVELS: Hz, µm.
 DISPLACEMENT = {
-    2.6: ((536.8, 0.526), (534.0, 1.495), (528.9, 2.708), (514.2, 3.436), (474.6, 5.625), (434.9, 8.109)),
+    2.6: ((536.8, 0.526), (534.0, 1.495), (528.9, 2.708), (514.1, 3.436), (474.7, 5.625), (434.9, 8.109)),
     4.6: ((551.7, 0.478), (550.2, 1.461), (543.4, 3.368), (541.5, 4.514), (528.6, 5.162), (518.1, 5.724)),
-    6.6: ((552.4, 0.468), (551.9, 1.640), (546.8, 3.747), (539.4, 5.674), (537.8, 6.679), (533.3, 7.118)),
+    6.6: ((552.4, 0.468), (551.9, 1.640), (546.8, 3.747), (539.4, 5.674), (537.7, 6.679), (533.3, 7.118)),
 }
 # Acceleration peaks at 4.6 kg, at each of LEVELS: Hz, m/s².
-ACCELERATION = ((551.7, 5.739), (550.6, 17.47), (544.5, 39.34), (552.2, 53.56), (564.6, 60.93), (569.8, 65.39))
+ACCELERATION = ((551.7, 5.739), (550.6, 17.47), (544.5, 39.34), (552.1, 53.56), (564.6, 60.93), (569.8, 65.39))
 # Displacement peaks at 4.6 kg by number of harmonics, at 20 and at 80 N: Hz, µm.
 HARMONICS = {
-    3: ((543.4, 3.365), (526.8, 5.174)),
+    3: ((543.5, 3.365), (526.8, 5.174)),
     7: ((543.4, 3.371), (529.7, 5.163)),
     11: ((543.2, 3.306), (531.4, 5.158)),
-    21: ((543.6, 3.300), (533.9, 5.148)),
+    21: ((543.7, 3.300), (533.9, 5.148)),
 }
 
 
@@ -75,7 +75,7 @@ def accelerations(rig: Problem) -> Iterator[Row]:
     ((_, top),) = highest(forced_response(rig, hertz(500.0, 600.0), 80.0, quantity="acceleration"))
     ((frequency, amplitude),) = highest(forced_response(rig, hertz(500.0, 600.0), 80.0))
     below = 1.0 - amplitude * (2.0 * np.pi * frequency) ** 2 / top
-    yield absolute("4.6 kg, 80 N: acceleration at the displacement peak, below its own peak", below, 0.065, 2e-3, PAGE)
+    yield absolute("4.6 kg, 80 N: acceleration at the displacement peak, below its own peak", below, 0.0655, 2e-3, PAGE)
     ((frequency, _),) = highest(forced_response(rig, hertz(500.0, 600.0), 80.0, harmonics=21, quantity="acceleration"))
     yield relative("4.6 kg, 80 N, 21 harmonics: acceleration peak, Hz", frequency, 568.6, 1e-3, PAGE)
 

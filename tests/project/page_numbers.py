@@ -268,6 +268,18 @@ def _meant(marker: Marker) -> list[float] | list[Number] | str:
     return _of_generated(marker.kind, marker.body) if marker.kind in KINDS else f"a marker is one of {', '.join(KINDS)}"
 
 
+def _torn(page: str) -> Iterator[int]:
+    """Lines that begin with a marker in the middle of a paragraph: Markdown ends the paragraph there."""
+    lines = [""] + [line.strip() for line in _FENCE.sub(_blank, page).splitlines()] + [""]
+    for i, line in enumerate(lines):
+        if line.startswith("<!--"):
+            alone = not _COMMENT.sub("", line).strip()
+            first, last = (not before or before.startswith("<!--") for before in (lines[i - 1], lines[i + 1]))
+            ends = last or bool(re.match(r"([*+-]|\d+\.)\s", lines[i + 1]))
+            if not (alone and (first or ends)):
+                yield i
+
+
 def _covers(meant: float | Number, number: Number) -> bool:
     if isinstance(meant, Number):
         return (number.value, number.half) == (meant.value, meant.half)
@@ -276,7 +288,7 @@ def _covers(meant: float | Number, number: Number) -> bool:
 
 def faults(page: str, name: str = "page") -> list[str]:
     """Every measured number that no marker answers for, and every marker that names nothing or answers for no number."""
-    found: list[str] = []
+    found = [f"{name}:{line}: a line that begins with a marker tears its paragraph" for line in _torn(page)]
     meant: dict[Marker, list[float] | list[Number] | str] = {}
     used: dict[Marker, set[float | Number]] = {}
     for piece in pieces(page):
