@@ -4,7 +4,7 @@
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
-# make verify   every promised number into results/verify.json and docs/verification.md
+# make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
 # make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
 
@@ -65,6 +65,7 @@ robustness: setup
 verify: export OPENBLAS_NUM_THREADS = 1
 verify: setup
 	$(BIN)/python -m verify
+	$(BIN)/python -m pytest -m verify
 
 # Beside pyHarm, which goes into an environment of its own under build/; writes results/bench.json and docs/benchmarks.md.
 bench: setup
