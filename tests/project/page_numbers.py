@@ -46,8 +46,8 @@ _NUMBER = re.compile(
 )
 _PERCENT = r"%|per ?cent\b"
 _UNITS = (
-    r"rad/s|kHz|Hz|[mµun]m/N|m/s/N|N/[µm]?m|nm|µm|um|mrad|[mµ]?J|[MG]Pa|[MG]i?B|"
-    r"[mµ]s|s(?!\w)|milliseconds?|seconds?|minutes?|hours?|times"
+    r"rad/s|kHz|Hz|[mµun]m/N|m/s/N|[kMG]?N/[µm]?m|nm|µm|um|mrad|[mµ]?J|[MG]Pa|[MG]i?B|"
+    r"[mµ]s|s(?!\w)|milliseconds?|seconds?|min(?:utes?)?|hours?|times"
 )
 _UNIT = re.compile(rf"\s*(?:(?P<percent>{_PERCENT})|(?:{_UNITS})(?![\w/]))")
 _IN_HEADER = re.compile(rf"(?<![\w/])(?:{_UNITS})(?![\w/])")
