@@ -51,7 +51,7 @@ class StepControl:
     straight: float = 0.05
     reversed: float = -0.95
     sideways: float = np.inf
-    points: int = 4000
+    points: int = 8000
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
