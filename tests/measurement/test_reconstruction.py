@@ -63,8 +63,8 @@ def test_rotation_from_two_lasers(cycle):
 @pytest.mark.parametrize("friction", [FRICTION, (0.14, 0.13, 0.25)])
 @pytest.mark.parametrize("move", [out_of_phase, in_phase])
 def test_rolling_and_translation_at_the_right(friction, move):
-    """Slip ds - dr is what the contact of a computed cycle moves, its normal deformation being known; the axis of the cylinder,
-    7 mm from the mass centre, goes by ds, and dr is radius times rotation. With friction 0.45 the damper rolls, else it slides."""
+    """Slip ds - dr is what the contact of a computed cycle moves, its normal deformation known; the axis of the cylinder,
+    7 mm from the mass centre, goes by ds, and dr is radius times rotation. With friction 0.45 it rolls, else it slides."""
     rig = laboratory_damper(37.0, 80.0, friction)
     data = damper_cycle(rig, move(30e-6), steps=400).dataset
     x, y, turn = data.damper_motion.values.T

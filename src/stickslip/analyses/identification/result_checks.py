@@ -30,7 +30,7 @@ LAG_ALLOWED = 5e-3
 """Standard deviation [s] of a lag that is looked for in a fit without one."""
 
 STRAINED = 3.0
-"""Gain error found, in standard deviations stated for it, from which a scale or the geometry is doubted."""
+"""Gain error or zero found, in standard deviations stated for it, from which a scale, the geometry or the zero is doubted."""
 
 SEEN = 3e-3
 """Angle of the first harmonic [rad] from which a lag of the forces is reported: 0.1 ms at 5 Hz."""
@@ -129,6 +129,21 @@ def strained_gains(fit: DamperFit, computed: Array) -> tuple[str, ...]:
     )
 
 
+def strained_zeros(fit: DamperFit, computed: Array) -> tuple[str, ...]:
+    """Which cells fit only with a zero that its stated error hardly allows."""
+    zeros, said = fit.zeros(computed, fit.chain(computed)), []
+    for case, of_case in zip(fit.cases, zeros, strict=True):
+        for c, zero in zip(fit.forces, of_case, strict=True):
+            name = fit.channels[c]
+            stated = fit.errors.with_zeros(case.zero_errors).zero_of(name)
+            if stated > 0.0 and abs(zero) > STRAINED * stated:
+                said.append(
+                    f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. Where the zeros "
+                    f"of the cells are not known, give a load removal, or in `errors` as much as they may be off (zero_{name[-1]})."
+                )
+    return tuple(said)
+
+
 def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     """A lag of the forces that matters: corrected where it was fitted, stated where `errors.lag` of 0 excludes it."""
     computed = fit.predicted(theta)
@@ -155,7 +170,7 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     """What must be known of the result; a fit that explains the loops badly is refused."""
     computed = fit.predicted(theta)
     assert computed is not None
-    found, said = misfits(fit, computed), list(strained_gains(fit, computed))
+    found, said = misfits(fit, computed), [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
     table = synthesis(200, (fit.data.shape[2] - 1) // 2)
     for k, case in enumerate(fit.cases):
         for c, channel in enumerate(fit.channels):
