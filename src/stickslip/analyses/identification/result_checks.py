@@ -139,7 +139,7 @@ def strained_zeros(fit: DamperFit, computed: Array) -> tuple[str, ...]:
             if stated > 0.0 and abs(zero) > STRAINED * stated:
                 said.append(
                     f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. Where the zeros "
-                    f"of the cells are not known, give a load removal, or in `errors` as much as they may be off (zero_{name[-1]})."
+                    f"of the cells are not known, give a load removal, or in `errors` what they may be off by (zero_{name[-1]})."
                 )
     return tuple(said)
 
