@@ -36,5 +36,11 @@ def as_plain_text(app: Any, what: str, name: str, item: Any, options: Any, lines
             lines[i] = "".join(f"`{part}`\\ " if k % 2 else re.sub(r"([*|_\\\\])", r"\\\1", part) for k, part in enumerate(parts))
 
 
+def without_markers(app: Any, name: str, source: list[str]) -> None:
+    """Comments that say what computes a number (CONTRIBUTING.md) stay out of the built pages."""
+    source[0] = re.sub(r" ?<!--.*?-->", "", source[0], flags=re.S)
+
+
 def setup(app: Any) -> None:
+    app.connect("source-read", without_markers)
     app.connect("autodoc-process-docstring", as_plain_text)

@@ -1,0 +1,298 @@
+"""Measured numbers on the hand-written pages, and the markers that name what computes them: the rules stand in CONTRIBUTING.md.
+
+A page is read in pieces (a paragraph, a list item, a row of a table), and `faults` compares the numbers of each with its markers.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+# What commands write: these pages need no markers, since nobody can change a number on them.
+GENERATED = {
+    "verify": "docs/verification.md",
+    "variability": "docs/variability_numbers.md",
+    "robustness": "docs/robustness.md",
+    "bench": "docs/benchmarks.md",
+    "study": "docs/study_reference.md",
+}
+STATED = ("given", "published")
+KINDS = ("verify", "test", "variability", "robustness", "bench", *STATED)
+
+_COMMENT = re.compile(r"<!--(.*?)-->", re.S)
+_MARKER = re.compile(r"\s*(\w+):\s*(.*?)\s*$", re.S)
+_FENCE = re.compile(r"^ *(```+|:::+).*?^ *\1 *$", re.S | re.M)
+# A formula that is only a power of ten is a number; all others are formulas.
+_POWER = re.compile(r"\$\s*(?:(\d+(?:\.\d+)?)\s*\\cdot\s*)?10\^\{?(-?\d+)\}?\s*\$")
+_NOT_TEXT = (
+    re.compile(r"\A---\n.*?^---$", re.S | re.M),  # front matter
+    re.compile(r"(`+)(?!`).+?(?<!`)\1(?!`)", re.S),  # code
+    re.compile(r"\$\$.*?\$\$|\$[^$\n]+\$", re.S),  # formulas
+    re.compile(r"(?<=\])\([^()\s]*(?:\([^()]*\)[^()\s]*)?\)|<https?://[^>]*>"),  # targets of links
+)
+_SUPERSCRIPTS = str.maketrans("⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹", "-+0123456789")
+_NUMBER = re.compile(
+    r"(?<![\w.])(?P<digits>\d+(?:\.\d+)?|\.\d+)(?P<power>e[-+]?\d+|(?:\s?[·×]\s?)10[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+    r"(?P<reciprocal>st|nd|rd|th)?(?!\.?\d|\w|[⁻⁰¹²³⁴⁵⁶⁷⁸⁹])|(?<![\w.·×])(?P<ten>10[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
+)
+_PERCENT = r"%|per ?cent\b"
+_UNITS = (
+    r"rad/s|kHz|Hz|[mµun]m/N|m/s/N|N/[µm]?m|nm|µm|um|mrad|[mµ]?J|[MG]Pa|[MG]i?B|"
+    r"[mµ]s|s(?!\w)|milliseconds?|seconds?|minutes?|hours?|times"
+)
+_UNIT = re.compile(rf"\s?(?:(?P<percent>{_PERCENT})|(?:{_UNITS})(?![\w/]))")
+_IN_HEADER = re.compile(rf"(?<![\w/])(?:{_UNITS})(?![\w/])")
+_JOIN = re.compile(r"\s*(?:,|,? ?to|,? ?and|,? ?or|–|±|against|instead of)\s*[-−]?\Z")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number as it stands on a page: exact value, half a unit of its last digit."""
+
+    text: str
+    value: Fraction
+    half: Fraction
+    percent: bool = False
+    reciprocal: bool = False
+
+    def agrees(self, computed: float) -> bool:
+        """Whether it is this value rounded to its digits; the unit may have another prefix (10³, 10⁻⁶, ...), or be per cent."""
+        exact = abs(Fraction(computed))
+        factors = [Fraction(100), Fraction(1)] if self.percent else [Fraction(1000) ** k for k in range(-4, 5)]
+        values = [exact * factor for factor in factors]
+        if self.reciprocal and exact:
+            values.append(1 / exact)
+        return any(abs(self.value - value) <= self.half * (1 + Fraction(1, 10**9)) for value in values)
+
+
+@dataclass(frozen=True)
+class Marker:
+    """What a comment of a page says: where its numbers are computed, or which numbers were given or published."""
+
+    line: int
+    kind: str
+    body: str
+
+
+@dataclass
+class Piece:
+    """A paragraph, list item or row: its lines with numbers in their places, and the markers that hold for it."""
+
+    lines: list[tuple[int, str]] = field(default_factory=list)
+    markers: list[Marker] = field(default_factory=list)
+    columns: tuple[bool, ...] = ()
+
+    def numbers(self) -> Iterator[tuple[int, Number]]:
+        """Line and number of every measured number."""
+        if self.columns or self.lines[0][1].lstrip().startswith("|"):
+            line, text = self.lines[0]
+            for i, cell in enumerate(cells(text)):
+                whole = i < len(self.columns) and self.columns[i]
+                yield from ((line, number) for _, number in measured(cell, whole))
+            return
+        starts, text = [], ""
+        for line, part in self.lines:
+            starts.append((len(text), line))
+            text += part + "\n"
+        for place, number in measured(text):
+            yield max(entry for entry in starts if entry[0] <= place)[1], number
+
+
+def cells(row: str) -> list[str]:
+    """The cells of a row of a table."""
+    return [cell.strip() for cell in re.split(r"(?<!\\)\|", row.strip().strip("|"))]
+
+
+def _read(found: re.Match[str], percent: bool = False) -> Number:
+    digits = found["digits"] or "1"
+    power = (found["power"] or found["ten"] or "0").translate(_SUPERSCRIPTS)
+    scale = Fraction(10) ** int(re.sub(r"^(e|\s?[·×]\s?10|10)", "", power) or 0)
+    half = Fraction(1, 2) * Fraction(10) ** -len(digits.partition(".")[2]) * scale
+    return Number(found[0], Fraction(digits) * scale, half, percent, bool(found["reciprocal"]))
+
+
+def measured(text: str, whole: bool = False) -> list[tuple[int, Number]]:
+    """Place and number of what counts as measured: with decimal point, exponent, per cent, ordinal or unit; all when `whole`.
+
+    In a list ("503 to 529 Hz") the unit at the end is that of every number before it.
+    """
+    found = list(_NUMBER.finditer(text))
+    numbers: list[tuple[int, Number]] = []
+    unit, percent, behind = False, False, len(text)
+    for match in reversed(found):
+        own = _UNIT.match(text, match.end())
+        if own is not None:
+            unit, percent = True, own["percent"] is not None
+        elif not _JOIN.match(text[match.end() : behind]):
+            unit, percent = False, False
+        behind = match.start()
+        number = _read(match, percent)
+        if whole or unit or "." in number.text or match["power"] or match["ten"] or number.reciprocal:
+            numbers.append((match.start(), number))
+    return numbers[::-1]
+
+
+def _blank(match: re.Match[str]) -> str:
+    """Spaces in place of text, so that lines and places stay."""
+    return re.sub(r"[^\n]", " ", match[0])
+
+
+def _power(match: re.Match[str]) -> str:
+    return f"{match[1] or 1}e{match[2]}".ljust(len(match[0]))
+
+
+def pieces(page: str) -> Iterator[Piece]:
+    """The pieces of a page, without code, formulas and targets of links.
+
+    A marker on a line of its own above a table, a list or a paragraph holds for all of it.
+    """
+    page = _FENCE.sub(_blank, page)
+    markers: dict[int, list[Marker]] = {}
+    for comment in _COMMENT.finditer(page):
+        said = _MARKER.match(comment[1])
+        line = page.count("\n", 0, comment.start())
+        if said is not None:
+            markers.setdefault(line, []).append(Marker(line + 1, said[1], re.sub(r"\s+", " ", said[2])))
+    text = _POWER.sub(_power, _COMMENT.sub(_blank, page))
+    for pattern in _NOT_TEXT:
+        text = pattern.sub(_blank, text)
+    shared: list[Marker] = []
+    columns: tuple[bool, ...] = ()
+    piece: Piece | None = None
+    for i, (line, original) in enumerate(zip(text.splitlines(), page.splitlines(), strict=True)):
+        if not original.strip():
+            if piece is not None:
+                yield piece
+            piece, shared, columns = None, [], ()
+            continue
+        if not line.strip() and piece is None and i in markers:
+            shared += markers[i]
+            continue
+        row = line.lstrip().startswith("|")
+        if piece is None or row or re.match(r"\s*([*+-]|\d+\.|#+|:)\s", line):
+            if piece is not None:
+                yield piece
+            if row and piece is None:
+                columns = tuple(bool(_IN_HEADER.search(cell)) for cell in cells(line))
+            piece = Piece(markers=list(shared), columns=columns if row else ())
+        piece.lines.append((i + 1, line))
+        piece.markers += markers.get(i, [])
+    if piece is not None:
+        yield piece
+
+
+@cache
+def verified() -> dict[str, list[float]]:
+    """What docs/verification.md says of each of its rows: value, reference and tolerance."""
+    rows: dict[str, list[float]] = {}
+    for line in (ROOT / GENERATED["verify"]).read_text().splitlines():
+        row = cells(line)
+        if len(row) == 7 and row[6] in ("yes", "**no**"):
+            rows.setdefault(row[0].replace(r"\|", "|"), []).extend(float(cell) for cell in (row[1], row[2], row[4]) if cell)
+    return rows
+
+
+def _of_verify(body: str) -> list[float] | str:
+    pattern = re.compile(".*".join(map(re.escape, body.split("*"))))
+    rows = [values for name, values in verified().items() if pattern.fullmatch(name)]
+    return [value for row in rows for value in row] or f"{GENERATED['verify']} has no row {body!r}"
+
+
+def _literals(node: ast.AST) -> Iterator[float]:
+    for part in ast.walk(node):
+        if isinstance(part, ast.Constant) and isinstance(part.value, (int, float)) and not isinstance(part.value, bool):
+            yield float(part.value)
+
+
+def _of_test(body: str) -> list[float] | str:
+    """The numbers in a test, its decorators and the constants of its file that these name."""
+    path, _, name = body.partition("::")
+    if not (ROOT / path).is_file():
+        return f"there is no file {path}"
+    tree = ast.parse((ROOT / path).read_text())
+    functions = [part for part in ast.walk(tree) if isinstance(part, ast.FunctionDef) and part.name == name.split("::")[-1]]
+    if not name or not functions:
+        return f"{path} has no test {name!r}"
+    test = functions[0]
+    if not any(isinstance(part, ast.Assert) or "raises" in ast.dump(part) for part in ast.walk(test)):
+        return f"{body} asserts nothing"
+    used = {part.id for part in ast.walk(test) if isinstance(part, ast.Name)}
+    named = [
+        part.value
+        for part in tree.body
+        if isinstance(part, (ast.Assign, ast.AnnAssign)) and part.value is not None
+        for target in (part.targets if isinstance(part, ast.Assign) else [part.target])
+        if isinstance(target, ast.Name) and target.id in used
+    ]
+    return [value for node in (test, *named) for value in _literals(node)]
+
+
+def _of_generated(kind: str, body: str) -> list[float] | str:
+    """The numbers of the lines of a generated page that hold the key; "HEADING / FIRST CELL" for one row of one table."""
+    title, _, key = body.rpartition(" / ")
+    heading, values = "", []
+    for line in (ROOT / GENERATED[kind]).read_text().splitlines():
+        if line.startswith(("#", "**")):
+            heading = line
+        held = cells(line)[0] == key if title and line.startswith("|") else not title and key in line
+        if held and title in heading:
+            values += [float(_read(found, False).value) for found in _NUMBER.finditer(line)]
+    return values or f"{GENERATED[kind]} has no line {body!r}"
+
+
+def _stated(marker: Marker) -> list[Number] | str:
+    """The numbers of "4.6, 80 Hz; source"."""
+    listed, _, source = marker.body.partition(";")
+    if marker.kind == "published" and not source.strip():
+        return "the source must follow the numbers, after a semicolon"
+    return [_read(found) for found in _NUMBER.finditer(listed)] or "the numbers themselves must stand in it"
+
+
+def _meant(marker: Marker) -> list[float] | list[Number] | str:
+    """The numbers that a marker answers for, or what is wrong with it."""
+    if marker.kind == "verify":
+        return _of_verify(marker.body)
+    if marker.kind == "test":
+        return _of_test(marker.body)
+    if marker.kind in STATED:
+        return _stated(marker)
+    return _of_generated(marker.kind, marker.body) if marker.kind in KINDS else f"a marker is one of {', '.join(KINDS)}"
+
+
+def _covers(meant: float | Number, number: Number) -> bool:
+    if isinstance(meant, Number):
+        return (number.value, number.half) == (meant.value, meant.half)
+    return number.agrees(meant)
+
+
+def faults(page: str, name: str = "page") -> list[str]:
+    """Every measured number that no marker answers for, and every marker that names nothing or answers for no number."""
+    found: list[str] = []
+    meant: dict[Marker, list[float] | list[Number] | str] = {}
+    used: dict[Marker, set[float | Number]] = {}
+    for piece in pieces(page):
+        meant |= {marker: _meant(marker) for marker in piece.markers if marker not in meant}
+        for line, number in piece.numbers():
+            covering = [
+                (mark, one) for mark in piece.markers for one in meant[mark] if not isinstance(one, str) and _covers(one, number)
+            ]
+            for marker, one in covering:
+                used.setdefault(marker, set()).add(one)
+            if not covering:
+                held = "; ".join(f"{marker.kind}: {marker.body}" for marker in piece.markers)
+                found.append(
+                    f"{name}:{line}: {number.text}: " + (f"not given by {held}" if held else "no marker says what computes it")
+                )
+    for marker, numbers in meant.items():
+        unused = [number.text for number in numbers if isinstance(number, Number) and number not in used.get(marker, ())]
+        if isinstance(numbers, str):
+            found.append(f"{name}:{marker.line}: {marker.kind}: {numbers}")
+        elif unused or marker not in used:
+            found.append(f"{name}:{marker.line}: {marker.kind}: {', '.join(unused) or marker.body}: no such number in its piece")
+    return found
