@@ -119,6 +119,9 @@ def test_loops_with_the_errors_of_a_rig(truths):
         assert low < value < high
     assert sum(low <= TRUTH[name] <= high for name, (low, high) in found.intervals.items()) >= 4
     assert found.dataset.misfit.sel(channel="force_x").max() < 0.05
+    assert float(found.dataset.lag) == 0.0
+    assert abs(found.dataset.attrs["lag_seen"]) < 1e-4
+    assert any(line.startswith("lag    none") for line in str(found).splitlines())
     for figure in ("", "residuals", "posterior"):
         assert found.plot(figure=figure).axes
 
@@ -145,6 +148,7 @@ def test_no_interval_is_given_where_the_refits_failed(truths):
     scattered = theta + 0.01 * np.random.default_rng(0).normal(size=(20, theta.size))
     chain = {"lags": np.full(20, 1e-4), "zeros": np.full((20, 2, 2), 0.5)}
     kept = {"theta": theta, "replicates": scattered, "law": np.array(0), "held_out": np.array([])} | chain
+    kept["lag_prior"] = np.array([5e-3, 0.001])
     for counts, words in (((12, 500, 0), "12 of 32 refits"), ((0, 1193, 152), "152 of 1193 cycles")):
         found = work.identification(kept | {"counts": np.array(counts)})
         assert all(np.isnan(ends).all() for ends in found.intervals.values())
@@ -214,7 +218,7 @@ def test_the_lag_of_the_forces_is_found(truths, lag):
         synthetic_record(truth, RigErrors(), seed=7, lag=1e-3 * lag, frequency=frequencies[name], name=name)
         for name, truth in truths.items()
     ]
-    fit = IdentificationWork((*map(whole_cycles, loops),), UNKNOWN_RIG).fit
+    fit = IdentificationWork((*map(whole_cycles, loops),), UNKNOWN_RIG, errors=RigErrors(lag=5e-3)).fit
     theta = np.log([TRUTH[p.name] for p in fit.unknowns])
     assert 1e3 * fit.chain(fit.predicted(theta)).lag == pytest.approx(lag, abs=0.02)
     back = [whole_cycles(one).without_lag(1e-3 * lag).channel("force_x") for one in loops]

@@ -22,7 +22,8 @@ class RigErrors:
 
     Defaults follow Gola and Gastaldi (ASME GT2014-25240): cell 1 %, linearity 2 % (1 N, here a bound of two deviations),
     calibration at load removal 0.7 to 0.9 N, laser 0.08 µm, rotation and contact motion 5 %. The noise of a force sample is
-    this project's, and so is that of the lag; 0 takes forces and motions for synchronous. `zero_x`, `zero_y`: of the cells of
+    this project's. `lag` None: looked for, and fitted where it is more than gradual slip looks like; 0: forces and motions are
+    synchronous; else always fitted. `zero_x`, `zero_y`: of the cells of
     force_x and force_y, where they differ from `zero`; for a cell whose zero is not known give as much as it may be off.
     """
 
@@ -34,7 +35,7 @@ class RigErrors:
     motion_gain: float = 0.05
     zero_x: float | None = None
     zero_y: float | None = None
-    lag: float = 2e-3
+    lag: float | None = None
     calibration: float = 0.04
 
     def __post_init__(self) -> None:

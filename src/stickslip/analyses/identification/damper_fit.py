@@ -149,6 +149,10 @@ class DamperFit:
         drives = tuple(_drive(case, drive.shape[0]) for case, drive in zip(cases, self.drives, strict=True))
         return replace(self, cases=tuple(cases), drives=drives, data=data)
 
+    def with_lag(self, prior: float) -> DamperFit:
+        """A copy whose forces lag behind the motions with this standard deviation [s]; 0: not at all."""
+        return replace(self, errors=replace(self.errors, lag=prior))
+
     def with_law(self, law: str) -> DamperFit:
         """A copy whose lines follow another law, with what that has unknown."""
         own = tuple(Parameter(name, *BOUNDS[name]) for name in LINE_LAWS[law][1])
@@ -206,7 +210,7 @@ class DamperFit:
     def chain(self, computed: Array) -> MeasuringChain:
         """The most likely gains and lag. Each is found with the other held: they hardly depend on each other, for a lag changes
         every harmonic at right angles to what a gain does."""
-        if self.errors.lag == 0.0:
+        if not self.errors.lag:
             return MeasuringChain(self._gains(computed), 0.0)
         forces, lag, most = self.forces, 0.0, MOST_LAG * 2.0 * np.pi / float(self._omega.max())
         weight, prior = 1.0 / self.spread[:, forces] ** 2, 1.0 / self.errors.lag**2
@@ -243,7 +247,7 @@ class DamperFit:
         chain = self.chain(computed)
         left = (self.data - self.recorded(computed, chain)) / self.spread
         scale = np.array([max(self.errors.gain(name), 1e-9) for name in self.channels])
-        return np.concatenate([left.ravel(), chain.gains / scale, [chain.lag / max(self.errors.lag, 1e-9)]])
+        return np.concatenate([left.ravel(), chain.gains / scale, [chain.lag / (self.errors.lag or 1.0)]])
 
     def cost(self, theta: Array) -> float:
         """Half the sum of squared residuals."""

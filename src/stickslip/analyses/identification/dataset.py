@@ -93,7 +93,7 @@ def identification_dataset(
         "title": "Contact parameters",
         "analysis": "identification",
         "law": fit.law,
-        "lag_fitted": int(fit.errors.lag > 0.0),
+        "lag_fitted": int(bool(fit.errors.lag)),
         "warnings": "\n".join(warnings),
     }
     return xr.Dataset(variables, labels, said)
@@ -125,7 +125,11 @@ def misfits(fit: DamperFit, computed: Array) -> Array:
 def chain_sentences(dataset: xr.Dataset) -> list[str]:
     """The lag of the forces, where it was fitted, and the zeros of the cells that were left in the loops, with 95 % intervals."""
     lag, error = 1e3 * float(dataset["lag"]), 1e3 * float(dataset["lag_error"])
-    rows = [f"lag    {_with_interval(lag, error, ' ms')} of the forces behind the motions"] if dataset.attrs["lag_fitted"] else []
+    seen, rows = 1e3 * float(dataset.attrs["lag_seen"]), []
+    if dataset.attrs["lag_fitted"]:
+        rows.append(f"lag    {_with_interval(lag, error, ' ms')} of the forces behind the motions")
+    elif np.isfinite(seen):
+        rows.append(f"lag    none of the forces behind the motions was fitted ({seen:.2f} ms would be, as gradual slip may look)")
     for case in dataset["case"].values:
         one = dataset.sel(case=case)
         cells = [str(name) for name in one["channel"].values if str(name).startswith("force")]

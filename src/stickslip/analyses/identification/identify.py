@@ -39,6 +39,13 @@ NEXT_TO_NOTHING = 0.05
 FIRST_GAPS = 0.3
 """Where the search of a microslip law begins (`line_laws.py`)."""
 
+LAG_PRIOR = 5e-3
+"""Standard deviation [s] of a lag that is looked for."""
+
+GRADUAL = 6e-3
+"""Angle of the first harmonic [rad] by which forces lag or lead where contacts slip more gradually than the law that is fitted
+(0.2 ms at 5 Hz; up to half of it was measured): a lag is fitted from there on."""
+
 CLOSE = 1.1
 """A simpler law is kept while its error on loops held out is below this times the smallest."""
 
@@ -189,10 +196,14 @@ class IdentificationWork:
     def solve(self, case: int, tell: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         found = clues(self.cases, self.damper, self.errors)
-        coarse = self.fit.steps(COARSE)
-        starts = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: tell(0.5 * share))
-        best, others = _fitted(self.fit, starts)
-        fits = {law: self.fit.with_law(law) for law in LINE_LAWS if law in self.laws}
+        fit, seen = self.fit, np.nan
+        best, others = self._searched(fit, found, lambda share: tell(0.4 * share))
+        if self.errors.lag is None:
+            seen = _lag_seen(fit, best)
+            if abs(seen) * 2.0 * np.pi * max(case.frequency for case in self.cases) > GRADUAL:
+                fit = fit.with_lag(LAG_PRIOR)
+                best, others = self._searched(fit, found, lambda share: tell(0.4 + 0.1 * share))
+        fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
         law = next(law for law in fits if not errors or errors[law] <= CLOSE * min(errors.values()))
@@ -202,13 +213,19 @@ class IdentificationWork:
         number, counts = np.array(list(LINE_LAWS).index(law)), np.array([again.lost, again.cycles, again.missing])
         held = np.array(list(errors.values()))
         again_too = {"replicates": again.values, "lags": again.lags, "zeros": again.zeros, "counts": counts}
-        return {"theta": thetas[law], **again_too, "law": number, "held_out": held}
+        lag = np.array([fit.errors.lag or 0.0, seen])
+        return {"theta": thetas[law], **again_too, "law": number, "held_out": held, "lag_prior": lag}
+
+    def _searched(self, fit: DamperFit, found: Clues, tell: Callable[[float], object]) -> tuple[Array, Array]:
+        """The best of the whole range, and other minima that are about as good."""
+        return _fitted(fit, _searched(fit.steps(COARSE), found, self.population, self.generations, self.seed, tell))
 
     def identification(self, arrays: Arrays) -> Identification:
         """The result from the arrays of `solve`."""
         theta, replicates = np.asarray(arrays["theta"]), np.asarray(arrays["replicates"])
         law = list(LINE_LAWS)[int(arrays["law"])]
-        fit = self.fit.with_law(law)
+        prior, seen = map(float, arrays["lag_prior"])
+        fit = self.fit.with_lag(prior).with_law(law)
         lost, cycles, missing = map(int, arrays["counts"])
         again = Refits(replicates, lost, cycles, missing, np.asarray(arrays["lags"]), np.asarray(arrays["zeros"]))
         scatter, lag_error, zero_errors = again.errors(theta)
@@ -218,12 +235,13 @@ class IdentificationWork:
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
         said = (sentence for case in self.cases for sentence in case.warnings)
         counted = (sentence for sentence in (again.refusal, again.remark) if sentence)
-        late = lag_remarks(fit, theta, lag_error)
+        late = lag_remarks(fit, theta, lag_error) if prior or self.errors.lag is not None else ()
         warnings = (*counted, *said, *late, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
             enough = len(replicates) > 1
             correlation = np.atleast_2d(np.corrcoef(replicates.T)) if enough else np.full((theta.size, theta.size), np.nan)
         dataset = identification_dataset(fit, theta, intervals, replicates, (lag_error, zero_errors), warnings)
+        dataset.attrs["lag_seen"] = seen
         several = [one for one in LINE_LAWS if one in self.laws] if len(self.laws) > 1 else []
         errors = dict(zip(several, map(float, arrays["held_out"]), strict=True))
         dataset = with_slip(dataset, fit, self.damper, float(fit.values(theta)["kn"][-1]))
@@ -231,6 +249,13 @@ class IdentificationWork:
             dataset = with_laws(dataset, errors)
         found = clues(self.cases, self.damper, self.errors)
         return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset, law, errors)
+
+
+def _lag_seen(fit: DamperFit, theta: Array) -> float:
+    """The lag [s] that fits best with contacts fitted anew, from those without one."""
+    free = fit.steps(COARSE).with_lag(LAG_PRIOR)
+    computed = free.predicted(refitted(free, theta, slopes(free, theta)).theta)
+    return 0.0 if computed is None else free.chain(computed).lag
 
 
 def _of_law(fit: DamperFit, macroslip: Array) -> Array:

@@ -225,7 +225,7 @@ def _perturbed(fit: DamperFit, generator: np.random.Generator) -> tuple[list[Cyc
     count = (fit.data.shape[2] - 1) // 2
     table, shared = synthesis(4 * count + 4, count), fit.errors.draw(generator)
     cases = [case.resampled(generator) for case in fit.cases]
-    found, zeros, lag = [], [], fit.errors.lag * float(generator.normal())
+    found, zeros, lag = [], [], fit.errors.lag * float(generator.normal()) if fit.errors.lag else 0.0
     for case in cases:
         fresh, rows = fit.errors.with_zeros(case.zero_errors).draw(generator), []
         for name in fit.channels:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -148,8 +147,8 @@ def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     """A lag of the forces that matters: corrected where it was fitted, stated where `errors.lag` of 0 excludes it."""
     computed = fit.predicted(theta)
     assert computed is not None
-    fitted = fit.errors.lag > 0.0
-    lag = (fit if fitted else replace(fit, errors=replace(fit.errors, lag=LAG_ALLOWED))).chain(computed).lag
+    fitted = bool(fit.errors.lag)
+    lag = (fit if fitted else fit.with_lag(LAG_ALLOWED)).chain(computed).lag
     angle = 2.0 * np.pi * lag * max(case.frequency for case in fit.cases)
     if abs(angle) < SEEN or (fitted and abs(lag) < CERTAINTY * error):
         return ()
