@@ -199,10 +199,12 @@ class IdentificationWork:
         fit, seen = self.fit, np.nan
         best, others = self._searched(fit, found, lambda share: tell(0.4 * share))
         if self.errors.lag is None:
-            seen = _lag_seen(fit, best)
-            if abs(seen) * 2.0 * np.pi * max(case.frequency for case in self.cases) > GRADUAL:
-                fit = fit.with_lag(LAG_PRIOR)
-                best, others = self._searched(fit, found, lambda share: tell(0.4 + 0.1 * share))
+            largest = GRADUAL / (2.0 * np.pi * max(case.frequency for case in self.cases))
+            seen, late = _lag_seen(fit, best), fit.with_lag(LAG_PRIOR)
+            if abs(seen) > largest:
+                there = self._searched(late, found, lambda share: tell(0.4 + 0.1 * share))
+                seen = _lag_of(late, there[0])
+                fit, (best, others) = (late, there) if abs(seen) > largest else (fit, (best, others))
         fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
@@ -254,8 +256,13 @@ class IdentificationWork:
 def _lag_seen(fit: DamperFit, theta: Array) -> float:
     """The lag [s] that fits best with contacts fitted anew, from those without one."""
     free = fit.steps(COARSE).with_lag(LAG_PRIOR)
-    computed = free.predicted(refitted(free, theta, slopes(free, theta)).theta)
-    return 0.0 if computed is None else free.chain(computed).lag
+    return _lag_of(free, refitted(free, theta, slopes(free, theta)).theta)
+
+
+def _lag_of(fit: DamperFit, theta: Array) -> float:
+    """The lag [s] that fits best with given contacts."""
+    computed = fit.predicted(theta)
+    return 0.0 if computed is None else fit.chain(computed).lag
 
 
 def _of_law(fit: DamperFit, macroslip: Array) -> Array:
