@@ -16,7 +16,6 @@ NOT_YET = (
     "contact_stiffness",
     "damper_cycle",
     "disks",
-    "identification",
     "models",
     "performance",
     "single_blade",
