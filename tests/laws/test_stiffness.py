@@ -146,10 +146,10 @@ def test_a_rigid_strip_moved_along_its_line_is_softer_than_across_it():
         area @ np.linalg.solve(matrix, ones)
         for matrix in (0.7 * squares.sum(axis=0), squares[0] + 0.7 * squares[1], 0.7 * squares[0] + squares[1])
     )
+    assert [t_across / normal, t_along / normal] == pytest.approx([0.949, 0.727], abs=1e-3)
     k_tx, k_ty = CYLINDER.tangential_stiffness(N) / CYLINDER.normal_stiffness(N)
     assert k_tx == pytest.approx(t_across / normal, rel=5e-3)
     assert k_ty == pytest.approx(t_along / normal, rel=5e-3)
-    assert t_along < 0.8 * t_across
 
 
 def test_mindlin():

@@ -13,9 +13,7 @@ PAGES = [path for path in sorted((ROOT / "docs").glob("*.md")) if str(path.relat
 NOT_YET = (
     "calculix",
     "choose",
-    "contact_stiffness",
     "damper_cycle",
-    "disks",
     "identification",
     "models",
     "performance",
