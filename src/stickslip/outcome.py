@@ -29,7 +29,7 @@ _SENTENCES = {
         "Newton's method did not converge; smaller steps, more samples or a start where the contacts stick may help."
     ),
     Outcome.NO_STATIC_EQUILIBRIUM: (
-        "No static equilibrium was found with the prescribed start state: the static friction forces that it fixes may be "
+        "With the prescribed start state no static equilibrium was found: the static friction forces that it fixes may be "
         "unable to balance the static load. Use slider offsets, or other ratios."
     ),
     Outcome.BODY_HELD_BY_NOTHING: (

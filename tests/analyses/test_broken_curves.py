@@ -139,7 +139,7 @@ def test_a_curve_without_any_point_names_what_may_be_the_cause():
 @pytest.mark.parametrize(("gap", "force"), [(1e-3, 1e-9), (10.0, 1e-7), (1e3, 1e-7)])
 def test_a_gap_far_wider_than_the_motion_changes_nothing(gap, force):
     """The forces of the gap cancel but for their rounding, which is no residual of the motion: the response is linear."""
-    structure = ss.Structure(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]), ("1.x", "2.x"), damping=ss.ModalDamping(1e-2))
+    structure = ss.Structure(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]), ("1.x", "2.x"), C=0.02 * np.eye(2))
     contact = ss.Contact("c", ss.Gap(0.5, gap=gap), (), ss.between("1.x", "ground"))
     band, load = ss.radians_per_second(0.5, 2.5), (ss.Force("1.x", 1.0),)
     gapped = ss.forced_response(ss.Problem(structure, (contact,), load, ("1.x",)), band, force, harmonics=3)
@@ -161,3 +161,11 @@ def test_only_a_prescribed_start_is_blamed_for_a_static_state_that_is_not_found(
     monkeypatch.setattr(curve, "solve_cold", lambda *_: unsolved)
     assert curve.failure(balance, unsolved) == outcome
     assert "may be" in outcome.sentence
+
+
+def test_a_curve_of_many_points_says_so(monkeypatch):
+    usual = ss.forced_response(ss.rigs.single_mass(), BAND, LEVEL, harmonics=3).dataset
+    assert "points" not in str(usual.case_message.values[0])
+    monkeypatch.setattr(curve, "MANY", usual.sizes["point"] // 2)
+    found = ss.forced_response(ss.rigs.single_mass(), BAND, LEVEL, harmonics=3).dataset
+    assert "points; where a motion is held only weakly, more samples make them fewer" in str(found.case_message.values[0])

@@ -31,6 +31,9 @@ TURNED_BACK = "The curve turned back and left the band through its start."
 PASSED_BY = "The curve has no point inside the band."
 ARRIVED = "The curve reached the end of the band."
 
+MANY = 500
+"""Points of a curve from which on its message says how there may be fewer."""
+
 TRAVEL = 0.3
 """Share of the work that is travelling along a curve, about; the rest is the search for its peaks."""
 
@@ -255,6 +258,8 @@ def _with_peaks(
         found.append(search.peaks(output, measure))
         largest.append(search.peaks(output, in_time, least=0.8))
         progress(TRAVEL + (1.0 - TRAVEL) * (output + 1) / len(outputs))
+    if travel.lost is None and len(points) >= MANY:
+        message += f" It took {len(points)} points; where a motion is held only weakly, more samples make them fewer."
     unsolved = sum(peaks.unsolved for peaks in (*found, *largest))
     if unsolved:
         message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
