@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
@@ -318,7 +319,10 @@ def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Mapping[
 
 
 def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
-    """Why a point could not be solved: the same problem without its dynamic load tells whether the static state exists."""
+    """Why a point could not be solved: the same problem without its dynamic load tells whether the static state is found.
+
+    Where it is not, a prescribed start state is blamed only if there is one; Newton's method may have missed what exists.
+    """
     point = correction.evaluation.point
     still = solve_cold(balance, point.omega, 0.0)
     for attempt in (still, correction):
@@ -327,4 +331,7 @@ def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
             pivots = np.abs(factors.pivots)
             if pivots.min() <= SINGULAR * pivots.max():
                 return Outcome.BODY_HELD_BY_NOTHING
-    return Outcome.NOT_CONVERGED if still.converged else Outcome.NO_STATIC_EQUILIBRIUM
+    if still.converged:
+        return Outcome.NOT_CONVERGED
+    prescribed = bool(np.any(balance.table.start_kind != OFFSET))
+    return Outcome.NO_STATIC_EQUILIBRIUM if prescribed else Outcome.STATIC_NOT_FOUND

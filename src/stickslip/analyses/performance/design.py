@@ -23,6 +23,7 @@ from stickslip.analyses.performance.worst_peak import Worst, searched_peak, wors
 from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
+from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 
@@ -82,7 +83,7 @@ def design_damper(
     quantity: str = "displacement",
     measure: str = "amplitude",
     seed: int = 0,
-    harmonics: int = 3,
+    harmonics: int | Sequence[int] = 3,
     samples: int = 256,
     workers: Workers = 1,
     finished: Finished | None = None,
@@ -274,7 +275,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
         "forces": list(conditions.forces),
         "frictions": list(conditions.frictions),
     }
-    attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
+    attrs |= {"starts": conditions.starts, "harmonics": attribute(conditions.harmonics), "samples": conditions.samples}
     attrs |= replace(conditions.measure, per_force=conditions.per_force).attributes
     attrs |= {"known": work.known, "nearest": records.index(designs.best)}
     data, labels = ({name: described(name, value) for name, value in part.items()} for part in (values, coords))

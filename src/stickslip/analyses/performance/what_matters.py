@@ -19,6 +19,7 @@ from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Arrays, Finished, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.harmonic.orders import attribute
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def what_matters(
     quantity: str = "displacement",
     measure: str = "amplitude",
     seed: int = 0,
-    harmonics: int = 3,
+    harmonics: int | Sequence[int] = 3,
     samples: int = 256,
     workers: Workers = 1,
     finished: Finished | None = None,
@@ -87,7 +88,7 @@ def planned_draws(
     band: Band,
     force: float,
     draws: int,
-    *rest: int,
+    *rest: int | Sequence[int],
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> DrawsWork:
     """The problems to solve, checked; `rest`: output, seed, harmonics, samples."""
@@ -153,5 +154,6 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
         "bound": described("bound", ["low", "high"], "1", "end of an interval"),
     }
     attrs: dict[str, Any] = {"title": "Which parameter matters", "cpu_seconds": cpu_seconds}
-    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "harmonics", "samples")} | work.measure.attributes
+    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measure.attributes
+    attrs["harmonics"] = attribute(work.harmonics)
     return xr.Dataset(data, coords, attrs)
