@@ -161,11 +161,3 @@ def test_only_a_prescribed_start_is_blamed_for_a_static_state_that_is_not_found(
     monkeypatch.setattr(curve, "solve_cold", lambda *_: unsolved)
     assert curve.failure(balance, unsolved) == outcome
     assert "may be" in outcome.sentence
-
-
-def test_a_curve_of_many_points_says_so(monkeypatch):
-    usual = ss.forced_response(ss.rigs.single_mass(), BAND, LEVEL, harmonics=3).dataset
-    assert "points" not in str(usual.case_message.values[0])
-    monkeypatch.setattr(curve, "MANY", usual.sizes["point"] // 2)
-    found = ss.forced_response(ss.rigs.single_mass(), BAND, LEVEL, harmonics=3).dataset
-    assert "points; where a motion is held only weakly, more samples make them fewer" in str(found.case_message.values[0])
