@@ -6,6 +6,7 @@
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
 # make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
+# make measures   how the source is cut up: lengths of functions, helpers used once, constants, arguments
 # make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
 
 PYTHON ?= python3
@@ -33,7 +34,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: test-oldest test-rounding setup bench demo test check format reference docs ci lock clean robustness verify-system verify
+.PHONY: test-oldest test-rounding setup bench demo test check format reference docs ci lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -61,6 +62,9 @@ verify-system: setup
 
 robustness: setup
 	$(BIN)/python -m robustness.run $(CASES)
+
+measures:
+	$(PYTHON) tools/measures.py
 
 verify: export OPENBLAS_NUM_THREADS = 1
 verify: setup
