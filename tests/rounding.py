@@ -88,8 +88,7 @@ def main(which: str, options: list[str]) -> int:
         return 0
     ends = {others[0], others[-1]}
     if which == "part":
-        quick = ["-m", "not slow and not verify and not system", *options]
-        failed = [name for name in others if name in ends and not passes(name, PART, quick)]
+        failed = [name for name in others if name in ends and not passes(name, PART, options)]
     else:
         failed = [name for name in others if not (shows(name) and passes(name, [""] if name in ends else NUMERICAL, options))]
     sys.stdout.write(f"\nRounding of {', '.join(others)} at hand; failed with that of: {', '.join(failed) or 'none'}.\n")
