@@ -40,6 +40,12 @@ COMPILING = Compiling()
 event.register("numba:compile", COMPILING)
 
 
+@pytest.fixture
+def unsaved_figures(monkeypatch):
+    """Figures of a run are drawn, but not written to files, which takes most of the time of a small run."""
+    monkeypatch.setattr("stickslip.plots.files.write_figure", lambda figure, path, suffix: None)
+
+
 def pytest_addoption(parser):
     parser.addoption("--cpu-limit", type=float, metavar="SECONDS", help="fail tests that take more and are not marked slow")
 
