@@ -57,10 +57,16 @@ class Module:
     def imports(self) -> Iterator[tuple[str, str]]:
         """Module and name of everything imported from somewhere, and module and "" of everything imported whole."""
         for node in ast.walk(self.tree):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                yield from ((node.module, each.name) for each in node.names)
+            if isinstance(node, ast.ImportFrom):
+                source = ".".join(filter(None, [self._above(node.level), node.module]))
+                yield from ((source, each.name) for each in node.names)
             elif isinstance(node, ast.Import):
                 yield from ((each.name, "") for each in node.names)
+
+    def _above(self, level: int) -> str:
+        """The package that so many dots at the start of an import name; none name none."""
+        parts = self.name.split(".") + ["__init__"] * (self.path.name == "__init__.py")
+        return ".".join(parts[:-level]) if level else ""
 
     @property
     def constants(self) -> list[str]:

@@ -51,7 +51,7 @@ def step(a, b, c, d, e, f):
     # why it is so
     return a
 ''',
-    "table.py": "from made.law import Law\nfrom made.step import step\n\n\nclass Key:\n    made = Law\n\n\n"
+    "table.py": "from .law import Law\nfrom made.step import step\n\n\nclass Key:\n    made = Law\n\n\n"
     + "def long():\n"
     + "    x = 1\n" * 20,
 }
