@@ -2,7 +2,7 @@
 
 Every run names the tests above the limit that are not; with `--cpu-limit SECONDS` they fail, and the slowest ones are listed.
 Wall time would blame the tests that ran while the machine was busy. Compiling kernels happens once on a machine, in whichever
-test comes first, and is not counted; nor is a child process that nobody has waited for.
+test comes first, and is not counted, but where a child process compiles; nor is a child that nobody has waited for.
 """
 
 import os
