@@ -1,23 +1,17 @@
 """Curves that break off: how far they got, how the rest can be had, and what `at` gives where they did not get."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import stickslip as ss
+from robustness.ill_posed import HELD_BY_FRICTION, structure
+from robustness.problems import random_case
+from robustness.run import HARMONICS, SAMPLES, cause_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve import curve
 from stickslip.solve.continuation import StepControl, trace
 from stickslip.solve.newton import correct, fixed
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from robustness.ill_posed import HELD_BY_FRICTION, structure
-from robustness.problems import random_case
-from robustness.run import HARMONICS, SAMPLES, cause_of
 
 LEVEL = 1.0
 BAND = ss.radians_per_second(0.5, 2.0)
