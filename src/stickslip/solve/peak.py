@@ -9,7 +9,7 @@ the best point by more than the tolerance. What one search has solved serves the
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -45,6 +45,10 @@ class Peaks:
     points: tuple[CurvePoint, ...]
     steps: tuple[int, ...]
     unsolved: int
+
+
+Dips = Callable[[int, int, float], bool]
+"""Whether a curve dips between two segments, by `PROMINENCE` of a height."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,6 +107,15 @@ class _Interval:
             return max(a.amplitude, b.amplitude)
         return a.amplitude + a.slope * (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope)
 
+    @property
+    def trough(self) -> float:
+        """The lower end, or the lowest place of the cubic where the curve falls and rises again."""
+        a, b, da, db = self.low.amplitude, self.high.amplitude, self.low.slope * self.width, self.high.slope * self.width
+        if not da < 0.0 < db:
+            return min(a, b)
+        f = _trough(a, b, da, db)
+        return a + f * (1.0 - f) ** 2 * da - f * f * (1.0 - f) * db + f * f * (3.0 - 2.0 * f) * (b - a)
+
     def bound(self, steepness: float) -> float:
         """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
         return 0.5 * (self.low.amplitude + self.high.amplitude + steepness * self.width)
@@ -148,13 +161,19 @@ def _turns(a: float, b: float, da: float, db: float) -> list[float]:
     return turns if turns[0] > 0.0 and turns[1] < 1.0 else []
 
 
-def _gather(tops: list[list[_Interval]], more: list[_Interval], sizes: Array) -> None:
+def _trough(a: float, b: float, da: float, db: float) -> float:
+    """Fraction at which the cubic through two sizes, of slopes that fall and rise, is lowest."""
+    square, linear = 3.0 * (2.0 * (a - b) + da + db), 2.0 * (3.0 * (b - a) - 2.0 * da - db)
+    # The root that the slope crosses upwards, in the form that loses no digits for a small square term.
+    return -2.0 * da / (linear + float(np.sqrt(linear * linear - 4.0 * square * da)))
+
+
+def _gather(tops: list[list[_Interval]], more: list[_Interval], dips: Dips) -> None:
     """Add tops, in the order of the curve, to the last group, or begin another one where the curve dips before them."""
     for top in more:
         if tops:
             last = tops[-1][-1]
-            between = sizes[last.low.place.segment + 1 : top.low.place.segment + 1]
-            if min(between, default=np.inf) >= (1.0 - PROMINENCE) * min(last.height, top.height):
+            if not dips(last.low.place.segment, top.low.place.segment, min(last.height, top.height)):
                 tops[-1].append(top)
                 continue
         tops.append([top])
@@ -168,7 +187,7 @@ def _hill(intervals: list[_Interval], tops: list[_Interval]) -> list[_Interval]:
     def parted(interval: _Interval, far: _Sample) -> bool:
         if not interval.low.slope <= 0.0 < interval.high.slope:
             return False
-        dips = min(interval.low.amplitude, interval.high.amplitude) < (1.0 - PROMINENCE) * height
+        dips = interval.trough < (1.0 - PROMINENCE) * height
         return dips or far.amplitude > (1.0 + PROMINENCE) * height
 
     first, last = ends
@@ -179,15 +198,13 @@ def _hill(intervals: list[_Interval], tops: list[_Interval]) -> list[_Interval]:
     return intervals[first : last + 1]
 
 
-def _prominent(found: list[_Sample], sizes: Array) -> list[_Sample]:
-    """Maxima between which the curve, of given sizes at its points, dips; of the others only the highest."""
+def _prominent(found: list[_Sample], dips: Dips) -> list[_Sample]:
+    """Maxima between which the curve dips; of the others only the highest."""
     kept: list[_Sample] = []
     for sample in found:
         if kept:
             last = kept[-1]
-            lower = min(last.amplitude, sample.amplitude)
-            between = sizes[last.place.segment + 1 : sample.place.segment + 1]
-            if min(between, default=lower) > (1.0 - PROMINENCE) * lower:
+            if not dips(last.place.segment, sample.place.segment, min(last.amplitude, sample.amplitude)):
                 if sample.amplitude > last.amplitude:
                     kept[-1] = sample
                 continue
@@ -218,6 +235,7 @@ class PeakSearch:
         measured = [_slope(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
         sizes = np.array([size for size, _ in measured])
         slopes = [slope for _, slope in measured]
+        dips = self._dips(row, measure, sizes, slopes)
         floor = least * float(sizes.max(initial=0.0))
         tops: list[list[_Interval]] = []
         for k in range(len(self.curve) - 1):
@@ -227,12 +245,35 @@ class PeakSearch:
             for turn in _turns(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]):
                 self._solve_inside(k, turn)
             if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
-                _gather(tops, [i for i in self._intervals(k, row, measure) if i.low.slope > 0.0 >= i.high.slope], sizes)
+                _gather(tops, [i for i in self._intervals(k, row, measure) if i.low.slope > 0.0 >= i.high.slope], dips)
         searched = [self._highest(together, row, measure) for together in tops]
         found = [best for best, _ in searched if best is not None]
-        places = [sample.place for sample in _prominent(found, sizes)]
+        places = [sample.place for sample in _prominent(found, dips)]
         unsolved = sum(missed for _, missed in searched)
         return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
+
+    def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
+        """Whether the curve dips by `PROMINENCE` of a height between two of its segments.
+
+        Where its points do not show it, the lowest places between them are solved: a trough may be deeper than they are.
+        """
+        troughs = sizes.copy()
+
+        def deepen(k: int) -> None:
+            length = self.curve[k + 1].length
+            self._solve_inside(k, _trough(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]))
+            troughs[k] = min(_sampled(place, row, measure).amplitude for place in self._places(k))
+
+        def dips(first: int, last: int, height: float) -> bool:
+            between, enough = slice(first + 1, last + 1), (1.0 - PROMINENCE) * height
+            if min(troughs[between], default=np.inf) < enough:
+                return True
+            for k in range(first + 1, min(last + 1, len(self.curve) - 1)):
+                if slopes[k] < 0.0 < slopes[k + 1]:
+                    deepen(k)
+            return min(troughs[between], default=np.inf) < enough
+
+        return dips
 
     def _highest(self, tops: list[_Interval], row: int, measure: Measure) -> tuple[_Sample | None, int]:
         """The highest place around tops that no trough parts, None where the curve rises on to another peak; and how many
