@@ -25,15 +25,15 @@ WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
 
 def say(message: str) -> None:
     """A line to the user."""
-    _tell(message, stderr=False)
+    _print(message, stderr=False)
 
 
 def warn(message: str) -> None:
     """A line on the error stream."""
-    _tell(message, stderr=True)
+    _print(message, stderr=True)
 
 
-def _tell(message: str, stderr: bool) -> None:
+def _print(message: str, stderr: bool) -> None:
     console = _console(stderr)
     try:
         console.print(message, markup=False, highlight=False, soft_wrap=True)
@@ -108,7 +108,7 @@ def _deferred_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def tell_fault(error: BaseException) -> int:
+def report_fault(error: BaseException) -> int:
     """Say what went wrong; returns the exit code."""
     match error:
         case KeyboardInterrupt():

@@ -262,7 +262,7 @@ class Problem:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Tells problems apart, bit by bit: sixteen hexadecimal digits of their matrices, contacts, loads and outputs."""
+        """Sixteen hexadecimal digits that identify matrices, contacts, loads and outputs bit by bit."""
         structure, digest = self.structure, sha256()
         damping = np.zeros(0) if structure.C is None else structure.C
         for array in (structure.M, structure.K, damping, self.B, self.output_rows, *contact_table(self.contacts)):

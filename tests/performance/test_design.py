@@ -236,8 +236,8 @@ def test_known_designs_are_computed_first_and_compared():
     assert found.value.values[0] == pytest.approx([7.0])
     assert found.attrs["known"] == 1
     assert found.sizes["design"] > 9
-    told = next(line for line in sentences(found) if "known design load = 7" in line)
-    assert f"{100.0 * (1.0 - float(found.optimum_peak / found.worst_peak[0])):.0f} % lower" in told
+    compared = next(line for line in sentences(found) if "known design load = 7" in line)
+    assert f"{100.0 * (1.0 - float(found.optimum_peak / found.worst_peak[0])):.0f} % lower" in compared
     labels = [text.get_text() for text in design_space(found).axes[0].get_legend().get_texts()]
     assert "known" in labels
 
@@ -319,10 +319,10 @@ def test_a_variable_that_does_nothing_may_be_anything_and_slopes_stay_within_the
     assert found.sensitivity.values[0, 0] > 0.01
     assert found.sensitivity.values[1, 0] == pytest.approx(0.0, abs=1e-9)
     assert (found.near_low.values[1], found.near_high.values[1]) == (-2.0, 5.0)
-    told = sentences(found)
-    assert any("its whole range, -2 to 5, stays within 5 %" in line for line in told)
-    assert any("it is the best" in line for line in told)
-    assert any("more: not allowed" in line for line in told)
+    lines = sentences(found)
+    assert any("its whole range, -2 to 5, stays within 5 %" in line for line in lines)
+    assert any("it is the best" in line for line in lines)
+    assert any("more: not allowed" in line for line in lines)
 
 
 @pytest.mark.parametrize("search", [False, True])
@@ -350,9 +350,9 @@ def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monk
     if not search:
         assert best != int(np.argmin(found.worst_peak.values))
         assert len(calls) < 3 * loads.size
-    told = next(line for line in sentences(found) if "known design load = 7" in line)
-    assert f"the best is {100.0 * (1.0 - over_all[best] / over_all[1]):.0f} % lower" in told
-    assert "over all start states" in told
+    compared = next(line for line in sentences(found) if "known design load = 7" in line)
+    assert f"the best is {100.0 * (1.0 - over_all[best] / over_all[1]):.0f} % lower" in compared
+    assert "over all start states" in compared
     assert "over all start states, where searched" in tables(found)["designs"]
 
 

@@ -56,7 +56,7 @@ def two_modes(gap_between: float = 0.02) -> ss.Problem:
     return ss.Problem(structure, (slider,), forces, (ss.Output("sum", {"1.x": 1.0, "2.x": 1.0}),), "Two modes")
 
 
-def test_peaks_that_end_and_swap_are_told():
+def test_peaks_that_end_and_swap_are_reported():
     """Stuck, the first mass resonates at 1.14 rad/s, far from the second at 1.02; free at 1.0: the two peaks have merged."""
     levels = ss.units.logspace(0.02, 40.0, 40)
     path = follow_peaks(lambda level: two_modes(), levels, BAND, force=lambda level: level, harmonics=1, samples=512)

@@ -1,4 +1,4 @@
-"""Studies of performance curves, their band, what matters, and damper design: read, planned, refused where wrong, told."""
+"""Studies of performance curves, their band, what matters, and damper design: read, planned, refused where wrong, reported."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_the_pull_of_a_design_follows_the_damper_mass_whatever_the_rig_calls_it(
     assert {contact.law.mu for contact in problem.contacts} == {0.3}
 
 
-def test_a_design_study_without_an_allowed_design_is_written_and_told(tmp_path):
+def test_a_design_study_without_an_allowed_design_is_written_and_reported(tmp_path):
     """The command ends with the code of an incomplete result and keeps every design."""
     study = changed(tmp_path, "design", "no_lift_off = true", "largest_force = 1e-6")
     for long, short in (("designs = 8", "designs = 4"), ("refinements = 8", "refinements = 2"), ("starts = 1", "starts = 0")):
@@ -144,11 +144,11 @@ def test_faults_of_studies_are_said(tmp_path, kind, before, after, words):
 def test_performance_curves_are_told_after_a_round_trip_to_disk(tmp_path):
     curve = ss.performance_curve(ss.rigs.single_mass(kt=0.5), [0.8, 1.5, 4.0, 90.0], friction=[0.5, 1.0], harmonics=1, samples=64)
     path = save(stamped(curve.dataset, "performance_curve"), tmp_path / "results.nc")
-    told = presentation_of(dataset := open_results(path))
-    assert "friction 0.5: lowest resonance" in told.sentences(dataset)[0]
-    assert told.failures(dataset) == []
-    assert len(told.tables(dataset)["performance curves"]) == 8
-    assert {name: len(draw(dataset).axes) for name, draw in told.figures(dataset).items()} == {
+    report = presentation_of(dataset := open_results(path))
+    assert "friction 0.5: lowest resonance" in report.sentences(dataset)[0]
+    assert report.failures(dataset) == []
+    assert len(report.tables(dataset)["performance curves"]) == 8
+    assert {name: len(draw(dataset).axes) for name, draw in report.figures(dataset).items()} == {
         "performance_curve": 3,
         "performance_inertance": 3,
         "dissipation": 2,
@@ -159,13 +159,13 @@ def test_a_band_is_told_after_a_round_trip_to_disk(tmp_path):
     rig, settings = ss.rigs.three_mass_wedge(ss.SliderOffset()), {"cloud": 2, "starts": 0, "harmonics": 1, "samples": 64}
     band = ss.performance_band(rig, [4.0, 8.0], band=ss.hertz(200.0, 235.0), **settings)
     path = save(stamped(band.dataset, "performance_band"), tmp_path / "results.nc")
-    told = presentation_of(dataset := open_results(path))
-    assert "band widest at F_C/F_E = " in told.sentences(dataset)[0]
-    assert told.failures(dataset) == []
-    assert told.tables(dataset)["band of the performance curve"]["F_C/F_E"].tolist() == [4.0, 8.0]
-    assert len(told.figures(dataset)["performance_band"](dataset).axes) == 2
+    report = presentation_of(dataset := open_results(path))
+    assert "band widest at F_C/F_E = " in report.sentences(dataset)[0]
+    assert report.failures(dataset) == []
+    assert report.tables(dataset)["band of the performance curve"]["F_C/F_E"].tolist() == [4.0, 8.0]
+    assert len(report.figures(dataset)["performance_band"](dataset).axes) == 2
     failed = dataset.assign(outcome=dataset["outcome"] * 0 + 2)
-    assert len(told.failures(failed)) == 2
+    assert len(report.failures(failed)) == 2
 
 
 def test_what_matters_is_told_after_a_round_trip_to_disk(tmp_path):
@@ -175,10 +175,10 @@ def test_what_matters_is_told_after_a_round_trip_to_disk(tmp_path):
     ranges = {"kt": (0.4, 0.6), "limit": (1.5, 1.6)}
     found = ss.what_matters(rig, ranges, ss.radians_per_second(0.8, 1.4), draws=16, harmonics=1, samples=64)
     path = save(stamped(found.dataset, "what_matters"), tmp_path / "results.nc")
-    told = presentation_of(dataset := open_results(path))
-    assert "total indices: kt" in told.sentences(dataset)[0]
-    assert told.tables(dataset)["parameters"]["parameter"].tolist() == ["kt", "limit"]
-    assert told.figures(dataset)["tornado"](dataset).axes
+    report = presentation_of(dataset := open_results(path))
+    assert "total indices: kt" in report.sentences(dataset)[0]
+    assert report.tables(dataset)["parameters"]["parameter"].tolist() == ["kt", "limit"]
+    assert report.figures(dataset)["tornado"](dataset).axes
 
 
 def test_a_design_is_told_after_a_round_trip_to_disk(tmp_path):
@@ -189,10 +189,10 @@ def test_a_design_is_told_after_a_round_trip_to_disk(tmp_path):
     limits = {"load": lambda trial: 1.0 - trial.variables["load"] / 6.0}
     design = ss.design_damper(mass, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, constraints=limits, **effort)
     path = save(stamped(design.dataset, "damper_design"), tmp_path / "results.nc")
-    told = presentation_of(dataset := open_results(path))
-    assert "worst resonance of the best design" in told.sentences(dataset)[0]
-    assert len(told.tables(dataset)["designs"]) == dataset.sizes["design"]
-    assert told.figures(dataset)["design_space"](dataset).axes
+    report = presentation_of(dataset := open_results(path))
+    assert "worst resonance of the best design" in report.sentences(dataset)[0]
+    assert len(report.tables(dataset)["designs"]) == dataset.sizes["design"]
+    assert report.figures(dataset)["design_space"](dataset).axes
 
 
 def test_figures_of_curves_without_any_peak_are_drawn(tmp_path):
@@ -200,12 +200,12 @@ def test_figures_of_curves_without_any_peak_are_drawn(tmp_path):
     curve = ss.performance_curve(ss.rigs.single_mass(kt=0.5), [0.8, 1.5, 4.0], friction=[0.5], harmonics=1, samples=64).dataset
     names = [name for name in curve.data_vars if curve[name].dims[:1] == ("case",) and curve[name].dtype == float]
     lost = curve.assign({name: curve[name] * np.nan for name in names})
-    told = presentation_of(lost := stamped(lost, "performance_curve"))
-    assert told.sentences(lost) == ["friction 0.5: no resonance was found"]
-    for name, draw in told.figures(lost).items():
+    report = presentation_of(lost := stamped(lost, "performance_curve"))
+    assert report.sentences(lost) == ["friction 0.5: no resonance was found"]
+    for name, draw in report.figures(lost).items():
         draw(lost).savefig(tmp_path / f"{name}.png")
     band = ss.performance_band(ss.rigs.single_mass(kt=0.5), [0.8, 1.5], cloud=0, starts=0, harmonics=1, samples=64).dataset
     lost = band.assign({name: band[name] * np.nan for name in band.data_vars if band[name].dtype == float})
-    told = presentation_of(lost := stamped(lost, "performance_band"))
-    assert told.sentences(lost)
-    told.figures(lost)["performance_band"](lost).savefig(tmp_path / "band.png")
+    report = presentation_of(lost := stamped(lost, "performance_band"))
+    assert report.sentences(lost)
+    report.figures(lost)["performance_band"](lost).savefig(tmp_path / "band.png")

@@ -19,7 +19,9 @@ GLOSSARY = ROOT / "docs" / "glossary.md"
 HEAD = re.compile(r"\| (term|analysis) \|")
 
 # Words that the glossary's terms replaced, as regular expressions without regard to case.
-REPLACED: dict[str, str] = {}
+REPLACED = {
+    r"results_told": "results_representative",
+}
 READ = sorted(
     path
     for pattern in ("src/**/*.py", "src/**/*.js", "src/**/*.toml", "docs/*.md", "examples/*.py", "README.md", "CONTRIBUTING.md")

@@ -25,7 +25,7 @@ LAYERS = (
     ("measurement",),
     ("results_schema", "results_view"),
     ("quantities",),
-    ("results_told",),
+    ("results_representative",),
     ("results", "results_matlab", "finished"),
     ("analyses",),
     ("plots", "study"),

@@ -25,13 +25,13 @@ def whole():
 
 
 def test_workers_change_nothing(whole):
-    told = []
+    shares = []
     side_by_side = ss.forced_response(
-        ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, workers=2, progress=lambda fraction, text: told.append(fraction)
+        ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, workers=2, progress=lambda fraction, text: shares.append(fraction)
     )
     assert bits(side_by_side) == bits(whole)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
 
 
 @pytest.mark.parametrize("done", [0, 1])
@@ -76,10 +76,10 @@ def test_wrong_workers_are_refused(workers):
 
 
 def test_progress_goes_on_while_a_curve_runs():
-    told = []
-    ss.forced_response(ss.rigs.single_mass(), BAND, 1.0, progress=lambda fraction, text: told.append(fraction))
-    assert len(set(told)) > 10
-    assert told == sorted(told)
+    shares = []
+    ss.forced_response(ss.rigs.single_mass(), BAND, 1.0, progress=lambda fraction, text: shares.append(fraction))
+    assert len(set(shares)) > 10
+    assert shares == sorted(shares)
 
 
 def test_what_is_kept_is_given_back_bit_by_bit(whole, tmp_path):

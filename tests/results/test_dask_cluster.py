@@ -167,7 +167,7 @@ def kept(folder):
     return len(list((folder / "out" / "unfinished").glob("[!.]*.npz")))
 
 
-def told(process):
+def error_of(process):
     """What a process that is about to end says on its error stream."""
     try:
         return process.communicate(timeout=60.0)[1]
@@ -183,7 +183,7 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
         own.add_workers(1)
         process = a_run(tmp_path, own.address)
         own.processes[0].kill()
-        errors = told(process)
+        errors = error_of(process)
     finally:
         own.end()
     before = kept(tmp_path)
@@ -193,7 +193,7 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
     assert "Traceback" not in errors
     process = a_run(tmp_path, cluster.address)
     os.killpg(process.pid, signal.SIGINT)
-    errors = told(process)
+    errors = error_of(process)
     assert process.returncode == console.INTERRUPTED, errors
     assert "--resume goes on from there" in errors
     assert "Traceback" not in errors

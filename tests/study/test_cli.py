@@ -273,7 +273,7 @@ def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypa
 
 
 def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
-    """Results are written all the same; the exit code tells scripts."""
+    """Results are written all the same; scripts see the exit code."""
     one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1"))
     broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
     monkeypatch.setattr("stickslip.report.responses.PRESENTATION", broken)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip.analyses.processes import Processes
-from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Tell, Work, Workers, told
+from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Report, Work, Workers, checked_progress
 from stickslip.checks import fault
 
 
@@ -23,7 +23,7 @@ def all_cases(
     executor = workers if isinstance(workers, Executor) else Processes(workers)
     if finished is not None and not isinstance(finished, Finished):
         raise fault("finished", "must be a FinishedFolder, or have its load and save", finished)
-    told(progress)
+    checked_progress(progress)
     results = {} if finished is None else _kept(work, finished)
     missing = [case for case in range(len(work.names)) if case not in results]
 
@@ -64,9 +64,9 @@ class Together:
         """As the first work does."""
         next(iter(self.works.values())).prepare()
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         label, own = self.places[case]
-        return self.works[label].solve(own, tell)
+        return self.works[label].solve(own, report)
 
     def parted(self, results: Sequence[Arrays]) -> dict[str, list[Arrays]]:
         """The results of each work."""

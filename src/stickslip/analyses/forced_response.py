@@ -25,7 +25,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
-from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
+from stickslip.analyses.work import Arrays, Finished, Progress, Report, Workers
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
@@ -266,12 +266,12 @@ class ForcedResponseWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one force level."""
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
         level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure
-        curve = solve_curve(self.balance, omegas, level, self.exactly, tell, peak_tolerance=tolerance, measure=measure)
+        curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         if not self.exactly:
             curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)

@@ -33,7 +33,7 @@ REMEDY = (
 class SolvedPoints:
     """The converged points of a dataset; `balance`: the one that solved them.
 
-    Whether `problem` is theirs, the points themselves tell: they solve its balance, by the motion that is kept.
+    Whether they belong to `problem` is checked with the points themselves: the stored motion must solve its balance.
     """
 
     def __init__(self, dataset: xr.Dataset, problem: Problem) -> None:

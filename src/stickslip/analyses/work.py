@@ -14,7 +14,7 @@ from stickslip.checks import fault
 
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
-Tell = Callable[[float], None]
+Report = Callable[[float], None]
 """Called with the fraction of a case that is done."""
 Keep = Callable[[int, Arrays], None]
 """Called with a case and its result as soon as it is solved."""
@@ -34,7 +34,7 @@ class Work(Protocol):
     def prepare(self) -> None:
         """Compile what the processes then load, once."""
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The result of a case."""
 
 
@@ -57,8 +57,8 @@ class Executor(Protocol):
         """Solve the cases in any order; each is handed to `keep`, in this process, as soon as it is solved."""
 
 
-def told(progress: Progress) -> Progress:
-    """`progress`, refused unless it can be told."""
+def checked_progress(progress: Progress) -> Progress:
+    """`progress`, refused unless it can be called."""
     if not callable(progress):
         raise fault("progress", "must be a function of the share done and a text", progress)
     return progress

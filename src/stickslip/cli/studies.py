@@ -163,8 +163,8 @@ def read_job(path: Path) -> Job:
     """The study, with what is to be said of its model."""
     from stickslip.study import read
 
-    with progress("Model") as tell:
-        job = read(path, tell)
+    with progress("Model") as report:
+        job = read(path, report)
     for note in job.notes:
         say(note)
     return job
@@ -196,8 +196,8 @@ def computed_and_written(run: Run) -> list[str]:
 def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
     """The results; a study that turns out to be wrong leaves nothing behind."""
     try:
-        with progress(run.words) as tell:
-            return run.computed(kept, tell)
+        with progress(run.words) as report:
+            return run.computed(kept, report)
     except InputError:
         kept.remove(kept.folder)
         if not any(run.folder.iterdir()):

@@ -31,7 +31,7 @@ class PlatformMotion:
 
     @property
     def digest(self) -> str:
-        """Tells it apart from other motions."""
+        """Identifies the motion."""
         return sha256(np.asarray(self.harmonics).tobytes()).hexdigest()[:12]
 
     def samples(self, steps: int) -> Array:

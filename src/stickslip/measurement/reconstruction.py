@@ -45,7 +45,7 @@ def damper_motion(cycles: CycleSet, distance: float, offset: float = 0.0) -> Cyc
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Of a damper between platforms: at the left the tangent from the first foot to the last, the normal into the damper and the
-    middle of the feet; at the right tangent, normal and arm (NaN with several lines: forces do not tell where theirs acts);
+    middle of the feet; at the right tangent, normal and arm (NaN with several lines: forces do not determine where theirs acts);
     distance of the feet [m]."""
 
     left_tangent: Array

@@ -1,6 +1,6 @@
 """A model as a `Structure`: whole while it is small, by Craig-Bampton with the places that contacts, loads and outputs need.
 
-A reduction is kept on disk under a name that tells its content apart, so that the same model is reduced once.
+A reduction is kept on disk under a name that identifies its content, so that the same model is reduced once.
 """
 
 from __future__ import annotations

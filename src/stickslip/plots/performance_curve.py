@@ -25,7 +25,7 @@ from stickslip.plots.look import (
     level_colours,
     plain,
 )
-from stickslip.results_told import spread
+from stickslip.results_representative import spread
 from stickslip.results_view import measure_in, shown_unit
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""How a damper cycle is told: energy, rotation, states; one figure; a table by contact and the equivalent harmonic forces."""
+"""How a damper cycle is reported: energy, rotation, states; one figure; a table by contact and the equivalent harmonic forces."""
 
 from __future__ import annotations
 

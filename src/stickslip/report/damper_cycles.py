@@ -1,4 +1,4 @@
-"""How several cycles of one damper are told: those that initial states lead to, or a sequence while friction changes."""
+"""How several cycles of one damper are reported: those that initial states lead to, or a sequence while friction changes."""
 
 from __future__ import annotations
 

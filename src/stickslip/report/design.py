@@ -1,4 +1,4 @@
-"""How the design of a damper is told."""
+"""How the design of a damper is reported."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines = [f"worst resonance of the best design{of}: {_peak(best)}"]
     if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
         more = percent(optimum / float(best["sampled_peak"]) - 1.0)
-        lines.append(f"  that is {more} more than the drawn start states tell, over which alone constraints are met")
+        lines.append(f"  that is {more} more than for the sampled start states, for which alone the constraints were checked")
     lines += [_variable(dataset, k, name) for k, name in enumerate(names)]
     lines += [f"  known design {_compared(dataset, k)}" for k in range(int(dataset.attrs.get("known", 0)))]
     lines += _caveats(dataset, best, names)
@@ -53,7 +53,7 @@ def _size(dataset: xr.Dataset, name: str) -> str:
 
 
 def _peak(design: xr.Dataset) -> str:
-    """The worst peak of a design over all start states and from those drawn; what is told of a sample is told as such."""
+    """The worst peak of a design over all start states and from those sampled, each named as what it is."""
     if not int(design["searches"]):
         return _size(design, "worst_peak")
     return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the drawn ones)"
@@ -63,12 +63,12 @@ def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
     """The best value of a variable, its range, and what 1 % of it does to either side."""
     value, low, high = (float(dataset[key].values[k]) for key in ("optimum", "near_low", "near_high"))
     ends = [float(dataset[key].values[k]) for key in ("low", "high")]
-    told = f"alone {low:.4g} to {high:.4g} stays within 5 %"
+    span = f"alone {low:.4g} to {high:.4g} stays within 5 %"
     if np.allclose([low, high], ends, rtol=0.0, atol=1e-9 * (ends[1] - ends[0])):
-        told = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
+        span = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
     slopes = zip(SIDES, dataset["sensitivity"].values[k], strict=True)
     changes = [f"1 % {side}: {slope:+.2g} %" if np.isfinite(slope) else f"{side}: not allowed" for side, slope in slopes]
-    return f"  {name} = {value:.4g}; {told}; {', '.join(changes)} (over 2 % of its range)"
+    return f"  {name} = {value:.4g}; {span}; {', '.join(changes)} (over 2 % of its range)"
 
 
 def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[str]:
@@ -80,15 +80,15 @@ def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[st
         for side, s in zip(SIDES, pair, strict=True)
         if s < FALLS
     ]
-    told, seen = [], float(best["worst_peak"])
+    caveats, seen = [], float(best["worst_peak"])
     if falls:
         ways = " or ".join(falls)
-        told.append(f"the search has not converged: {ways} lowers the worst resonance; more designs, or generations, go on")
+        caveats.append(f"the search has not converged: {ways} lowers the worst resonance; more designs, or generations, go on")
     if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
-        told.append(
+        caveats.append(
             f"ranges and changes are those of {_size(best, 'worst_peak')}, which the search of designs saw in the best one"
         )
-    return told
+    return caveats
 
 
 def _compared(dataset: xr.Dataset, design: int) -> str:
@@ -136,8 +136,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     table["at Hz"] = dataset["worst_frequency"].values
     table["at force level"] = dataset["worst_force"].values
     table["at friction"] = dataset["worst_friction"].values
-    told = np.where(dataset["failed"].values > 0, "met where a peak was solved", "met")
-    table["constraints"] = np.where(dataset["allowed"].values == 1, told, "broken")
+    met = np.where(dataset["failed"].values > 0, "met where a peak was solved", "met")
+    table["constraints"] = np.where(dataset["allowed"].values == 1, met, "broken")
     table["conditions without a peak"] = dataset["failed"].values.astype(int)
     return {"designs": table.iloc[np.lexsort((dataset["worst_peak"].values, -dataset["allowed"].values))]}
 

@@ -1,4 +1,4 @@
-"""How mistuned disks are told."""
+"""How mistuned disks are reported."""
 
 from __future__ import annotations
 

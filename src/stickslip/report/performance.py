@@ -1,4 +1,4 @@
-"""How performance curves are told."""
+"""How performance curves are reported."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _detached(dataset: xr.Dataset, case: int) -> list[str]:
     where = f"{apart[0]:.4g}" if apart.size == 1 else f"{apart[0]:.4g} to {apart[-1]:.4g}"
     return [
         f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units)}, lie on a curve apart, which no sweep "
-        "meets; they do not count, and may be unstable (a time simulation tells)"
+        "meets; they do not count, and may be unstable (a time simulation shows)"
     ]
 
 
@@ -64,7 +64,7 @@ KINDS = ("born", "ended", "merged", "swapped")
 
 
 def _happened(dataset: xr.Dataset, case: int) -> list[str]:
-    """What happened to peaks along a curve, gathered in one sentence; the table tells each of them."""
+    """What happened to peaks along a curve, in one sentence; the table lists each event."""
     kinds = dataset["event_kind"].values[case]
     if not np.any(kinds):
         return []

@@ -1,4 +1,4 @@
-"""How the band of a performance curve over the start states is told."""
+"""How the band of a performance curve over the start states is reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the results of an analysis are told: one `Presentation` each, by which console, report, figures and tables go.
+"""How the results of an analysis are reported: one `Presentation` each, by which console, report, figures and tables go.
 
 `report/<analysis>.py` holds it as PRESENTATION; `PRESENTATIONS` lists them.
 """
@@ -38,7 +38,7 @@ PRESENTATIONS = {
 
 @dataclass(frozen=True)
 class Presentation:
-    """How the results of an analysis are told.
+    """How the results of an analysis are reported.
 
     title: the analysis in words, "Forced response".
     sentences: what came out, one line each, for the console and the head of the report.

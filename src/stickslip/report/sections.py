@@ -10,12 +10,12 @@ import numpy as np
 
 from stickslip.checks import Array, counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
-from stickslip.report.chart_data import MOST_TOLD
+from stickslip.report.chart_data import MOST_SHOWN
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
 from stickslip.report.numbers import energy, hertz, number
-from stickslip.results_told import told
+from stickslip.results_representative import representatives
 from stickslip.results_view import (
     Length,
     converged_points,
@@ -194,7 +194,7 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     head = f"<h3>{text(label)}</h3>" if several else ""
     cases = range(dataset.sizes["case"])
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
-    shown = told(dataset, MOST_TOLD).cases if dataset.sizes["case"] > 1 else []
+    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
     items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
     sentences = f"{_left_out({label: dataset})}<ul>{items}</ul>" if items else ""
     if several and items:
@@ -208,7 +208,7 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
 
 def _left_out(datasets: Datasets) -> str:
     """A note on the cases that stand for all."""
-    words = dict.fromkeys(words for dataset in datasets.values() if (words := told(dataset, MOST_TOLD).words))
+    words = dict.fromkeys(words for dataset in datasets.values() if (words := representatives(dataset, MOST_SHOWN).words))
     return "".join(f'<p class="note">{text(f"Shown: {sentence}.")}</p>' for sentence in words)
 
 

@@ -1,4 +1,4 @@
-"""How the indices of uncertain parameters are told."""
+"""How the indices of uncertain parameters are reported."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def installed() -> bool:
 class Pardiso:
     """The factor of a symmetric matrix (n, n) whose diagonal has no zeros.
 
-    negative: how many eigenvalues are below zero; weak: how many pivots are too small to be told from zero; mebibytes: of the
+    negative: how many eigenvalues are below zero; weak: how many pivots are indistinguishable from zero; mebibytes: of the
     factor.
     """
 

@@ -40,7 +40,7 @@ class Plan(Protocol):
 
     @property
     def content(self) -> str:
-        """Tells apart what the files that its tables name hold; "" where they name none."""
+        """Identifies the content of the files that its tables name; "" where they name none."""
         return ""
 
 

@@ -159,7 +159,7 @@ class CyclePlan(Plan):
 
     @property
     def content(self) -> str:
-        """Tells a measured motion apart."""
+        """Identifies a measured motion."""
         return self.motion.digest
 
     @property

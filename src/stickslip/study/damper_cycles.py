@@ -62,7 +62,7 @@ class SteadyCyclesPlan(Plan):
 
     @property
     def content(self) -> str:
-        """Tells a measured motion apart."""
+        """Identifies a measured motion."""
         return self.work.motion.digest
 
     @property
@@ -92,7 +92,7 @@ class EvolutionPlan(Plan):
 
     @property
     def content(self) -> str:
-        """Tells a measured motion apart."""
+        """Identifies a measured motion."""
         return self.work.motion.digest
 
     @property

@@ -52,7 +52,7 @@ def _places_form(value: Any) -> str:
 
 
 def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
-    """A union told apart by `form`; a form that no member has is said in the words of the union's description."""
+    """A union discriminated by `form`; a form that no member has is reported with the union's description."""
     return Discriminator(form, custom_error_type="wrong_form", custom_error_message="wrong form")
 
 

@@ -31,8 +31,8 @@ from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 
-Tell = tuple[Progress, list[str]]
-"""Whom to tell of long work, and the notes that gather what is to be said of the model."""
+Messages = tuple[Progress, list[str]]
+"""The progress callback for long work, and the list that collects notes on the model."""
 DEFAULT = KINDS["forced_response"]
 """By what a file is checked when its analysis is unknown."""
 
@@ -41,7 +41,7 @@ DEFAULT = KINDS["forced_response"]
 class Job:
     """What a study asks for, made ready.
 
-    `text` is the file as it stands; `content` tells apart what the files that it names hold, "" where it names none.
+    `text` is the file as it stands; `content` identifies what the files that it names hold, "" where it names none.
     `sweep` holds the problem of an analysis of one; `notes`: what is to be said of the model, as where its places were found.
     """
 
@@ -92,7 +92,7 @@ def read_problem(path: str | Path) -> Problem:
 def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title.
 
-    progress(share, text) is told of the reading and reduction of a large model.
+    progress(share, text) is called while a large model is read and reduced.
     """
     document = toml(text)
     kind = kind_of(document)
@@ -133,9 +133,9 @@ def kind_of(document: Mapping[str, Any]) -> Kind:
     return KINDS.get(name, DEFAULT) if isinstance(name, str) else DEFAULT
 
 
-def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell) -> Sweep | None:
+def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Sweep | None:
     """The problem, and where and how finely to compute it."""
-    problem, table = problem_of(tables, document, folder, found, tell), tables.sweep
+    problem, table = problem_of(tables, document, folder, found, messages), tables.sweep
     if table is None:
         return None
     frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units)
@@ -161,7 +161,7 @@ def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None
 
 
 def content(table: StructureTable | None, sweep: Sweep | None) -> str:
-    """Tells apart the matrices that a study brings; a rig makes its own."""
+    """Identifies the matrices that a study brings; a rig makes its own."""
     if table is None or sweep is None or table.rig is not None:
         return ""
     structure, digest = sweep.problem.structure, sha256()
@@ -170,7 +170,7 @@ def content(table: StructureTable | None, sweep: Sweep | None) -> str:
     return digest.hexdigest()
 
 
-def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell) -> Problem | None:
+def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Problem | None:
     """The problem of the [structure] table: a rig, or a model."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
@@ -178,7 +178,7 @@ def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found:
         return None
     if tables.structure.rig is not None:
         return from_rig(tables.structure, tables, document, found)
-    return from_model(tables.structure, tables, document, folder, found, tell)
+    return from_model(tables.structure, tables, document, folder, found, messages)
 
 
 def text_of(path: Path) -> str:
@@ -270,10 +270,10 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
 
 
 def from_model(
-    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell
+    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages
 ) -> Problem | None:
     """A problem from a model, contacts and forces."""
-    units, (progress, notes) = tables.units, tell
+    units, (progress, notes) = tables.units, messages
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     made = found.attempt("[structure]", structure_of_table, table, damping, folder, units, progress)
     structure, said = made if made else (None, ())

@@ -84,11 +84,11 @@ class Identification:
             factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/um")
             known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
             rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
-        rows += [f"law    {self.law}, of {told(self.held_out)}"] if self.held_out else []
+        rows += [f"law    {self.law}, of {errors_by_law(self.held_out)}"] if self.held_out else []
         return "\n".join(rows)
 
 
-def told(held_out: Mapping[str, float]) -> str:
+def errors_by_law(held_out: Mapping[str, float]) -> str:
     """Laws with their errors on loops held out."""
     return ", ".join(f"{law} {error:.3g}" for law, error in held_out.items())
 
@@ -125,7 +125,7 @@ def identify(
     law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases held out one at
     a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors
     of gains and zeros and for the intervals. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
-    resamples: refits for the intervals; population (times unknowns), generations: of the search. progress: told the share done.
+    resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share, text): callback.
     """
     errors = RigErrors() if errors is None else errors
     cases = checked_cases(loops, damper, errors)
@@ -182,19 +182,19 @@ class IdentificationWork:
         unknowns = parameters(self.unknown, self.damper, self.bounds)
         return DamperFit.of(self.cases, self.damper, unknowns, self.errors, self.steps)
 
-    def solve(self, case: int, tell: Callable[[float], object]) -> Arrays:
+    def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         found = clues(self.cases, self.damper, self.errors)
         coarse = self.fit.steps(COARSE)
-        starts = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: tell(0.5 * share))
+        starts = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: report(0.5 * share))
         best, others = _fitted(self.fit, starts)
         fits = {law: self.fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
         law = next(law for law in fits if not errors or errors[law] <= CLOSE * min(errors.values()))
-        tell(0.6)
+        report(0.6)
         places = others if law == "macroslip" else thetas[law][None]
-        again = refits(fits[law], thetas[law], places, self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
+        again = refits(fits[law], thetas[law], places, self.resamples, self.seed, lambda share: report(0.6 + 0.4 * share))
         number, counts = np.array(list(LINE_LAWS).index(law)), np.array([again.lost, again.cycles, again.missing])
         held = np.array(list(errors.values()))
         return {"theta": thetas[law], "replicates": again.values, "counts": counts, "law": number, "held_out": held}
@@ -245,7 +245,7 @@ def held_out(fit: DamperFit, theta: Array) -> float:
 
 
 def _searched(
-    fit: DamperFit, found: Clues, population: int, generations: int, seed: int, tell: Callable[[float], object]
+    fit: DamperFit, found: Clues, population: int, generations: int, seed: int, report: Callable[[float], object]
 ) -> Array:
     """A population over the whole range, the best first, (members, unknowns); the clues are among its first members."""
     low, high = fit.bounds
@@ -255,10 +255,10 @@ def _searched(
     def height(theta: Array) -> float:
         return float(np.log1p(fit.cost(theta)))
 
-    def told(*_: Any, **__: Any) -> None:
+    def generation_done(*_: Any, **__: Any) -> None:
         nonlocal seen
         seen += 1
-        tell(seen / generations)
+        report(seen / generations)
 
     result = differential_evolution(
         height,
@@ -270,7 +270,7 @@ def _searched(
         init="sobol",
         polish=False,
         rng=seed,
-        callback=told,
+        callback=generation_done,
     )
     return np.asarray(result.population[np.argsort(result.population_energies)])
 

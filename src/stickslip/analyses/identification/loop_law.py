@@ -194,7 +194,7 @@ def _fitted(loops: tuple[ContactLoop, ...], law: str) -> tuple[Array, Array]:
 
 
 def _remarks(loops: tuple[ContactLoop, ...], fit: LawFit) -> tuple[str, ...]:
-    """What the loops do not tell."""
+    """What the loops do not determine."""
     said = []
     reach = max(float(np.max(np.abs(loop.force)) / (fit.mu * np.max(np.asarray(loop.normal)))) for loop in loops)
     if reach < 0.95:

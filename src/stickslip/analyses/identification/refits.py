@@ -30,7 +30,7 @@ GAP_STEPS = 5
 """Gaps with which the loops themselves are fitted, to know how likely each is."""
 
 ALIKE = 2.0
-"""Costs are divided by this where they tell how likely gaps are: errors of neighbouring harmonics are alike. Minima whose costs
+"""Costs are divided by this to weigh how likely gaps are: errors of neighbouring harmonics are alike. Minima whose costs
 differ by less are about as good."""
 
 WIDE_STEP = 5e-3
@@ -157,7 +157,7 @@ def enough_steps(fit: DamperFit, theta: Array) -> DamperFit:
     return fit.steps(count) if count < own else fit
 
 
-def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, tell: Callable[[float], object]) -> Refits:
+def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, report: Callable[[float], object]) -> Refits:
     """Refits to perturbed data of a final fit theta; minima (count, unknowns): others that are about as good, to begin there."""
     coarse, generator = enough_steps(fit, theta), np.random.default_rng(seed)
     jacobian = slopes(coarse, theta)
@@ -180,7 +180,7 @@ def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, t
             found.append(one.theta - base + theta)
         else:
             lost += 1
-        tell((number + 1) / count)
+        report((number + 1) / count)
     return Refits(np.array(found).reshape(-1, theta.size), lost, cycles, missing)
 
 

@@ -114,7 +114,7 @@ def planned_population(
     count, seed, output = between("count", count, 1), seed_of(seed), between("output", output, 0, len(disk.outputs) - 1)
     of_kind("scatter", scatter, Scatter)
     base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
-    harmonics = whole("harmonics", harmonics, "A forced response of the tuned disk tells how many are enough.")
+    harmonics = whole("harmonics", harmonics, "A forced response of the tuned disk shows how many are enough.")
     own = tuple(blade_dofs(disk, blade))
     reported = replace(disk, outputs=(disk.outputs[output],))
     sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)

@@ -20,7 +20,7 @@ from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
-from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
+from stickslip.analyses.work import Arrays, Finished, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
@@ -179,10 +179,10 @@ class DesignWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The worst peak of one design."""
         started = time.process_time()
-        worst = self.worst(self.points[case], tell)
+        worst = self.worst(self.points[case], report)
         place = [worst.size, worst.frequency, worst.force, worst.friction, worst.start]
         found = {
             "point": self.points[case],
@@ -197,12 +197,12 @@ class DesignWork:
         """The problem of a point of the design space."""
         return made(self.problem_of, friction=friction, **dict(zip(self.variables, map(float, point), strict=True)))
 
-    def worst(self, point: Sequence[float], tell: Tell = lambda fraction: None) -> Worst:
+    def worst(self, point: Sequence[float], report: Report = lambda fraction: None) -> Worst:
         """The worst peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
         with threadpool_limits(1, user_api="blas"):
             limits = dict(zip(self.limits, self.constraints, strict=True))
-            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, limits, tell)
+            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, limits, report)
 
     def searched(self, case: int, level: float, friction: float) -> float:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""

@@ -133,11 +133,11 @@ class Designs:
         """The cases of a work, side by side, or given back by what keeps them."""
         count = len(work.names)
 
-        def tell(fraction: float, text: str) -> None:
+        def report(fraction: float, text: str) -> None:
             self.progress((self.done + count * fraction) / max(self.expected, self.done + count), text)
 
         few = count == 1 or (isinstance(self.workers, int) and (count - 1) * self._seconds() < WORTH)
-        results = all_cases(work, self.finished, 1 if few else self.workers, tell)
+        results = all_cases(work, self.finished, 1 if few else self.workers, report)
         self.done += count
         return results
 

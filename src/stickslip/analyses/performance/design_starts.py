@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.analyses.performance.design_search import DesignCases, Designs
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 
 BESIDE = 2
 """Designs that are searched side by side while the best one is looked for."""
@@ -38,7 +38,7 @@ class StartsWork:
         """As designs do."""
         self.designs.prepare()
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The highest resonance over all start states of one case."""
         started = time.process_time()
         found = self.designs.searched(case, *self.cases[case])

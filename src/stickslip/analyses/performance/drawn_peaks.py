@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from stickslip.analyses.arguments import made
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
@@ -75,7 +75,7 @@ class DrawsWork:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Everything that a case depends on; a function of the problem is told by what it makes of two corners."""
+        """Everything that a case depends on; a function of the problem is identified by what it returns at two corners."""
         corners = " ".join(self.problem(corner).fingerprint for corner in np.array(self.box).T)
         how = f"{self.parameters} in {self.box}, {self.band} Hz, force {self.force!r}, {self.draws} draws, seed {self.seed}"
         how += f", {self.measure.words} of output {self.output}, {self.harmonics} harmonics, {self.samples} samples"
@@ -90,11 +90,11 @@ class DrawsWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The peaks of one case."""
         started = time.process_time()
         peaks = Peaks(self)
-        arrays = peaks.in_the_middle() if case == 0 else {"peaks": peaks.drawn(self.points()[self.blocks[case - 1]], tell)}
+        arrays = peaks.in_the_middle() if case == 0 else {"peaks": peaks.drawn(self.points()[self.blocks[case - 1]], report)}
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
 
@@ -126,11 +126,11 @@ class Peaks:
         cut = 0.5 * (1.0 - share) * (high - low)
         return [self.at(_moved(self.middle, k, value), TIGHT) for value in (low + cut, high - cut)]
 
-    def drawn(self, points: Array, tell: Tell) -> Array:
+    def drawn(self, points: Array, report: Report) -> Array:
         """Amplitude and frequency at points (draws, points of a draw, parameters)."""
         found = []
         for k, draw in enumerate(points):
-            tell(k / len(points))
+            report(k / len(points))
             found.append([self.at(values) for values in draw])
         return np.array(found)
 

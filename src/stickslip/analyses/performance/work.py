@@ -1,4 +1,4 @@
-"""Performance curves as independent cases, one friction coefficient each: follow the peak, find the optimum, tell the states."""
+"""Performance curves as independent cases, one friction coefficient each: peak continuation, optimum and contact states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stickslip.analyses.performance.contact_regions import contact_regions, whol
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -72,13 +72,13 @@ class PerformanceWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The performance curve of one friction coefficient."""
         started = time.process_time()
         mu = self.frictions[case]
         problem = self.problem if np.isnan(mu) else with_friction(self.problem, mu)
         with threadpool_limits(1, user_api="blas"):
-            arrays = _Curve(self, problem).arrays(tell)
+            arrays = _Curve(self, problem).arrays(report)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
 
@@ -105,17 +105,17 @@ class _Curve:
             return self.nominal, self.pull / (ratio * self.unit)
         return self.balance_at(ratio), 1.0
 
-    def arrays(self, tell: Tell) -> dict[str, NDArray[Any]]:
+    def arrays(self, report: Report) -> dict[str, NDArray[Any]]:
         """Everything about the curve, by name."""
         work = self.work
         low, high = work.band or ends_of(resonance_band(self.nominal, work.output))
         follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measure)
-        found = follower.follow(work.ratios[::-1], work.every, lambda fraction: tell(0.8 * fraction))
+        found = follower.follow(work.ratios[::-1], work.every, lambda fraction: report(0.8 * fraction))
         arrays = self._empty(len(work.ratios), len(found.branches))
         for k in range(len(work.ratios)):
             self._fill(arrays, k, follower, found)
         arrays |= self._optimum(follower, found)
-        arrays |= _told(found)
+        arrays |= _event_arrays(found)
         linear = {"free": self.free, "stuck": self.stuck}
         for name, peak in linear.items():
             arrays[f"{name}_frequency"] = np.array(peak.frequency)
@@ -208,7 +208,7 @@ PER_POINT = (
 )
 
 
-def _told(found: Following) -> dict[str, NDArray[Any]]:
+def _event_arrays(found: Following) -> dict[str, NDArray[Any]]:
     """Events in words, in the order of F_C/F_E, checks by full sweeps, and what following cost."""
     placed = sorted((min(e.low, e.high), max(e.low, e.high), e.frequency, e.kind, e.words) for e in found.events)
     events = [f"F_C/F_E {low:.4g} to {high:.4g}, {frequency:.5g} Hz: {words}" for low, high, frequency, _, words in placed]

@@ -12,7 +12,7 @@ from stickslip.analyses.performance.design_constraints import Constraint, Trial,
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.analyses.work import Tell
+from stickslip.analyses.work import Report
 from stickslip.checks import Array, InputError, finite
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
@@ -52,7 +52,7 @@ def worst_peak(
     variables: dict[str, float],
     conditions: Conditions,
     constraints: Mapping[str, Constraint],
-    tell: Tell = lambda fraction: None,
+    report: Report = lambda fraction: None,
 ) -> Worst:
     """The highest resonance over all conditions, and the least margin of each constraint over them.
 
@@ -65,7 +65,7 @@ def worst_peak(
         return Worst(np.inf, np.nan, np.nan, np.nan, -1, margins, np.full((len(conditions.frictions), 3), np.nan))
     search = _Search(variables, conditions, constraints)
     for k, mu in enumerate(conditions.frictions):
-        tell(k / len(conditions.frictions))
+        report(k / len(conditions.frictions))
         search.with_friction(mu, problem_of(mu))
     if conditions.search and np.isfinite(search.size):
         search.search_all_starts(problem_of(search.place[2]))

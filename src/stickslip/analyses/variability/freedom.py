@@ -10,7 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
-from stickslip.analyses.work import Progress, told
+from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
@@ -71,7 +71,7 @@ def friction_freedom(
     band: a `Band` to continue over, or frequencies in Hz.
     """
     output, force = output_of(problem, output), positive("force", force)
-    told(progress)
+    checked_progress(progress)
     if isinstance(band, Band):
         listed, exactly = [band.start, band.stop], False
     else:

@@ -1,4 +1,4 @@
-"""Response variability: the cloud of responses of one problem over start states that nothing but history tells apart."""
+"""Response variability: the responses of one problem for many start states, which differ only in their loading history."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stickslip.analyses.forced_response import force_levels, forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
-from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
+from stickslip.analyses.work import Arrays, Finished, Progress, Report, Workers
 from stickslip.checks import Array, of_kind
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
@@ -169,13 +169,13 @@ class SamplesWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one level and start state."""
         started = time.process_time()
         level, start = self.cases[case]
         space = self.space_at(level)
         where = (self.frequencies, level, self.exactly)
-        curve = start_curve(self.balance, space, self.variables[start], *where, tell, self.measure)
+        curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measure)
         arrays = curve_arrays(self.balance, with_peaks(curve))
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
@@ -201,7 +201,7 @@ def start_curve(
     frequencies: Sequence[float],
     level: float,
     exactly: bool,
-    tell: Tell = lambda fraction: None,
+    report: Report = lambda fraction: None,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Curve:
     """The curve of one start state, its first point reached from the virgin one: far-off states have no other way in."""
@@ -213,8 +213,8 @@ def start_curve(
     except UnsolvedError as reason:
         if reason.outcome == Outcome.BODY_HELD_BY_NOTHING:
             return Curve(level, (), reason.outcome, str(reason), omegas[0], measure=measure)
-        return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, measure=measure)
-    return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, begin=point, measure=measure)
+        return solve_curve(space.balance(balance, variables), omegas, level, exactly, report, measure=measure)
+    return solve_curve(space.balance(balance, variables), omegas, level, exactly, report, begin=point, measure=measure)
 
 
 def with_starts(dataset: xr.Dataset, axis: str, variables: Array, values: Array) -> xr.Dataset:
