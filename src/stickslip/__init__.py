@@ -9,6 +9,7 @@ Band(start=480.0, stop=600.0)
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -103,7 +104,7 @@ _HOME = {
     "open_results": "stickslip.results",
     "read_problem": "stickslip.study.read",
     "save_mat": "stickslip.results_matlab",
-    "FinishedFolder": "stickslip.finished",
+    "CheckpointFolder": "stickslip.checkpoint",
     "as_quantity": "stickslip.quantities",
     "quantity_table": "stickslip.quantities",
     "peak_table": "stickslip.quantities",
@@ -118,6 +119,10 @@ _HOME = {
     "identify": "stickslip.analyses.identification.identify",
 }
 _MODULES = ("dampers", "rigs", "units")
+_RENAMED = {
+    "FinishedFolder": "CheckpointFolder",
+}
+"""Old public names, which still work for one release, with a DeprecationWarning."""
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
@@ -148,6 +153,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.variability.freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.variability.history import ResponseHistory, response_history
     from stickslip.analyses.variability.samples import ResponseSamples, response_samples
+    from stickslip.checkpoint import CheckpointFolder
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.friction_disc import FrictionDisc
@@ -160,7 +166,6 @@ if TYPE_CHECKING:
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
     from stickslip.disk import FullDisk, TunedDisk
-    from stickslip.finished import FinishedFolder
     from stickslip.loads import BaseMotion, Force, Output
     from stickslip.measurement.cycles import whole_cycles
     from stickslip.measurement.reconstruction import reconstruct
@@ -182,6 +187,9 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name in _RENAMED:
+        warnings.warn(f"stickslip.{name} is now stickslip.{_RENAMED[name]}.", DeprecationWarning, stacklevel=2)
+        name = _RENAMED[name]
     if name in _MODULES:
         return import_module(f"stickslip.{name}")
     if name in _HOME:

@@ -90,11 +90,11 @@ def test_designs_of_the_search_are_kept_too():
     """Those of differential evolution, of the simplex and around the optimum, and the searches of start states."""
     kept, asked = Kept(), {"generations": 1, "refinements": 4, "designs": 4, "starts": 1, "samples": 64, "friction_factor": 1.0}
     asked["search"] = False
-    found = small(**asked, finished=kept)
+    found = small(**asked, checkpoint=kept)
     assert len([name for name in kept if name.startswith("design at")]) >= found.dataset.sizes["design"] + 2
     assert any(name.startswith("all start states") for name in kept)
     again = Kept(kept)
-    assert small(**asked, finished=again).dataset.identical(found.dataset)
+    assert small(**asked, checkpoint=again).dataset.identical(found.dataset)
     assert len(again) == len(kept)
 
 
@@ -404,6 +404,8 @@ def test_what_is_kept_belongs_to_the_problem_that_made_it():
             return ss.rigs.single_mass(damping=damping, kt=KD, limit=load * friction)
 
         effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "harmonics": 1, "samples": 64}
-        return float(ss.design_damper(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, finished=kept, **effort).dataset.optimum_peak)
+        return float(
+            ss.design_damper(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, checkpoint=kept, **effort).dataset.optimum_peak
+        )
 
     assert optimum(0.05) < 0.9 * optimum(0.01)

@@ -20,6 +20,7 @@ HEAD = re.compile(r"\| (term|analysis) \|")
 
 # Words that the glossary's terms replaced, as regular expressions without regard to case.
 REPLACED = {
+    r"FinishedFolder(?!\": )": "CheckpointFolder",
     r"results_told": "results_representative",
 }
 READ = sorted(

@@ -9,35 +9,35 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip.analyses.processes import Processes
-from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Report, Work, Workers, checked_progress
+from stickslip.analyses.work import Arrays, Checkpoint, Executor, Progress, Report, Work, Workers, checked_progress
 from stickslip.checks import fault
 
 
 def all_cases(
     work: Work,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> list[Arrays]:
-    """The results of all cases in order: those kept by `finished`, and the others computed."""
+    """The results of all cases in order: those kept by `checkpoint`, and the others computed."""
     executor = workers if isinstance(workers, Executor) else Processes(workers)
-    if finished is not None and not isinstance(finished, Finished):
-        raise fault("finished", "must be a FinishedFolder, or have its load and save", finished)
+    if checkpoint is not None and not isinstance(checkpoint, Checkpoint):
+        raise fault("checkpoint", "must be a CheckpointFolder, or have its load and save", checkpoint)
     checked_progress(progress)
-    results = {} if finished is None else _kept(work, finished)
+    results = {} if checkpoint is None else _kept(work, checkpoint)
     missing = [case for case in range(len(work.names)) if case not in results]
 
     def keep(case: int, arrays: Arrays) -> None:
-        if finished is not None:
-            finished.save(work.names[case], arrays)
+        if checkpoint is not None:
+            checkpoint.save(work.names[case], arrays)
         results[case] = arrays
 
     executor.compute(work, missing, keep, progress)
     return [results[case] for case in range(len(work.names))]
 
 
-def _kept(work: Work, finished: Finished) -> dict[int, Arrays]:
-    found = {case: finished.load(name) for case, name in enumerate(work.names)}
+def _kept(work: Work, checkpoint: Checkpoint) -> dict[int, Arrays]:
+    found = {case: checkpoint.load(name) for case, name in enumerate(work.names)}
     return {case: arrays for case, arrays in found.items() if arrays is not None}
 
 

@@ -25,7 +25,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
-from stickslip.analyses.work import Arrays, Finished, Progress, Report, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
@@ -33,6 +33,7 @@ from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
+from stickslip.renamed import renamed_arguments
 from stickslip.results import save
 from stickslip.results_view import measure_in, nearest_point
 from stickslip.rigs import single_mass
@@ -161,6 +162,7 @@ class ForcedResponse:
         return save(self.dataset, path)
 
 
+@renamed_arguments(finished="checkpoint")
 def forced_response(
     problem: Problem,
     band: Band | Sequence[float],
@@ -173,7 +175,7 @@ def forced_response(
     quantity: str = "displacement",
     measure: str = "amplitude",
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.
@@ -187,16 +189,16 @@ def forced_response(
     quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
     the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
-    its work under `if __name__ == "__main__":`), or a `DaskCluster`. finished: keeps the curve of each force level as soon as it
-    is there, and gives it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work
-    goes on.
+    its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
+    force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as
+    the work goes on.
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing")
     peaks_of = measure_of(quantity, measure)
     work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of)
-    curves = all_cases(work, finished, workers, progress)
+    curves = all_cases(work, checkpoint, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
 

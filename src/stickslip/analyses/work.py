@@ -39,8 +39,8 @@ class Work(Protocol):
 
 
 @runtime_checkable
-class Finished(Protocol):
-    """Keeps results of finished cases, so that an interrupted analysis goes on where it stopped."""
+class Checkpoint(Protocol):
+    """Keeps the results of completed cases, so that an interrupted analysis can resume."""
 
     def load(self, name: str) -> Arrays | None:
         """The kept result, or None."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.analyses.dask_cluster import DaskCluster
-    from stickslip.finished import FinishedFolder
+    from stickslip.checkpoint import CheckpointFolder
     from stickslip.study import Job
     from stickslip.study.run import Run
 
@@ -193,7 +193,7 @@ def computed_and_written(run: Run) -> list[str]:
     return broken
 
 
-def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
+def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
     """The results; a study that turns out to be wrong leaves nothing behind."""
     try:
         with progress(run.words) as report:
@@ -216,7 +216,7 @@ def say_kept(run: Run, count: int) -> None:
 
 
 @contextmanager
-def hint_at_resuming(kept: FinishedFolder) -> Iterator[None]:
+def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
     """Whatever stops the block, say what is kept."""
     try:
         yield

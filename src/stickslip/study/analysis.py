@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.problem import Problem
@@ -49,7 +49,7 @@ class SearchingPlan(Plan, Protocol):
     """A plan that goes on from its cases by a search, whose own cases are kept as well."""
 
     def searched(
-        self, results: Mapping[str, Sequence[Arrays]], finished: Finished, workers: Workers, progress: Progress
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
         """The labelled results of all works and of the search."""
 

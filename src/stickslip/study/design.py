@@ -15,7 +15,7 @@ from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
-from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import MOST, fault, nearest
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
@@ -192,11 +192,11 @@ class DesignPlan(Plan):
         return finished_design(self.work, results[""], self.table.generations, self.table.refinements)
 
     def searched(
-        self, results: Mapping[str, Sequence[Arrays]], finished: Finished, workers: Workers, progress: Progress
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
         """The search goes on from the designs computed."""
         counts = self.table.generations, self.table.refinements
-        return finished_design(self.work, results[""], *counts, finished, workers, progress)
+        return finished_design(self.work, results[""], *counts, checkpoint, workers, progress)
 
 
 DAMPER_DESIGN = Kind(DesignPlan.of, {"design": DesignTable}, ("design",), {"design": known}, on_problem=False)

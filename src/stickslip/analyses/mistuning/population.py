@@ -11,10 +11,11 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.analyses.work import Finished, Progress, Workers
+from stickslip.analyses.work import Checkpoint, Progress, Workers
 from stickslip.checks import InputError, between, fault, of_kind, seed_of, whole
 from stickslip.disk import TunedDisk
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ def mistuned_response(
     return mistuned_population(disk, band, 1, Scatter(), mistuning, force, harmonics, samples, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def mistuned_population(
     disk: TunedDisk,
     band: Band | Sequence[float],
@@ -71,14 +73,14 @@ def mistuned_population(
     quantity: str = "displacement",
     measure: str = "amplitude",
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> MistunedDisks:
     """Responses of `count` disks whose sectors deviate at random, all under one engine order and one force level.
 
     mistuning: deviations that all samples share; with a pattern of the blades there and scatter of contacts alone, the samples
     are one disk mounted again and again. blade: what makes up a blade, see `mistuned_disk`. output: which output of a sector
-    is the amplitude of its blade. band, force, harmonics, samples, workers, finished, progress: see `forced_response`; at a
+    is the amplitude of its blade. band, force, harmonics, samples, workers, checkpoint, progress: see `forced_response`; at a
     list of frequencies, maxima are the largest values there. peak_tolerance: by how much maxima over a band may be too low.
     run_in: all start from the sliders of the tuned disk at its highest point (`stickslip.run_in`).
     quantity, measure: what amplitudes and their maxima are of, as for `forced_response`.
@@ -88,7 +90,7 @@ def mistuned_population(
     """
     last = (seed, blade, output, peak_tolerance, run_in, measure_of(quantity, measure))
     work = planned_population(disk, band, count, scatter, mistuning, force, harmonics, samples, *last)
-    results = all_cases(work, finished, workers, progress)
+    results = all_cases(work, checkpoint, workers, progress)
     return MistunedDisks(population_dataset(work, results), disk)
 
 

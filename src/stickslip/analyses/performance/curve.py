@@ -17,11 +17,12 @@ from stickslip.analyses.arguments import ends_of, fineness_of, frictions_of, out
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Vary, stacked
-from stickslip.analyses.work import Arrays, Finished, Progress, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ class PerformanceCurve:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def performance_curve(
     problem: Problem,
     force_ratio: ArrayLike,
@@ -88,7 +90,7 @@ def performance_curve(
     harmonics: int = 5,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> PerformanceCurve:
     """Peak amplitude and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
@@ -115,7 +117,7 @@ def performance_curve(
     own = None if pull is None else positive("pull", pull)
     settings = (row, between("check_every", check_every, 1), *fineness_of(harmonics, samples), measure_of(quantity, measure))
     work = PerformanceWork(problem, ratios, frictions, vary, ends, own, *settings)
-    return gathered(work, all_cases(work, finished, workers, progress))
+    return gathered(work, all_cases(work, checkpoint, workers, progress))
 
 
 _POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")

@@ -20,10 +20,11 @@ from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
-from stickslip.analyses.work import Arrays, Finished, Progress, Report, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.rigs import single_mass
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ class Design:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def design_damper(
     problem_of: ProblemOf,
     variables: Mapping[str, tuple[float, float]],
@@ -85,7 +87,7 @@ def design_damper(
     harmonics: int = 3,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> Design:
     """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak.
@@ -105,15 +107,15 @@ def design_damper(
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
     from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
     the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst peak, as
-    this search counts it, is at most 5 % higher. What `finished` keeps is not computed again.
+    this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     last = (search, measure_of(quantity, measure))
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, *last)
     more = between("generations", generations, 0), between("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
-    results = all_cases(work, finished, workers, progress)
-    return Design(finished_design(work, results, *more, finished, workers, progress))
+    results = all_cases(work, checkpoint, workers, progress)
+    return Design(finished_design(work, results, *more, checkpoint, workers, progress))
 
 
 def planned_design(
@@ -221,13 +223,13 @@ def finished_design(
     results: Sequence[Arrays],
     generations: int,
     refinements: int,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> xr.Dataset:
     """Generations and a simplex from the sampled designs, the best of all over all start states, then everything as a dataset."""
     expected = refinements + generations * len(results) + 16 * len(work.box)
-    designs = Designs(work, [Record.of(arrays) for arrays in results], finished, workers, progress, expected)
+    designs = Designs(work, [Record.of(arrays) for arrays in results], checkpoint, workers, progress, expected)
     if generations:
         evolve(designs, generations, work.conditions.seed)
     if refinements:

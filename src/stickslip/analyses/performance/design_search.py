@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import differential_evolution, minimize
 
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import Array, InputError
 
 POPULATION = 5
@@ -83,14 +83,14 @@ REFUSED = 1e6
 
 @dataclass(eq=False)
 class Designs:
-    """The designs computed so far, and more on demand: each of them once, kept by `finished`, several side by side.
+    """The designs computed so far, and more on demand: each of them once, kept by `checkpoint`, several side by side.
 
     expected: how many cases a search will ask for, about, which `progress` counts.
     """
 
     work: DesignCases
     records: list[Record]
-    finished: Finished | None
+    checkpoint: Checkpoint | None
     workers: Workers
     progress: Progress
     expected: int
@@ -137,7 +137,7 @@ class Designs:
             self.progress((self.done + count * fraction) / max(self.expected, self.done + count), text)
 
         few = count == 1 or (isinstance(self.workers, int) and (count - 1) * self._seconds() < WORTH)
-        results = all_cases(work, self.finished, 1 if few else self.workers, report)
+        results = all_cases(work, self.checkpoint, 1 if few else self.workers, report)
         self.done += count
         return results
 

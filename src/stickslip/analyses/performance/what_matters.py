@@ -16,9 +16,10 @@ from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, outp
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.work import Arrays, Finished, Progress, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ class WhatMatters:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def what_matters(
     problem_of: ProblemOf,
     parameters: Mapping[str, tuple[float, float]],
@@ -63,7 +65,7 @@ def what_matters(
     harmonics: int = 3,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> WhatMatters:
     """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.
@@ -78,7 +80,7 @@ def what_matters(
     """
     size = measure_of(quantity, measure)
     work = planned_draws(problem_of, parameters, band, force, draws, output, seed, harmonics, samples, measure=size)
-    return WhatMatters(gathered(work, all_cases(work, finished, workers, progress)))
+    return WhatMatters(gathered(work, all_cases(work, checkpoint, workers, progress)))
 
 
 def planned_draws(

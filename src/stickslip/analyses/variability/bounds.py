@@ -16,10 +16,11 @@ import numpy as np
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import force_levels
 from stickslip.analyses.variability.bounds_work import BoundsWork, Target
-from stickslip.analyses.work import Finished, Progress, Workers
+from stickslip.analyses.work import Checkpoint, Progress, Workers
 from stickslip.checks import Array, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band, listed
 
@@ -46,6 +47,7 @@ class ResponseBounds:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def response_bounds(
     problem: Problem,
     band: Band | Sequence[float],
@@ -64,7 +66,7 @@ def response_bounds(
     harmonics: int = 5,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseBounds:
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.
@@ -87,7 +89,7 @@ def response_bounds(
         raise fault("band", "must be a band for the peak", band)
     settings = (output, cloud, starts, rule, share, seed, harmonics, samples, measure_of(quantity, measure))
     work = BoundsWork(problem, frequencies, levels, objective, *settings)
-    return ResponseBounds(work.gathered(all_cases(work, finished, workers, progress)), problem)
+    return ResponseBounds(work.gathered(all_cases(work, checkpoint, workers, progress)), problem)
 
 
 def _frequencies(band: Band | Sequence[float], points: int) -> Array:

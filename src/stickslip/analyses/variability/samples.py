@@ -16,12 +16,13 @@ from stickslip.analyses.forced_response import force_levels, forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
-from stickslip.analyses.work import Arrays, Finished, Progress, Report, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, of_kind
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.results_view import measure_in
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
@@ -68,6 +69,7 @@ class ResponseSamples:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def response_samples(
     problem: Problem,
     band: Band | Sequence[float],
@@ -84,7 +86,7 @@ def response_samples(
     quantity: str = "displacement",
     measure: str = "amplitude",
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseSamples:
     """Curves over a band, or at frequencies in Hz, for many start states, each kept along its curve; one or several force levels.
@@ -107,7 +109,7 @@ def response_samples(
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables, size)
-    curves = all_cases(work, finished, workers, progress)
+    curves = all_cases(work, checkpoint, workers, progress)
     return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
 
 
