@@ -14,7 +14,7 @@ def rig(*, friction: float, mass: float, angle: float) -> ss.Problem:
     return ss.rigs.single_blade(92.0 * mass, damper_mass=mass, platform_angle=angle, **flat, **cylinder, **small)
 
 
-design = ss.design_damper(
+design = ss.damper_design(
     rig,
     {"mass": (0.02, 0.12), "angle": (15.0, 60.0)},  # kg, degrees
     force=(80.0, 80.0),

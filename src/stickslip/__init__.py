@@ -53,7 +53,7 @@ _HOME = {
     "DaskCluster": "stickslip.analyses.dask_cluster",
     "mistuned_disk": "stickslip.analyses.mistuning.disk",
     "run_in": "stickslip.analyses.mistuning.run_in",
-    "MistunedDisks": "stickslip.analyses.mistuning.population",
+    "MistunedPopulation": "stickslip.analyses.mistuning.population",
     "mistuned_response": "stickslip.analyses.mistuning.population",
     "mistuned_population": "stickslip.analyses.mistuning.population",
     "CyclicStructure": "stickslip.structure.cyclic",
@@ -82,13 +82,13 @@ _HOME = {
     "performance_curve": "stickslip.analyses.performance.curve",
     "PerformanceBand": "stickslip.analyses.performance.band",
     "performance_band": "stickslip.analyses.performance.band",
-    "Design": "stickslip.analyses.performance.design",
-    "design_damper": "stickslip.analyses.performance.design",
+    "DamperDesign": "stickslip.analyses.performance.design",
+    "damper_design": "stickslip.analyses.performance.design",
     "Parameter": "stickslip.analyses.sensitivity",
     "Sensitivity": "stickslip.analyses.sensitivity",
     "sensitivity": "stickslip.analyses.sensitivity",
-    "WhatMatters": "stickslip.analyses.performance.what_matters",
-    "what_matters": "stickslip.analyses.performance.what_matters",
+    "SensitivityIndices": "stickslip.analyses.performance.sensitivity_indices",
+    "sensitivity_indices": "stickslip.analyses.performance.sensitivity_indices",
     "PeakPath": "stickslip.analyses.performance.peak_path",
     "follow_peaks": "stickslip.analyses.performance.peak_path",
     "force_plane": "stickslip.analyses.damper_alone.force_plane",
@@ -120,7 +120,12 @@ _HOME = {
 }
 _MODULES = ("dampers", "rigs", "units")
 _RENAMED = {
+    "Design": "DamperDesign",
     "FinishedFolder": "CheckpointFolder",
+    "MistunedDisks": "MistunedPopulation",
+    "WhatMatters": "SensitivityIndices",
+    "design_damper": "damper_design",
+    "what_matters": "sensitivity_indices",
 }
 """Old public names, which still work for one release, with a DeprecationWarning."""
 
@@ -139,14 +144,14 @@ if TYPE_CHECKING:
     from stickslip.analyses.identification.identify import Identification, identify
     from stickslip.analyses.identification.loop_law import ContactLoop, identify_law
     from stickslip.analyses.mistuning.disk import Mistuning, Scatter, mistuned_disk
-    from stickslip.analyses.mistuning.population import MistunedDisks, mistuned_population, mistuned_response
+    from stickslip.analyses.mistuning.population import MistunedPopulation, mistuned_population, mistuned_response
     from stickslip.analyses.mistuning.run_in import run_in
     from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters
     from stickslip.analyses.performance.band import PerformanceBand, performance_band
     from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
-    from stickslip.analyses.performance.design import Design, design_damper
+    from stickslip.analyses.performance.design import DamperDesign, damper_design
     from stickslip.analyses.performance.peak_path import PeakPath, follow_peaks
-    from stickslip.analyses.performance.what_matters import WhatMatters, what_matters
+    from stickslip.analyses.performance.sensitivity_indices import SensitivityIndices, sensitivity_indices
     from stickslip.analyses.sensitivity import Parameter, Sensitivity, sensitivity
     from stickslip.analyses.time_response import time_response
     from stickslip.analyses.variability.bounds import ResponseBounds, response_bounds

@@ -107,7 +107,7 @@ def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
 
 
 def test_a_study(tmp_path):
-    write_new("mistuning", tmp_path / "study.toml")
+    write_new("mistuned_population", tmp_path / "study.toml")
     work = read(tmp_path / "study.toml").plan.works[""]
     assert (work.count, work.scatter.blade, work.blade) == (20, 0.003, ("tip.t",))
     assert len(set(work.names)) == 21
@@ -125,7 +125,7 @@ def test_a_study(tmp_path):
     ],
 )
 def test_faults_of_a_study_are_said(tmp_path, before, after, words):
-    path = write_new("mistuning", tmp_path / "study.toml")[0]
+    path = write_new("mistuned_population", tmp_path / "study.toml")[0]
     text = path.read_text().replace("engine_order = 2", "" if after == "single_mass" else "engine_order = 2")
     path.write_text(text.replace(before, after, 1))
     with pytest.raises(InputError, match=words):

@@ -28,7 +28,7 @@ def one_mass(*, friction: float, load: float) -> ss.Problem:
 def small(**changed):
     settings = {"designs": 8, "refinements": 14, "starts": 0, "harmonics": 1, "samples": 256}
     settings |= {"force": (1.0, 1.0), "levels": 1, "friction": 0.4}
-    return ss.design_damper(one_mass, {"load": (1.0, 8.0)}, **(settings | changed))
+    return ss.damper_design(one_mass, {"load": (1.0, 8.0)}, **(settings | changed))
 
 
 def test_known_friction_and_force_give_the_known_optimum():
@@ -126,7 +126,7 @@ def test_start_states_can_only_make_it_worse():
     sizes = []
     for starts in (0, 2):
         effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": starts, "samples": 64}
-        found = ss.design_damper(wedge, {"angle": (25.0, 40.0)}, (4.0, 4.0), 0.4, **effort)
+        found = ss.damper_design(wedge, {"angle": (25.0, 40.0)}, (4.0, 4.0), 0.4, **effort)
         sizes.append(found.dataset.worst_peak.values)
     assert np.all(sizes[1] >= sizes[0])
     assert np.any(sizes[1] > 1.001 * sizes[0])
@@ -177,7 +177,7 @@ def test_a_design_that_jams_is_refused_before_it_is_computed():
 
     limits = {"no jamming": NoJamming("angle"), "no lift-off": NoLiftOff()}
     effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "samples": 64}
-    found = ss.design_damper(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
+    found = ss.damper_design(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
     assert failures(found.dataset)[0].endswith("breaks no jamming. Widen the variables or the constraints.")
     assert len(made) == 1
 
@@ -313,7 +313,7 @@ def test_a_variable_that_does_nothing_may_be_anything_and_slopes_stay_within_the
 
     settings = {"designs": 4, "refinements": 12, "starts": 0, "levels": 1, "friction_factor": 1.0, "harmonics": 1}
     known = [{"load": 3.0, "idle": 5.0}]
-    found = ss.design_damper(make, {"load": (1.0, 3.0), "idle": (-2.0, 5.0)}, (1.0, 1.0), 0.4, known=known, **settings).dataset
+    found = ss.damper_design(make, {"load": (1.0, 3.0), "idle": (-2.0, 5.0)}, (1.0, 1.0), 0.4, known=known, **settings).dataset
     assert found.optimum.values == pytest.approx([3.0, 5.0])
     assert np.isnan(found.sensitivity.values).tolist() == [[False, True], [False, True]]
     assert found.sensitivity.values[0, 0] > 0.01
@@ -362,7 +362,7 @@ def made_up_at(limit):
 
 def test_friction_is_no_variable():
     with pytest.raises(ss.InputError, match=r"variables must not hold friction.*within `friction_factor`"):
-        ss.design_damper(one_mass, {"friction": (0.2, 0.4)}, (1.0, 1.0), 0.4, levels=1)
+        ss.damper_design(one_mass, {"friction": (0.2, 0.4)}, (1.0, 1.0), 0.4, levels=1)
 
 
 def test_a_constraint_that_fails_is_named():
@@ -380,7 +380,7 @@ def sharp_at_the_edge(*, friction: float, load: float) -> ss.Problem:
 
 
 def test_a_search_goes_on_where_a_design_at_the_edge_cannot_be_made():
-    found = ss.design_damper(
+    found = ss.damper_design(
         sharp_at_the_edge,
         {"load": (1.0, 3.0)},
         (1.0, 1.0),
@@ -405,7 +405,7 @@ def test_what_is_kept_belongs_to_the_problem_that_made_it():
 
         effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "harmonics": 1, "samples": 64}
         return float(
-            ss.design_damper(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, checkpoint=kept, **effort).dataset.optimum_peak
+            ss.damper_design(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, checkpoint=kept, **effort).dataset.optimum_peak
         )
 
     assert optimum(0.05) < 0.9 * optimum(0.01)

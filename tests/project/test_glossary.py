@@ -20,6 +20,9 @@ HEAD = re.compile(r"\| (term|analysis) \|")
 
 # Words that the glossary's terms replaced, as regular expressions without regard to case.
 REPLACED = {
+    r"what[_-]?matters(?!\": \")": "sensitivity indices",
+    r"design_damper(?!\": )": "damper_design",
+    r"MistunedDisks(?!\": )": "MistunedPopulation",
     r"FinishedFolder(?!\": )": "CheckpointFolder",
     r"results_told": "results_representative",
 }

@@ -95,7 +95,7 @@ OF_MANY = {
 }
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse", "LawChoice"),
-    *("Design", "WhatMatters", "MistunedDisks"),
+    *("DamperDesign", "SensitivityIndices", "MistunedPopulation"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}

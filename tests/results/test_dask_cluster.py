@@ -40,7 +40,7 @@ at = [152.2, 152.4]
 force_levels = [0.4]
 harmonics = 1
 samples = 24
-[mistuning]
+[mistuned_population]
 count = 3
 blade_scatter = 0.003
 """

@@ -178,7 +178,7 @@ def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path)
     with pytest.raises(stickslip.InputError, match=r"results are of another problem: .*attrs\['study'\]"):
         other.verify_in_time(case=2, point=other.peak_point(2))
     alone = tmp_path / "alone.toml"
-    stickslip_command("new", "damper-cycle", alone)
+    stickslip_command("new", "damper_cycle", alone)
     with pytest.raises(stickslip.InputError, match="must be of a problem"):
         stickslip.read_problem(alone)
     with pytest.raises(stickslip.InputError, match="must exist"):

@@ -26,7 +26,7 @@ def run(arguments):
 
 def test_bounds_come_with_results_report_and_figures(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
-    assert run(["new", "bounds", study]) == 0
+    assert run(["new", "response_bounds", study]) == 0
     text = (
         study.read_text().replace("points = 25", "points = 3").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 8")
     )
@@ -57,7 +57,7 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
 
     monkeypatch.setattr(AtFrequency, "sample", sample)
     study, out = tmp_path / "study.toml", tmp_path / "out"
-    run(["new", "bounds", study])
+    run(["new", "response_bounds", study])
     text = (
         study.read_text().replace("points = 25", "points = 2").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 4")
     )
@@ -78,7 +78,7 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
 
 def test_samples_come_as_cases_with_percentiles(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
-    assert run(["new", "samples", study]) == 0
+    assert run(["new", "response_samples", study]) == 0
     text = (
         study.read_text().replace("count = 20", "count = 3").replace("[0.5, 1.0]", "[1.0]").replace("points = 29", "points = 2")
     )
@@ -115,7 +115,7 @@ def test_samples_come_as_cases_with_percentiles(tmp_path):
 )
 def test_faults_of_samples_are_said(tmp_path, change, message):
     study = tmp_path / "study.toml"
-    run(["new", "samples", study])
+    run(["new", "response_samples", study])
     study.write_text(study.read_text().replace(*change))
     with pytest.raises(Faults, match=message):
         read(study)
@@ -143,7 +143,7 @@ def test_attached_bounds_survive_the_file(tmp_path):
 )
 def test_faults_are_said(tmp_path, change, message):
     study = tmp_path / "study.toml"
-    run(["new", "bounds", study])
+    run(["new", "response_bounds", study])
     study.write_text(study.read_text().replace(*change))
     with pytest.raises(Faults, match=message):
         read(study)

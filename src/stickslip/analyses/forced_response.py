@@ -130,7 +130,7 @@ class ForcedResponse:
 
         At a peak (`peak_point`) it is not the slope of the peak's height: sampled friction puts peaks on kinks, and by a
         parameter that shifts the resonance a point beside the top has another slope, even another sign. Slopes of peaks:
-        `what_matters`.
+        `sensitivity_indices`.
         """
         return point_sensitivity(self.dataset, self.problem, case, point, parameters)
 

@@ -78,17 +78,21 @@ def new(
         str,
         typer.Argument(
             help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
-            "disk), mistuning (many of them), bounds or samples (start states), performance, band or what-matters (damper "
-            "performance curves, their spread and its causes), design (of a damper), damper-cycle, steady-cycles or "
-            "damper-evolution (a damper alone), identification (of contact parameters)."
+            "disk), mistuned_population (many of them), response_bounds or response_samples (start states), performance_curve, "
+            "performance_band or sensitivity_indices (damper performance, its spread and the causes of that), damper_design, "
+            "damper_cycle, steady_cycles or damper_evolution (a damper alone), identification (of contact parameters)."
         ),
     ],
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
 ) -> None:
     """Write a commented study file to begin with."""
+    from stickslip.study.renamed import TEMPLATES
     from stickslip.study.templates import write_new
 
+    if kind in TEMPLATES:
+        warn(f"`{kind}` is now called `{TEMPLATES[kind]}`; the old name will stop working.")
+        kind = TEMPLATES[kind]
     written = write_new(kind, file or Path(f"{kind}.toml"), force)
     say(f"Wrote {' and '.join(map(str, written))}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
 

@@ -26,7 +26,7 @@ FALLS, SIDES = -0.01, ("less", "more")
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """The best design, how flat it is, and what matters."""
+    """The best design, how flat it is, and its caveats."""
     refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
     counts = f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint"
     if no_optimum(dataset):

@@ -29,7 +29,7 @@ PRESENTATIONS = {
     "performance_curve": "stickslip.report.performance",
     "performance_band": "stickslip.report.performance_band",
     "damper_design": "stickslip.report.design",
-    "what_matters": "stickslip.report.what_matters",
+    "sensitivity_indices": "stickslip.report.sensitivity_indices",
     "identification": "stickslip.report.identification",
     "mistuned_population": "stickslip.report.mistuning",
 }

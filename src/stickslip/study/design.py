@@ -1,4 +1,4 @@
-"""Design of a damper in a study: the table [design], a rig whose parameters are the variables."""
+"""Design of a damper in a study: the table [damper_design], a rig whose parameters are the variables."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ class DesignPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> DesignPlan:
         """The plan of a study."""
-        plan = cls(DesignTable.model_validate(asked.tables["design"]))
+        plan = cls(DesignTable.model_validate(asked.tables["damper_design"]))
         _ = plan.work.conditions
         return plan
 
@@ -199,4 +199,6 @@ class DesignPlan(Plan):
         return finished_design(self.work, results[""], *counts, checkpoint, workers, progress)
 
 
-DAMPER_DESIGN = Kind(DesignPlan.of, {"design": DesignTable}, ("design",), {"design": known}, on_problem=False)
+DAMPER_DESIGN = Kind(
+    DesignPlan.of, {"damper_design": DesignTable}, ("damper_design",), {"damper_design": known}, on_problem=False
+)

@@ -27,6 +27,7 @@ from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, owners
 from stickslip.study.names import Names, dofs_in
+from stickslip.study.renamed import with_new_names
 from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
@@ -94,11 +95,10 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
 
     progress(share, text) is called while a large model is read and reduced.
     """
-    document = toml(text)
+    document, notes = with_new_names(toml(text))
     kind = kind_of(document)
     found = Found()
     tables = tables_of(document, kind, found)
-    notes: list[str] = []
     if tables.study:
         found.attempt("[study]", storable, "title", tables.study.title)
     misplaced(tables, document, found)

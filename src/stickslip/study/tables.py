@@ -48,7 +48,7 @@ class StudyTable(Table):
             "performance_curve",
             "performance_band",
             "damper_design",
-            "what_matters",
+            "sensitivity_indices",
             "identification",
             "mistuned_population",
         ],

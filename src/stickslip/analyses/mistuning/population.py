@@ -26,7 +26,7 @@ PEAK_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class MistunedDisks:
+class MistunedPopulation:
     """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the
     frequency, the envelope, the maximum of each blade, the worst blade, the amplification and the deviations drawn.
     """
@@ -49,7 +49,7 @@ def mistuned_response(
     harmonics: int = 3,
     samples: int = 96,
     **options: Any,
-) -> MistunedDisks:
+) -> MistunedPopulation:
     """The response of all blades of one mistuned disk; arguments and options as of `mistuned_population`."""
     return mistuned_population(disk, band, 1, Scatter(), mistuning, force, harmonics, samples, **options)
 
@@ -75,7 +75,7 @@ def mistuned_population(
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
-) -> MistunedDisks:
+) -> MistunedPopulation:
     """Responses of `count` disks whose sectors deviate at random, all under one engine order and one force level.
 
     mistuning: deviations that all samples share; with a pattern of the blades there and scatter of contacts alone, the samples
@@ -91,7 +91,7 @@ def mistuned_population(
     last = (seed, blade, output, peak_tolerance, run_in, measure_of(quantity, measure))
     work = planned_population(disk, band, count, scatter, mistuning, force, harmonics, samples, *last)
     results = all_cases(work, checkpoint, workers, progress)
-    return MistunedDisks(population_dataset(work, results), disk)
+    return MistunedPopulation(population_dataset(work, results), disk)
 
 
 def planned_population(

@@ -41,7 +41,7 @@ class ProblemOf(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class DamperDesign:
     """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
@@ -64,7 +64,7 @@ class Design:
 
 
 @renamed_arguments(finished="checkpoint")
-def design_damper(
+def damper_design(
     problem_of: ProblemOf,
     variables: Mapping[str, tuple[float, float]],
     force: tuple[float, float],
@@ -89,7 +89,7 @@ def design_damper(
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
-) -> Design:
+) -> DamperDesign:
     """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak.
 
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
@@ -115,7 +115,7 @@ def design_damper(
     more = between("generations", generations, 0), between("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
     results = all_cases(work, checkpoint, workers, progress)
-    return Design(finished_design(work, results, *more, checkpoint, workers, progress))
+    return DamperDesign(finished_design(work, results, *more, checkpoint, workers, progress))
 
 
 def planned_design(

@@ -1,4 +1,4 @@
-"""Resonance peaks of a problem at drawn values of its parameters, as independent cases: the work behind `what_matters`."""
+"""Resonance peaks of a problem at drawn values of its parameters, as independent cases: the work behind `sensitivity_indices`."""
 
 from __future__ import annotations
 

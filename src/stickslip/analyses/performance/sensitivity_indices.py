@@ -35,7 +35,7 @@ QUANTITIES = ("peak amplitude", "peak frequency")
 
 
 @dataclass(frozen=True, eq=False)
-class WhatMatters:
+class SensitivityIndices:
     """`dataset`, axes (parameter, quantity): first_order and total indices of Sobol'; low_end and high_end: the quantity at both
     ends of a range, the others in the middle; spread: its standard deviation; slope: d ln(amplitude) over the range by the slope
     in the middle. first_order_interval, total_interval (.., 2): what 95 % of bootstrap samples of the draws give.
@@ -51,7 +51,7 @@ class WhatMatters:
 
 
 @renamed_arguments(finished="checkpoint")
-def what_matters(
+def sensitivity_indices(
     problem_of: ProblemOf,
     parameters: Mapping[str, tuple[float, float]],
     band: Band,
@@ -67,7 +67,7 @@ def what_matters(
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
-) -> WhatMatters:
+) -> SensitivityIndices:
     """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.
 
     problem_of(**values) makes the problem; with several `workers` it must be a function of a module. parameters: {name: (low,
@@ -80,7 +80,7 @@ def what_matters(
     """
     size = measure_of(quantity, measure)
     work = planned_draws(problem_of, parameters, band, force, draws, output, seed, harmonics, samples, measure=size)
-    return WhatMatters(gathered(work, all_cases(work, checkpoint, workers, progress)))
+    return SensitivityIndices(gathered(work, all_cases(work, checkpoint, workers, progress)))
 
 
 def planned_draws(
