@@ -78,10 +78,10 @@ def exists(key: str) -> bool:
     return command is not None and all(word in known or (name == "new" and word in KINDS) for word in arguments)
 
 
-def occurrences(pattern: str) -> Iterator[str]:
+def occurrences(pattern: str, flags: re.RegexFlag = re.IGNORECASE) -> Iterator[str]:
     for path in READ:
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
-            if re.search(pattern, line, re.IGNORECASE):
+            if re.search(pattern, line, flags):
                 yield f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
 
 
@@ -121,3 +121,8 @@ def test_a_wrong_key_or_command_is_found(key: str) -> None:
 def test_replaced_words_do_not_come_back(pattern: str) -> None:
     found = list(occurrences(pattern))
     assert not found, f"write {REPLACED[pattern]!r}:\n" + "\n".join(found)
+
+
+def test_papers_are_cited_by_title_or_authors() -> None:
+    found = list(occurrences(r"\(S[0-9][): ]|\bS[0-9] \(?equation", re.RegexFlag(0)))
+    assert not found, "\n".join(found)

@@ -26,7 +26,7 @@ def zero_by_load_removal(force: ArrayLike, calibration_error: float = 0.04, what
     """The zero of one cell from its reading while the load is taken away (n,) [N]: F = reading − zero.
 
     The first and the last quarter are taken as loaded and unloaded. error = √(noise²/n + (calibration_error × drop)²), the
-    calibration factor of S0 being known to 3 to 5 %. Source: Gola and Gastaldi, ASME GT2014-25240.
+    calibration factor being known to 3 to 5 %. Source: Gola and Gastaldi, ASME GT2014-25240.
     """
     values = np.asarray(force, dtype=float)
     if values.ndim != 1 or values.size < 40 or not np.all(np.isfinite(values)):

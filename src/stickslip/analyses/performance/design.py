@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FACTOR = 2.0
-"""Friction is uncertain by a factor of two unless said otherwise (S0: it evolves with wear)."""
+"""Default uncertainty of the friction coefficient, which evolves with wear (Gola and Gastaldi, ASME GT2014-25240)."""
 
 
 class ProblemOf(Protocol):

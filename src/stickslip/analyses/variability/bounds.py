@@ -1,8 +1,10 @@
 """The bounds of response variability: highest and lowest response over all admissible start states.
 
-At every frequency the amplitude itself is maximised and minimised, or, as S4 (equations 7 to 11) does, the loss factor as its
-proxy; or the resonance peak, which is what a designer needs: at a fixed frequency the lowest response is often only a
-resonance moved elsewhere.
+At every frequency the amplitude itself is maximised and minimised, or the loss factor as its proxy; or the resonance peak, which
+is what a designer needs: at a fixed frequency the lowest response is often only a resonance moved elsewhere.
+
+The loss factor is the objective of "An Experimental and Computational Comparison of the Dynamic Response Variability in a
+Turbine Blade with Under-Platform Dampers", equations 7 to 11.
 """
 
 from __future__ import annotations
@@ -72,7 +74,7 @@ def response_bounds(
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.
 
     band: a `Band`, with `points` frequencies spread over it (for the peak: continued over), or frequencies in Hz.
-    objective: "amplitude" of the output; "loss_factor", least for the upper and largest for the lower bound (S4); "peak", the
+    objective: "amplitude" of the output; "loss_factor", least for the upper and largest for the lower bound; "peak", the
     amplitude at the resonance. quantity, measure: what the amplitude is of, as for `forced_response`.
     cloud: start states sampled at every frequency, half of them corners; the `starts` best begin a search each, besides the
     virgin state and the optima of neighbouring frequencies, or force levels for the peak; leaps from what was found follow.
