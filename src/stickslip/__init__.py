@@ -110,6 +110,7 @@ _HOME = {
     "peak_table": "stickslip.quantities",
     "read_record": "stickslip.measurement.records",
     "Record": "stickslip.measurement.records",
+    "read_load_removal": "stickslip.measurement.load_removal",
     "whole_cycles": "stickslip.measurement.cycles",
     "reconstruct": "stickslip.measurement.reconstruction",
     "RigErrors": "stickslip.measurement.rig_errors",
@@ -173,6 +174,7 @@ if TYPE_CHECKING:
     from stickslip.disk import FullDisk, TunedDisk
     from stickslip.loads import BaseMotion, Force, Output
     from stickslip.measurement.cycles import whole_cycles
+    from stickslip.measurement.load_removal import read_load_removal
     from stickslip.measurement.reconstruction import reconstruct
     from stickslip.measurement.records import Record, read_record
     from stickslip.measurement.rig_errors import RigErrors

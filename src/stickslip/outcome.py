@@ -15,6 +15,7 @@ class Outcome(IntEnum):
     BODY_HELD_BY_NOTHING = 4
     MOST_STARTS_UNSOLVED = 5
     NO_PEAK = 6
+    STATIC_NOT_FOUND = 7
 
     @property
     def sentence(self) -> str:
@@ -28,8 +29,8 @@ _SENTENCES = {
         "Newton's method did not converge; smaller steps, more samples or a start where the contacts stick may help."
     ),
     Outcome.NO_STATIC_EQUILIBRIUM: (
-        "The prescribed start state admits no static equilibrium: the static friction forces that it fixes cannot "
-        "balance the static load. Use slider offsets, or other ratios."
+        "With the prescribed start state no static equilibrium was found: the static friction forces that it fixes may be "
+        "unable to balance the static load. Use slider offsets, or other ratios."
     ),
     Outcome.BODY_HELD_BY_NOTHING: (
         "A body is held by nothing in some direction at harmonic 0: only friction of prescribed or saturated size acts "
@@ -38,6 +39,10 @@ _SENTENCES = {
     Outcome.MOST_STARTS_UNSOLVED: (
         "Most start states have no solution, so the extremes of the others bound nothing. Use slider offsets, or a rule for each "
         'tangential direction: ratios in the plane of a damper, "virgin" or slider offsets along its axis.'
+    ),
+    Outcome.STATIC_NOT_FOUND: (
+        "Newton's method found no equilibrium under the static loads alone, though there may be one. Check static loads, "
+        "preloads and gaps, and what holds each body; softer contacts help."
     ),
     Outcome.NO_PEAK: "No peak was found: the response is largest at an end of the band, or the curve broke off.",
 }

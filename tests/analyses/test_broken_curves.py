@@ -11,6 +11,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve import curve
 from stickslip.solve.continuation import StepControl, trace
+from stickslip.solve.newton import correct, fixed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
@@ -133,3 +134,38 @@ def test_a_curve_without_any_point_names_what_may_be_the_cause():
     assert found["case_outcome"].values.tolist() == [Outcome.BODY_HELD_BY_NOTHING]
     sentence, cause = Outcome.BODY_HELD_BY_NOTHING.sentence, "Very stiff contacts (stiff): up to 2e+04 times what they join."
     assert str(found["case_message"].values[0]).startswith(f"{sentence} {cause}")
+
+
+@pytest.mark.parametrize(("gap", "force"), [(1e-3, 1e-9), (10.0, 1e-7), (1e3, 1e-7)])
+def test_a_gap_far_wider_than_the_motion_changes_nothing(gap, force):
+    """The forces of the gap cancel but for their rounding, which is no residual of the motion: the response is linear."""
+    structure = ss.Structure(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]), ("1.x", "2.x"), C=0.02 * np.eye(2))
+    contact = ss.Contact("c", ss.Gap(0.5, gap=gap), (), ss.between("1.x", "ground"))
+    band, load = ss.radians_per_second(0.5, 2.5), (ss.Force("1.x", 1.0),)
+    gapped = ss.forced_response(ss.Problem(structure, (contact,), load, ("1.x",)), band, force, harmonics=3)
+    linear = ss.forced_response(ss.Problem(structure, (), load, ("1.x",)), band, force, harmonics=3)
+    assert int(gapped.dataset.case_outcome[0]) == ss.Outcome.CONVERGED
+    np.testing.assert_allclose(gapped.peaks().amplitude, linear.peaks().amplitude, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("start", "outcome"),
+    [(ss.SliderOffset(), ss.Outcome.STATIC_NOT_FOUND), (ss.TractionRatio(0.5), ss.Outcome.NO_STATIC_EQUILIBRIUM)],
+)
+def test_only_a_prescribed_start_is_blamed_for_a_static_state_that_is_not_found(start, outcome, monkeypatch):
+    balance = HarmonicBalance(ss.rigs.three_mass_wedge(start), 1, 16)
+    point = balance.stuck_point(1400.0, 1.0)
+    unsolved = correct(balance, point, fixed("omega", 1400.0), iterations=0)
+    assert not unsolved.converged
+    assert curve.failure(balance, unsolved) == ss.Outcome.NOT_CONVERGED
+    monkeypatch.setattr(curve, "solve_cold", lambda *_: unsolved)
+    assert curve.failure(balance, unsolved) == outcome
+    assert "may be" in outcome.sentence
+
+
+def test_a_curve_of_many_points_says_so(monkeypatch):
+    usual = ss.forced_response(ss.rigs.single_mass(), BAND, LEVEL, harmonics=3).dataset
+    assert "points" not in str(usual.case_message.values[0])
+    monkeypatch.setattr(curve, "MANY", usual.sizes["point"] // 2)
+    found = ss.forced_response(ss.rigs.single_mass(), BAND, LEVEL, harmonics=3).dataset
+    assert "points; where a motion is held only weakly, more samples make them fewer" in str(found.case_message.values[0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from laws.marching import Motion, harmonics_of, sampled, steady_traction
 from laws.samples import Element
@@ -27,7 +29,7 @@ def full_matrix(balance: HarmonicBalance, evaluation: Evaluation) -> np.ndarray:
     """J = I + E G' on all rows and harmonics, (rows (2H+1), rows (2H+1))."""
     rows, size = balance.rows, balance.columns
     everything = np.arange(rows)
-    parts = balance.linear.receptance(evaluation.point.omega, balance.harmonics, everything, everything)
+    parts = balance.linear.receptance(evaluation.point.omega, balance.highest, everything, everything)
     G = np.block([[real_block((parts[0] + 1j * parts[1])[:, r, c]) for c in everything] for r in everything])
     E = np.zeros((rows * size, rows * size))
     for r in everything:
@@ -116,16 +118,19 @@ def unknowns_by_theory(problem: Problem, w: np.ndarray, samples: int) -> int:
     return total
 
 
-def balance_residual(balance: HarmonicBalance, point: Point) -> float:
-    """Largest |M q̈ + C q̇ + K q + Bᵀ F(B q) − p| per harmonic relative to the load, F marched in plain Python."""
+def balance_residual(balance: HarmonicBalance, point: Point, held: Sequence[int] = ()) -> float:
+    """Largest |M q̈ + C q̇ + K q + Bᵀ F(B q) − p| per harmonic relative to the load, F marched in plain Python; of all
+    harmonics, or of those given."""
     problem, omega = balance.problem, point.omega
     samples = balance.tables.E.shape[0]
     q = balance.linear.whole_motion(point.forces, omega, point.level)
     forces = marched_forces(problem, problem.B @ q, samples)
-    load = problem.load(balance.harmonics, point.level, omega)
+    load = problem.load(balance.highest, point.level, omega)
     right = complex_harmonics(load - problem.B.T @ forces)
     gaps = []
     for h, (q_h, r_h) in enumerate(zip(complex_harmonics(q).T, right.T, strict=True)):
+        if held and h not in held:
+            continue
         dynamic = problem.structure.K + 1j * h * omega * problem.C - (h * omega) ** 2 * problem.structure.M
         gaps.append(np.abs(dynamic @ q_h - r_h).max())
     return float(max(gaps) / np.abs(load).max())

@@ -101,9 +101,55 @@ def test_cattaneo():
     x = np.linspace(-0.99 * b, 0.99 * b, 41)
     inner = np.where(np.abs(x) < c, c / b * np.sqrt(np.maximum(1.0 - (x / c) ** 2, 0.0)), 0.0)
     assert CYLINDER.traction(x, T, N, mu) == pytest.approx(mu * p0 * (np.sqrt(1.0 - (x / b) ** 2) - inner), rel=1e-9)
-    assert 1e-6 / CYLINDER.tangential_displacement(1e-6, N, mu) == pytest.approx(CYLINDER.normal_stiffness(N), rel=1e-5)
+    assert 1e-6 / CYLINDER.tangential_displacement(1e-6, N, mu) == pytest.approx(CYLINDER.tangential_stiffness(N)[0], rel=1e-5)
     slip = CYLINDER.tangential_displacement(mu * N, N, mu)
-    assert slip == pytest.approx(mu * CYLINDER.approach(N), rel=1e-12)
+    ends = 2.0 * 0.3 * mu * N / (np.pi * CYLINDER.shear_modulus * CYLINDER.length)
+    assert slip == pytest.approx(mu * CYLINDER.approach(N) + ends, rel=1e-12)
+
+
+def cerruti(x, y, length, poisson):
+    """Along a line at (x, y): integrals of 1/r, 1/r + ν/(1 − ν) x²/r³ and 1/r + ν/(1 − ν) y²/r³, from their primitives."""
+    ratio = poisson / (1.0 - poisson)
+    found = np.zeros(3)
+    for sense, t in ((1.0, 0.5 * length - y), (-1.0, -0.5 * length - y)):
+        r = np.hypot(x, t)
+        found += sense * np.array(
+            [np.arcsinh(t / x), np.arcsinh(t / x) + ratio * t / r, (1 + ratio) * np.arcsinh(t / x) - ratio * t / r]
+        )
+    return found
+
+
+def test_tangential_stiffness_is_that_of_the_half_space():
+    """Boussinesq and Cerruti: the middle of a line, loaded evenly along it and as by a rigid strip across it, on both bodies."""
+    N = 78.2
+    b, L = float(CYLINDER.half_width(N)), CYLINDER.length
+    strip = b * np.cos(np.pi * (np.arange(4000) + 0.5) / 8000)
+    compliance = sum(cerruti(x, 0.0, L, 0.3) for x in strip) / 4000 * (1 - 0.3) / (np.pi * CYLINDER.shear_modulus * L)
+    assert [CYLINDER.normal_stiffness(N), *CYLINDER.tangential_stiffness(N)] == pytest.approx(1.0 / compliance, rel=1e-4)
+
+
+def test_a_rigid_strip_moved_along_its_line_is_softer_than_across_it():
+    """Boundary elements: a strip 2b × L glued to a half-space and moved as a whole, the traction free to gather at its ends."""
+    N, across, along = 78.2, 6, 60
+    x = float(CYLINDER.half_width(N)) * np.cos(np.linspace(np.pi, 0.0, across + 1))
+    y = 0.5 * CYLINDER.length * np.cos(np.linspace(np.pi, 0.0, along + 1))
+    X, Y = (grid.ravel() for grid in np.meshgrid(0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1]), indexing="ij"))
+    i, j = np.divmod(np.arange(across * along), along)
+    # Integrals of x²/r³ and y²/r³ over a rectangle are y arsinh(x/y) and x arsinh(y/x), taken between its corners.
+    squares = np.zeros((2, X.size, X.size))
+    for sense, u, v in ((1, x[1:], y[1:]), (-1, x[:-1], y[1:]), (-1, x[1:], y[:-1]), (1, x[:-1], y[:-1])):
+        dx, dy = u[i] - X[:, None], v[j] - Y[:, None]
+        squares += sense * np.array([dy * np.arcsinh(dx / np.abs(dy)), dx * np.arcsinh(dy / np.abs(dx))])
+    ones = np.ones(X.size)
+    area = np.diff(x)[i] * np.diff(y)[j]
+    normal, t_across, t_along = (
+        area @ np.linalg.solve(matrix, ones)
+        for matrix in (0.7 * squares.sum(axis=0), squares[0] + 0.7 * squares[1], 0.7 * squares[0] + squares[1])
+    )
+    assert [t_across / normal, t_along / normal] == pytest.approx([0.949, 0.727], abs=1e-3)
+    k_tx, k_ty = CYLINDER.tangential_stiffness(N) / CYLINDER.normal_stiffness(N)
+    assert k_tx == pytest.approx(t_across / normal, rel=5e-3)
+    assert k_ty == pytest.approx(t_along / normal, rel=5e-3)
 
 
 def test_mindlin():

@@ -1,6 +1,8 @@
 """Contact parameters from loops: found, with intervals; refused where the loops cannot be those of the damper."""
 
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,13 +12,14 @@ from stickslip.analyses.identification.first_guess import plateaux_with_errors
 from stickslip.analyses.identification.identify import IdentificationWork, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.refits import descend, likely_gaps, refitted, slopes
-from stickslip.analyses.identification.result_checks import never_sliding
+from stickslip.analyses.identification.result_checks import lag_remarks, never_sliding
 from stickslip.checks import InputError
 from stickslip.cli import main
 from stickslip.dampers import Cylinder, Wedge
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import in_phase, out_of_phase
-from stickslip.measurement.cycles import whole_cycles
+from stickslip.measurement.cycles import analysis, whole_cycles
+from stickslip.measurement.load_removal import LoadRemoval
 from stickslip.measurement.records import Record, write_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
@@ -24,6 +27,8 @@ from stickslip.report.identification import PRESENTATION
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.solve.platform_relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
+from stickslip.study import read
+from stickslip.study.loops import with_loops
 
 FRICTION = (0.18, 0.199, 0.45)
 TRUTH = {"kt": 56e6, "kn": 84e6, "mu_L1": 0.18, "mu_L2": 0.199, "mu_R": 0.45}
@@ -114,6 +119,9 @@ def test_loops_with_the_errors_of_a_rig(truths):
         assert low < value < high
     assert sum(low <= TRUTH[name] <= high for name, (low, high) in found.intervals.items()) >= 4
     assert found.dataset.misfit.sel(channel="force_x").max() < 0.05
+    assert float(found.dataset.lag) == 0.0
+    assert abs(found.dataset.attrs["lag_seen"]) < 1e-4
+    assert any(line.startswith("lag    none") for line in str(found).splitlines())
     for figure in ("", "residuals", "posterior"):
         assert found.plot(figure=figure).axes
 
@@ -138,15 +146,20 @@ def test_no_interval_is_given_where_the_refits_failed(truths):
     work = IdentificationWork((*map(whole_cycles, records(truths, RigErrors())),), UNKNOWN_RIG, steps=120)
     theta = np.log([TRUTH[p.name] for p in work.fit.unknowns])
     scattered = theta + 0.01 * np.random.default_rng(0).normal(size=(20, theta.size))
-    kept = {"theta": theta, "replicates": scattered, "law": np.array(0), "held_out": np.array([])}
+    chain = {"lags": np.full(20, 1e-4), "zeros": np.full((20, 2, 2), 0.5)}
+    kept = {"theta": theta, "replicates": scattered, "law": np.array(0), "held_out": np.array([])} | chain
+    kept["lag_prior"] = np.array([5e-3, 0.001])
     for counts, words in (((12, 500, 0), "12 of 32 refits"), ((0, 1193, 152), "152 of 1193 cycles")):
         found = work.identification(kept | {"counts": np.array(counts)})
         assert all(np.isnan(ends).all() for ends in found.intervals.values())
         assert found.warnings[0].startswith("No intervals are given: " + words)
-        assert str(found).count("no interval") == len(theta)
-        assert sum(line.endswith("no interval") for line in PRESENTATION.sentences(found.dataset)) == len(theta)
+        assert np.isnan([found.dataset.lag_error, *found.dataset.zero_error.values.ravel()]).all()
+        for lines in (str(found).splitlines(), PRESENTATION.sentences(found.dataset)):
+            assert sum("no interval" in line for line in lines) == len(theta) + 3
         assert found.plot(figure="posterior").axes
     fine = work.identification(kept | {"counts": np.array((3, 500, 0))})
+    assert float(fine.dataset.lag_error) == pytest.approx(1e-4)
+    assert fine.dataset.zero_error.sel(channel="force_y").values == pytest.approx([0.5, 0.5])
     assert fine.warnings[0] == "3 of 23 refits found no way down and are left out of the intervals."
     assert all(low < fine.values[name] < high for name, (low, high) in fine.intervals.items())
 
@@ -192,6 +205,141 @@ def test_gaps_of_the_refits_are_those_that_the_loops_allow(truths):
         wide.append(float(weights[gaps > 0.45].sum()))
     assert means[0] < 0.2 < 0.3 < means[1] < 0.5
     assert wide[0] < 0.01 < 0.1 < wide[1]
+
+
+LAGS = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0)  # of the forces behind the motions, ms
+
+
+@pytest.mark.parametrize("lag", LAGS)
+def test_the_lag_of_the_forces_is_found(truths, lag):
+    """With the true contacts, whose cycles are known: a lag of either sign, and none where there is none; at 5 and 8 Hz."""
+    frequencies = {"out": 5.0, "in": 8.0}
+    loops = [
+        synthetic_record(truth, RigErrors(), seed=7, lag=1e-3 * lag, frequency=frequencies[name], name=name)
+        for name, truth in truths.items()
+    ]
+    fit = IdentificationWork((*map(whole_cycles, loops),), UNKNOWN_RIG, errors=RigErrors(lag=5e-3)).fit
+    theta = np.log([TRUTH[p.name] for p in fit.unknowns])
+    assert 1e3 * fit.chain(fit.predicted(theta)).lag == pytest.approx(lag, abs=0.02)
+    back = [whole_cycles(one).without_lag(1e-3 * lag).channel("force_x") for one in loops]
+    np.testing.assert_allclose(back[0][1:8], analysis(truths["out"]["force_x"], 30)[1:8], atol=0.6)
+    moved = {sentence for sentence in lag_remarks(fit, theta, 1e-5) if "The fit corrects it as a lag" in sentence}
+    assert bool(moved) == bool(lag)
+
+
+def test_a_lag_is_corrected_and_reported(truths):
+    """Forces 1 ms behind: kt is 35 % low where the fit excludes it, and says so; otherwise right, with the lag beside it."""
+    errors = RigErrors()
+    systematic = errors.draw(np.random.default_rng(103))
+    loops = [
+        synthetic_record(truth, errors, seed=6 + k, systematic=systematic, lag=1e-3, name=name)
+        for k, (name, truth) in enumerate(truths.items())
+    ]
+    settings = {"resamples": 8, "population": 5, "generations": 15}
+    found = identify(loops, UNKNOWN_RIG, **settings)
+    assert found.values["kt"] == pytest.approx(56e6, rel=0.12)
+    assert found.values["kn"] == pytest.approx(84e6, rel=0.08)
+    lag, error = float(found.dataset.lag), float(found.dataset.lag_error)
+    assert lag == pytest.approx(1e-3, abs=1.5e-4)
+    assert 1e-6 < error < 2e-4
+    line = next(line for line in str(found).splitlines() if line.startswith("lag "))
+    assert line.endswith("of the forces behind the motions")
+    assert line in PRESENTATION.sentences(found.dataset)
+    assert any(sentence.startswith("The forces come") and "behind the motions" in sentence for sentence in found.warnings)
+    blind = identify(loops, UNKNOWN_RIG, errors=RigErrors(lag=0.0), **settings)
+    assert blind.values["kt"] < 0.8 * 56e6
+    assert any("which `errors` exclude (lag = 0)" in sentence for sentence in blind.warnings)
+    assert not [line for line in str(blind).splitlines() if line.startswith("lag ")]
+
+
+def test_unknown_zeros_are_found_with_their_intervals(truths):
+    """Raw readings of cells, whose zeros are drawn with 20 N."""
+    errors = RigErrors(zero=20.0)
+    found = identify(records(truths, errors, 3), UNKNOWN_RIG, errors=errors, resamples=10, population=5, generations=15)
+    drawn = {name: errors.draw(np.random.default_rng(6 + k)) for k, name in enumerate(truths)}
+    misses = []
+    for name, of_case in drawn.items():
+        for cell in ("force_x", "force_y"):
+            one = found.dataset.sel(case=name, channel=cell)
+            assert 0.05 < float(one.zero_error) < 2.0
+            misses.append(abs(float(one.zero) - of_case[cell][2]) / float(one.zero_error))
+    assert max(misses) < 3.0
+    assert {line.split(":")[0] for line in str(found).splitlines() if line.startswith("zeros ")} == {"zeros  out", "zeros  in"}
+    for name, tolerance in {"kt": 0.12, "kn": 0.08, "mu_R": 0.05}.items():
+        assert found.values[name] == pytest.approx(TRUTH[name], rel=tolerance), name
+
+
+def removal(levels, seed, noise=0.05, size=120):
+    """Readings that fall from level to level, with ramps between."""
+    steps = [np.full(size, levels[0])]
+    for before, after in pairwise(levels):
+        steps += [np.linspace(before, after, size // 10), np.full(size, after)]
+    reading = np.concatenate(steps)
+    return reading + noise * np.random.default_rng(seed).standard_normal(reading.size)
+
+
+def raw(truths):
+    """Loops whose cells show 60 N and -35 N without load, and the load removal of each: at once, and in three steps."""
+    zeros, loops, removals = {"force_x": 60.0, "force_y": -35.0}, [], []
+    for record in records(truths, RigErrors(zero=0.0), 3):
+        loops.append(Record(record.time, {k: v + zeros.get(k, 0.0) for k, v in record.signals.items()}, record.name))
+    for seed, shares in enumerate(((1.0, 0.0), (1.0, 0.7, 0.3, 0.0))):
+        forces = {
+            "force_x": removal([60.0 + 20.0 * s for s in shares], seed),
+            "force_y": removal([-35.0 + 25.0 * s for s in shares], seed),
+        }
+        removals.append(LoadRemoval(forces, f"removal {seed}"))
+    return loops, removals
+
+
+def test_zeros_by_load_removal(truths):
+    loops, removals = raw(truths)
+    wrong = identify(loops, UNKNOWN_RIG, resamples=8, population=5, generations=10)
+    assert sum("fits only with a zero of" in sentence and "load removal" in sentence for sentence in wrong.warnings) >= 2
+    found = identify(loops, UNKNOWN_RIG, load_removal=removals, resamples=8, population=5, generations=15)
+    for name, tolerance in {"kt": 0.12, "kn": 0.08, "mu_L1": 0.12, "mu_L2": 0.12, "mu_R": 0.05}.items():
+        assert found.values[name] == pytest.approx(TRUTH[name], rel=tolerance), name
+    assert not any("fits only with" in sentence for sentence in found.warnings)
+    case = found.fit.cases[1]
+    assert case.zero_errors["force_x"] == pytest.approx(0.04 * 20.0, rel=1e-2)
+    assert found.fit.spread[1, found.fit.channels.index("force_y"), 0] == pytest.approx(np.hypot(1.0, 0.12), rel=1e-2)
+    assert RigErrors().with_zeros(case.zero_errors).zero_of("force_y") == pytest.approx(0.04 * 25.0, rel=1e-2)
+    with pytest.raises(InputError, match="one for all loops, or 2, one a loop, but is 3"):
+        identify(loops, UNKNOWN_RIG, load_removal=[*removals, removals[0]])
+    shown = found.dataset.right_motion
+    assert list(shown.motion.values) == ["rolling dr", "translation ds", "slip ds - dr"]
+    assert "measured motion at the right contact, peak to peak, um" in PRESENTATION.tables(found.dataset)
+
+
+def test_load_removal_from_the_command_line(truths, tmp_path, monkeypatch, capsys):
+    """A key of the study, and an option in its place: removals of the study do not go with other loops."""
+    monkeypatch.chdir(tmp_path)
+    loops, removals = raw(truths)
+    for loop, one in zip(loops, removals, strict=True):
+        write_record(loop, tmp_path / f"{loop.name}.csv")
+        columns = np.stack([np.arange(one.forces["force_x"].size) * 1e-2, one.forces["force_x"], one.forces["force_y"]], axis=1)
+        np.savetxt(f"off_{loop.name}.csv", columns, delimiter=",", header="time [s],force_x [N],force_y [N]", comments="")
+    damper = '[damper]\nshape = "three_point"\nleft_angle = 37.0\nright_angle = 37.0\npull = 80.0\nkt = 5e7\nkn = 8e7\nmu = 0.3\n'
+    table = '[identification]\nloops = ["out.csv", "in.csv"]\nload_removal = ["off_out.csv", "off_in.csv"]\nresamples = 8\n'
+    (tmp_path / "s.toml").write_text(f'[study]\nanalysis = "identification"\n{damper}{table}')
+    plan = read(tmp_path / "s.toml").plan
+    assert "zeros by load removal" in plan.summary
+    cases = plan.works[""].cases
+    assert [case.zero_errors["force_x"] for case in cases] == pytest.approx([0.8, 0.8], rel=1e-2)
+    before, text = plan.content, (tmp_path / "off_in.csv").read_text()
+    (tmp_path / "off_in.csv").write_text(text.replace("time [s]", "t [s]"))
+    assert plan.content != before
+    assert "zeros" not in with_loops(read(tmp_path / "s.toml"), [Path("out.csv"), Path("in.csv")]).plan.summary
+    given = ["--load-removal", "off_out.csv", "--load-removal", "off_in.csv", "--overwrite"]
+    with pytest.raises(SystemExit) as end:
+        main(["identify", "out.csv", "in.csv", "--damper", "s.toml", "--out", "r", *given])
+    assert end.value.code == 0
+    assert "2 loops, zeros by load removal" in " ".join(capsys.readouterr().out.split())
+    (tmp_path / "off_in.csv").write_text("time [s],force_x [N]\n0,1\n1,2\n")
+    with pytest.raises(SystemExit) as end:
+        main(["identify", "out.csv", "in.csv", "--damper", "s.toml", "--out", "q", *given])
+    assert end.value.code == 2
+    assert "must hold force_y" in " ".join(capsys.readouterr().err.split())
 
 
 def test_plateaux_know_their_error():

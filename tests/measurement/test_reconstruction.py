@@ -5,7 +5,7 @@ import pytest
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.checks import InputError
-from stickslip.dampers.platform_motion import out_of_phase
+from stickslip.dampers.platform_motion import in_phase, out_of_phase
 from stickslip.measurement.blade_cells import blade_damper_forces, blade_rig_forces
 from stickslip.measurement.cycles import whole_cycles
 from stickslip.measurement.friction import friction_from_ratios, plateau
@@ -58,6 +58,40 @@ def test_rotation_from_two_lasers(cycle):
     found = damper_motion(whole_cycles(Record(time, record), 1.0), 14e-3, 5e-3)
     np.testing.assert_allclose(found.cycle("rotation", y.size), turn, atol=0.02 * np.ptp(turn))
     np.testing.assert_allclose(found.cycle("damper_y", y.size), y, atol=0.02 * np.ptp(y))
+
+
+@pytest.mark.parametrize("friction", [FRICTION, (0.14, 0.13, 0.25)])
+@pytest.mark.parametrize("move", [out_of_phase, in_phase])
+def test_rolling_and_translation_at_the_right(friction, move):
+    """Slip ds - dr is what the contact of a computed cycle moves, its normal deformation known; the axis of the cylinder,
+    7 mm from the mass centre, goes by ds, and dr is radius times rotation. With friction 0.45 it rolls, else it slides."""
+    rig = laboratory_damper(37.0, 80.0, friction)
+    data = damper_cycle(rig, move(30e-6), steps=400).dataset
+    x, y, turn = data.damper_motion.values.T
+    signals = {"force_x": data.force_on_right.values[:, 0], "force_y": data.force_on_right.values[:, 1]}
+    signals |= {"rotation": turn, "damper_y": y}
+    found = reconstructed(rig, signals, 80.0, 84e6)
+    own = -data.tangential_motion.values[:, 2]  # of the damper relative to the platform
+    np.testing.assert_allclose(found["right_slip"], own - own.mean(), atol=1e-13)
+    angle = np.radians(37.0)
+    tangent, axis = np.array([-np.cos(angle), np.sin(angle)]), 7e-3 * np.array([np.sin(angle), np.cos(angle)])
+    moved = tangent[0] * (x - axis[1] * turn) + tangent[1] * (y + axis[0] * turn)
+    np.testing.assert_allclose(found["right_translation"], moved - moved.mean(), atol=1e-13)
+    np.testing.assert_allclose(np.ptp(found["right_rolling"]), 5e-3 * np.ptp(turn), rtol=1e-12)
+    share = np.ptp(found["right_slip"]) / np.ptp(found["right_translation"])
+    assert share < 0.2 if friction is FRICTION else share > 0.99
+    rough = reconstructed(rig, signals, 80.0)
+    assert 0.1e-6 < np.max(np.abs(rough["right_slip"] - found["right_slip"])) < 0.5e-6
+
+
+def test_motion_at_the_right_has_errors_and_needs_the_lasers():
+    record = synthetic_record(true_cycle(RIG, MOTION, 800), cycles=6, seed=2)
+    data = reconstruct(whole_cycles(record), RIG, draws=60)
+    assert 0.02 < float(data.right_translation_error.max() / abs(data.right_translation).max()) < 0.15
+    cells = {name: values for name, values in record.signals.items() if name not in ("rotation", "damper_y")}
+    assert "right_slip" not in reconstruct(whole_cycles(Record(record.time, cells)), RIG, draws=2)
+    with pytest.raises(InputError, match="kn"):
+        reconstruct(whole_cycles(record), RIG, draws=2, kn=-1.0)
 
 
 def test_a_contact_that_never_slides_has_no_plateau():

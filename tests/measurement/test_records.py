@@ -5,7 +5,7 @@ import pytest
 
 from stickslip.checks import InputError
 from stickslip.measurement.cycles import whole_cycles
-from stickslip.measurement.load_removal import zero_by_load_removal
+from stickslip.measurement.load_removal import LoadRemoval, read_load_removal, zero_by_load_removal
 from stickslip.measurement.records import Record, read_record
 
 SAMPLES, CYCLES, RATE = 200, 12, 5.0
@@ -157,5 +157,48 @@ def test_the_zero_of_a_cell_from_load_removal():
     assert zero.reading == pytest.approx(-34.0, abs=0.05)
     assert zero.drop == pytest.approx(57.0, abs=0.1)
     assert zero.error == pytest.approx(0.04 * 57.0, rel=0.01)
+    assert len(zero.levels) == 2
     with pytest.raises(InputError, match="Was load removed"):
         zero_by_load_removal(0.1 * generator.standard_normal(700))
+
+
+def falling(levels, lengths, noise=0.1):
+    reading = np.repeat(np.asarray(levels, dtype=float), lengths)
+    return reading + noise * np.random.default_rng(3).standard_normal(reading.size)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_load_removed_in_steps_of_any_length(noise):
+    """Short loaded level, then three steps; the last level alone counts."""
+    zero = zero_by_load_removal(falling([23.0, 4.0, -16.0, -34.0], [60, 150, 40, 200], noise))
+    assert zero.levels == pytest.approx([23.0, 4.0, -16.0, -34.0], abs=0.05)
+    assert zero.reading == pytest.approx(-34.0, abs=0.05)
+    assert zero.error == pytest.approx(0.04 * 57.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("reading", "words"),
+    [
+        (falling([23.0], [400]), "Was load removed"),
+        (np.linspace(23.0, -34.0, 400), "Was load removed"),
+        (np.concatenate([falling([23.0], [200]), np.linspace(23.0, -34.0, 40)]), "must begin loaded and end unloaded"),
+        (np.concatenate([falling([23.0], [200]), np.linspace(-20.0, -34.0, 2000)]), "drifting"),
+        (falling([23.0, -34.0, 0.0, -34.0], [100] * 4), "must go one way"),
+        (falling([23.0, -34.0], [10, 10]), "at least 40"),
+    ],
+)
+def test_a_load_removal_without_a_zero_is_refused(reading, words):
+    with pytest.raises(InputError, match=words):
+        zero_by_load_removal(reading)
+
+
+def test_a_load_removal_that_rises_is_refused(tmp_path):
+    force = falling([23.0, 0.0], [100, 100])
+    with pytest.raises(InputError, match="force_y of load removal must fall while the load is removed, but is 'rising by"):
+        LoadRemoval({"force_x": force, "force_y": -force}).zeros()
+    path = tmp_path / "off.csv"
+    rows = np.stack([np.arange(200.0), 1e3 * force, force], axis=1)
+    np.savetxt(path, rows, delimiter=",", header="time [s],H_R [mN],V_R [N]", comments="")
+    zeros = read_load_removal(path).zeros(0.03)
+    assert zeros["force_x"].drop == pytest.approx(zeros["force_y"].drop)
+    assert zeros["force_x"].error == pytest.approx(0.03 * 23.0, rel=0.02)

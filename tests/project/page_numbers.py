@@ -191,13 +191,17 @@ def pieces(page: str) -> Iterator[Piece]:
 
 @cache
 def verified() -> dict[str, list[float]]:
-    """What docs/verification.md says of each of its rows: value, reference (unless it comes from the page itself), tolerance."""
+    """What docs/verification.md says of each of its rows: value, reference (unless it comes from the page itself), tolerance.
+
+    Rows in per cent say so at the end of their name.
+    """
     rows: dict[str, list[float]] = {}
     for line in (ROOT / GENERATED["verify"]).read_text().splitlines():
         row = cells(line)
         if len(row) == 7 and row[6] in ("yes", "**no**"):
             stated = row[1], "" if row[5] == PAGE else row[2], row[4]
-            rows.setdefault(row[0].replace(r"\|", "|"), []).extend(float(cell) for cell in stated if cell)
+            unit = 0.01 if row[0].endswith("%") else 1.0
+            rows.setdefault(row[0].replace(r"\|", "|"), []).extend(unit * float(cell) for cell in stated if cell)
     return rows
 
 

@@ -165,7 +165,7 @@ def test_failures_are_grouped_by_cause(dataset_with_failures):
     low, high = dataset_with_failures.frequency.values[1, [40, 41]]
     assert sentences[0].startswith("3 points: Newton's method did not converge")
     assert f"force × 5: {low:.2f} to {high:.2f} Hz; force × 80: " in sentences[0]
-    assert sentences[1].startswith("1 point: The prescribed start state admits no static equilibrium")
+    assert sentences[1].startswith("1 point: With the prescribed start state no static equilibrium was found")
 
 
 def test_a_curve_that_stopped_is_said(dataset):

@@ -69,6 +69,38 @@ def test_a_closed_curve_is_traced_again_with_careful_steps(monkeypatch):
     assert [control and control.sideways for control in controls] == [None, curve.CAREFUL]
 
 
+def test_a_curve_that_is_lost_is_followed_from_the_end_of_its_band(monkeypatch):
+    balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
+    plain = curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False)
+    usual = curve._travel
+
+    def travel(balance, first, start, end, progress, control):
+        found = usual(balance, first, start, end, progress, control)
+        return found if end < start else curve._Travel(found.points[:5], "Lost.")
+
+    monkeypatch.setattr(curve, "_travel", travel)
+    found = curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False)
+    assert found.outcome == Outcome.CONVERGED
+    assert found.message == f"{curve.ARRIVED} It was followed backwards from there, since from its start it was lost: Lost."
+    omegas = [point.point.omega for point in found.points]
+    assert (omegas[0], omegas[-1]) == (0.5, 2.0)
+    assert omegas == sorted(omegas)
+    amplitudes = [[np.hypot(*peak.evaluation.w[-1, 1:3]) for peak in each.peaks[0]] for each in (plain, found)]
+    np.testing.assert_allclose(*amplitudes, rtol=1e-6)
+    for before, after in itertools.pairwise(found.points):
+        assert after.leads_away_from(before, "omega")
+        assert after.length == pytest.approx(before.chord(after, "omega"), rel=0.5)
+
+
+def test_a_mean_that_drifts_by_many_times_the_vibration_does_not_shorten_the_steps():
+    """A body that hardly vibrates above its resonances, while lightly pressed contacts let its mean drift."""
+    case = random_case("barely pressed", 1)
+    balance = HarmonicBalance(case.problem, 5, 256)
+    low, high = (2.0 * np.pi * f for f in (case.band.start, case.band.stop))
+    points = itertools.islice(trace(balance, first_point(balance, high, case.level), "omega", low), 40)
+    assert min(point.point.omega for point in points) < 0.95 * high
+
+
 @pytest.mark.parametrize("case", ILL_POSED, ids=lambda case: case.name)
 def test_ill_posed_problems_are_recognised(case):
     assert case.mistaken_for() == ""

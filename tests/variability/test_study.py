@@ -47,6 +47,17 @@ def test_bounds_come_with_results_report_and_figures(tmp_path):
     assert run(["report", out]) == 0
 
 
+def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_ratio_of_forces(tmp_path):
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    sweep = "[sweep]\nfrequency = [0.15, 0.25]\nforce_levels = [0.3]\nharmonics = 3\nsamples = 64\n"
+    bounds = "[bounds]\npoints = 3\ncloud = 2\nstarts = 1\n"
+    study.write_text('[study]\nanalysis = "response_bounds"\n[structure]\nrig = "single_mass"\n' + sweep + bounds)
+    assert run(["run", study, "--out", out, "--workers", 1]) == 0
+    drawn = {path.stem for path in (out / "figures").iterdir()}
+    assert {"bounds", "bounds_contact_forces", "bounds_loops"} <= drawn
+    assert "bounds_force_ratios" not in drawn
+
+
 def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch, capsys):
     """Exit code 3, a sentence on the error stream and in the report, and no numbers."""
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import InputError, fault, finite, numbers, of_kind, positive, unique, vector, whole
-from stickslip.harmonic.fourier import fineness, fourier
+from stickslip.harmonic.fourier import fourier
+from stickslip.harmonic.orders import Harmonics, fineness, highest
 from stickslip.problem import Problem
 from stickslip.units import Band
 
@@ -83,10 +84,10 @@ def output_of(problem: Problem, output: Any) -> int:
     return number
 
 
-def fineness_of(harmonics: Any, samples: Any) -> tuple[int, int]:
+def fineness_of(harmonics: Any, samples: Any) -> tuple[Harmonics, int]:
     """Harmonics and samples that go together."""
     fine = fineness(harmonics, samples)
-    fourier(*fine)
+    fourier(highest(fine[0]), fine[1])
     return fine
 
 

@@ -19,7 +19,7 @@ from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.peaks_of_another import peaks_of_another
-from stickslip.analyses.response_dataset import curve_arrays, response_dataset
+from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
@@ -31,6 +31,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.renamed import renamed_arguments
@@ -167,7 +168,7 @@ def forced_response(
     problem: Problem,
     band: Band | Sequence[float],
     force: float | Sequence[float] = 1.0,
-    harmonics: int | Literal["auto"] = 5,
+    harmonics: int | Sequence[int] | Literal["auto"] = 5,
     samples: int = 256,
     *,
     tolerance: float = 2e-3,
@@ -182,9 +183,10 @@ def forced_response(
 
     band: a `Band` in Hz, continued from start to stop; or frequencies in Hz, solved exactly there in the order given: reached by
     continuation upwards where they rise and downwards where they fall, so that a list up and down shows a hysteresis of jumps.
-    force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; "auto" raises H until the motion of
-    the contacts that is left out at the peaks is below `tolerance` of the whole, and likewise samples. samples: per period, at
-    least 4H + 2; of a disk raised to the next number with which the delay from sector to sector is whole.
+    force: level or levels that multiply every harmonic force. harmonics H: 0..H are kept; a list that holds 1, such as
+    [0, 1, 3, 5], keeps these alone, and the others are zero in the results; "auto" raises H until the motion of the contacts
+    that is left out at the peaks is below `tolerance` of the whole, and likewise samples. samples: per period, at least 4H + 2,
+    H the highest harmonic; of a disk raised to the next number with which the delay from sector to sector is whole.
     quantity, measure: what the peaks are of; a damped structure peaks at another frequency in acceleration than in displacement.
     quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
     the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
@@ -211,7 +213,7 @@ class ForcedResponseWork:
     frequencies: tuple[float, ...]
     exactly: bool
     levels: tuple[float, ...]
-    harmonics: int
+    harmonics: Harmonics
     samples: int
     choice: str = ""
     peak_tolerance: float = TOLERANCE
@@ -223,7 +225,7 @@ class ForcedResponseWork:
         problem: Problem,
         band: Band | Sequence[float],
         force: float | Sequence[float],
-        harmonics: int | Literal["auto"],
+        harmonics: int | Sequence[int] | Literal["auto"],
         samples: int,
         tolerance: float = 2e-3,
         peak_tolerance: float = TOLERANCE,
@@ -236,11 +238,11 @@ class ForcedResponseWork:
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
         sentence = ""
-        if harmonics == "auto":
+        if isinstance(harmonics, str) and harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
             harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
-        H = whole("harmonics", harmonics, 'Or write "auto".')
-        fourier(H, Nt)
+        H = harmonics_for(problem, harmonics, 'Or write "auto".')
+        fourier(highest(H), Nt)
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -277,6 +279,7 @@ class ForcedResponseWork:
         if not self.exactly:
             curve = densified(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
+        arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
         errors = truncation_errors(self.balance, curve)
         warning = truncation_warning(self.harmonics, self.problem.output_names, errors)
         arrays |= {"truncation_error": errors, "case_message": np.array(f"{curve.message} {warning}".strip())}
@@ -284,7 +287,12 @@ class ForcedResponseWork:
 
     def gathered(self, curves: Sequence[Arrays]) -> ForcedResponse:
         """The response of the curves of all force levels."""
-        attrs = {"title": self.problem.title, "study": "", "harmonics": self.harmonics, "samples": self.samples}
+        attrs: dict[str, Any] = {
+            "title": self.problem.title,
+            "study": "",
+            "harmonics": attribute(self.harmonics),
+            "samples": self.samples,
+        }
         attrs["harmonics_chosen"] = self.choice
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)

@@ -105,7 +105,7 @@ def _raised(
     """
     reason = "no left-out harmonic matters"
     while True:
-        H = balance.harmonics
+        H = balance.highest
         beyond = enough_beyond(H)
         finer = HarmonicBalance(problem, beyond, max(samples, SAMPLES_PER_HARMONIC * beyond))
         estimate = left_out(balance, finer, evaluation)

@@ -122,6 +122,12 @@ def _linear(balance: HarmonicBalance, levels: Sequence[float], low: float, high:
     }
 
 
+def as_given(found: Array, frequencies: Sequence[float]) -> Array:
+    """Frequencies in Hz that have been in rad/s: those that were given, a list or the ends of a band, to the last bit."""
+    given = {2.0 * np.pi * frequency / (2.0 * np.pi): frequency for frequency in frequencies}
+    return np.array([given.get(float(frequency), float(frequency)) for frequency in found])
+
+
 class _CurveTable:
     """Fills the arrays of one curve point by point."""
 
@@ -133,7 +139,7 @@ class _CurveTable:
         sizes = {
             "point": len(curve.points) + len(curve.missing) + (curve.lost_at is not None),
             "output": balance.problem.output_rows.shape[0],
-            "harmonic": balance.harmonics + 1,
+            "harmonic": balance.highest + 1,
             "part": 2,
             "contact": len(balance.problem.contacts),
             "direction": 3,

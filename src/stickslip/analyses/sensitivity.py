@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -97,7 +97,7 @@ def sensitivity(
     frequency: float,
     parameters: Mapping[str, Parameter],
     force: float = 1.0,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
 ) -> Sensitivity:
     """dX/dθ at a frequency in Hz by the implicit function theorem, for each parameter and for the start states.

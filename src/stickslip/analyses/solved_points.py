@@ -10,6 +10,7 @@ from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import SMALLEST, Array, fault, whole
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.harmonic.fourier import real_harmonics
+from stickslip.harmonic.orders import of_attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 
@@ -43,7 +44,7 @@ class SolvedPoints:
                 raise fault(f"The {what}s of the problem", f"must be those of the results, {kept}", own, REMEDY)
         self.kept = {name: dataset[name].to_numpy() for name in KEPT}
         self.rows = ContactRows(problem)
-        self.balance = HarmonicBalance(problem, int(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
+        self.balance = HarmonicBalance(problem, of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
 
     def evaluation(self, case: int, point: int) -> Evaluation:
         """A point of the balance; refused where it is the solution of another problem."""

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.time_response import TimeResponse, harmonics_of, time_response
 from stickslip.checks import Array
+from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.time_march import LOAD_STEPS, NEAR, March, MarchOutcome, march
 from stickslip.solve.time_start import from_harmonics
@@ -36,10 +37,10 @@ class TimeCheck:
     included, relative to the rms of the vibration about its mean; first_period_difference: the same over the first period, where
     the integration still is what the harmonic balance says if that is a periodic motion; step_error: |X_1(N/2) − X_1(N)|/|X_1(N)|
     with half the N steps per period, NaN where the integration has not settled; time: the whole result of the integration;
-    harmonics H of the point.
+    harmonics of the point: H, or a list.
     """
 
-    harmonics: int
+    harmonics: Harmonics
     harmonic_amplitude: Array
     time_amplitude: Array
     period_difference: Array
@@ -134,7 +135,7 @@ class TimeCheck:
 
     @property
     def _harmonics(self) -> str:
-        return f"{self.harmonics} harmonic{'s' if self.harmonics > 1 else ''}"
+        return in_words(self.harmonics)
 
     def __str__(self) -> str:
         return self.sentence
@@ -153,7 +154,7 @@ def verify_in_time(
     """Integrate a point of a forced response in time, from its own motion, velocity and sliders, and compare."""
     points = SolvedPoints(dataset, problem)
     solved, place = points.point(case, point), dataset.isel(case=case, point=point)
-    harmonics = int(dataset.attrs["harmonics"])
+    harmonics = points.balance.harmonics
     time = time_response(
         problem,
         float(place["frequency"]),

@@ -134,6 +134,12 @@ def identify(
         list[str] | None,
         typer.Option(help="macroslip, iwan or microslip, instead of the study's; several times: loops held out choose."),
     ] = None,
+    load_removal: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE", help="Readings while the load is removed (CSV), for the zeros: one for all loops or one each."
+        ),
+    ] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -141,7 +147,7 @@ def identify(
     from stickslip.study.loops import with_loops
     from stickslip.study.run import Run
 
-    job = with_loops(read_job(damper), loops, law or ())
+    job = with_loops(read_job(damper), loops, law or (), load_removal or ())
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, folder, resume, 1))

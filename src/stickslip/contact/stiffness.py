@@ -47,6 +47,11 @@ class LineContact:
         """E* = E/(2(1 − ν²)), Pa."""
         return self.young / (2.0 * (1.0 - self.poisson**2))
 
+    @property
+    def shear_modulus(self) -> float:
+        """G = E/(2(1 + ν)), Pa."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
     def half_width(self, load: ArrayLike) -> Array:
         """b(N) [m]: cylinder b² = 4 P R/(π E*) (Hertz); punch 4 P R/(E* b²) = π − 2φ₀ − sin 2φ₀, sin φ₀ = a/b."""
         size = 4.0 * _loads(load) / self.length * self.radius / self.plane_modulus
@@ -85,20 +90,29 @@ class LineContact:
         return np.asarray(given * (integrand @ (0.5 * weights)))
 
     def tangential_stiffness(self, load: ArrayLike) -> tuple[Array, Array]:
-        """Initial k_tx, across the line, and k_ty, along it [N/m]: k_tx = k_n (Jäger, Ciavarella), k_ty = (1 − ν) k_n.
+        """Initial k_tx, across the line, and k_ty, along it: 1/k_tx = 1/k_n + c, 1/k_ty = 1/((1 − ν) k_n) − c [N/m].
 
-        Both hold for long contacts of one material; measured ones are softer, down to a thirtieth.
+        c = 2ν/(π G L) is what Cerruti's half-space adds where the line ends: k_tx = π G L/(2((1 − ν) ln(2L/b) + ν)) and
+        k_ty = π G L/(2(ln(2L/b) − ν)), which is the softer one for every ν > 0 where L > 3.7 b. Two bodies of one material;
+        measured contacts are softer, down to a thirtieth.
         """
-        kn = self.normal_stiffness(load)
-        return kn, (1.0 - self.poisson) * kn
+        compliance = 1.0 / self.normal_stiffness(load)
+        return 1.0 / (compliance + self._ends), 1.0 / (compliance / (1.0 - self.poisson) - self._ends)
+
+    @property
+    def _ends(self) -> float:
+        """c = 2ν/(π G L), m/N: ∫ ν x²/r³ dy along the line, which is 0 on it and 2ν right beside it."""
+        return 2.0 * self.poisson / (pi * self.shear_modulus * self.length)
 
     def tangential_displacement(self, traction: ArrayLike, load: float, mu: float) -> Array:
-        """u(T) = μ[δ(N) − δ(N − T/μ)] across the line on first loading, |T| ≤ μN, m (Jäger 1998, Ciavarella 1998).
+        """u(T) = μ[δ(N) − δ(N − T/μ)] + c T across the line on first loading, |T| ≤ μN, m; c = 2ν/(π G L).
 
+        The bracket is the theorem of Jäger and Ciavarella (1998), c T the finite length, as in `tangential_stiffness`.
         Loops follow by Masing's rule, u(T) = u_a + 2 u₀((T − T_a)/2).
         """
         T = self._held(traction, load, mu)
-        return np.asarray(np.sign(T) * mu * (self.approach(load) - self.approach(load - np.abs(T) / mu)))
+        partial = np.sign(T) * mu * (self.approach(load) - self.approach(load - np.abs(T) / mu))
+        return np.asarray(partial + self._ends * T)
 
     def stick_half_width(self, traction: ArrayLike, load: float, mu: float) -> Array:
         """c = b(N − |T|/μ): inside it the contact sticks; cylinder: c = b √(1 − |T|/(μN)) (Cattaneo 1938), m."""

@@ -1,12 +1,13 @@
 """Harmonic balance of a problem: the residual R = λ − λ̂(w), w = e' − G'λ, and Newton's linear system for it.
 
 λ = F − K_c w are the contact forces beyond the linear springs of the stuck contacts. λ of a held row (stuck, closed) is a
-constant, so the dense system holds 2H+1 unknowns per direction that slips or opens and one per direction that is clipped
-or tied to its normal load, plus the path parameter.
+constant, so the dense system holds 2H+1 unknowns per direction that slips or opens (two less for each harmonic that a list
+leaves out) and one per direction that is clipped or tied to its normal load, plus the path parameter.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Literal
@@ -14,15 +15,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array, Index
+from stickslip.checks import Array, Index, fault
 from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import iteration
-from stickslip.harmonic.fourier import Fourier, fineness, fourier
+from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed, related_rows
+from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
 from stickslip.problem import Problem
 
 Parameter = Literal["omega", "level"]
@@ -105,6 +107,11 @@ class PathCondition:
 NO_WEIGHT = np.empty((0, 0))
 
 
+def _constant_size(problem: Problem, table: ContactTable) -> float:
+    """Size of the constant forces that cancel in a residual, N: static loads, and −k g of open gaps. It rounds like these."""
+    return float(np.linalg.norm(problem.static_load) + np.linalg.norm(np.minimum(table.normal_constant, 0.0)))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
     """The factorised bordered system of an evaluation.
@@ -147,25 +154,33 @@ class Factors:
 
 
 class HarmonicBalance:
-    """The balance of one problem with H harmonics and Nt samples."""
+    """The balance of one problem with Nt samples; harmonics: H for 0..H, or a list of them.
 
-    def __init__(self, problem: Problem, harmonics: int, samples: int) -> None:
-        harmonics, samples = fineness(harmonics, samples)
+    highest: H; columns: 2H+1; kept, dropped: the columns of the harmonics that are balanced, and of those that a list leaves out.
+    """
+
+    def __init__(self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int) -> None:
+        _, samples = fineness(harmonics, samples)
         self.problem = problem
-        self.harmonics = harmonics
-        self.columns = 2 * harmonics + 1
-        self.linear = LinearPart(problem, harmonics)
+        self.harmonics = harmonics_for(problem, harmonics)
+        self.highest = highest(self.harmonics)
+        self.columns = 2 * self.highest + 1
+        self.kept = columns_of(orders(self.harmonics))
+        self.dropped = np.setdiff1d(np.arange(self.columns), self.kept)
+        self.linear = LinearPart(problem, self.harmonics)
         self.stiffness = problem.contact_stiffness
-        table, powers = contact_table(problem.contacts), problem.load_powers(harmonics)
+        table, powers = contact_table(problem.contacts), problem.load_powers(self.highest)
         self.rows = table.rows
         self.system = System(
             table,
-            fourier(harmonics, samples),
+            fourier(self.highest, samples),
             self.linear.modes,
             self.stiffness,
+            self.kept,
+            self.dropped,
             *related_rows(table),
             np.linalg.norm(powers, axis=(1, 2)),
-            1e-3 * float(np.linalg.norm(problem.static_load)) + np.finfo(float).tiny,
+            1e-3 * _constant_size(problem, table) + np.finfo(float).tiny,
             np.zeros(2, dtype=np.int64),
         )
 
@@ -179,6 +194,8 @@ class HarmonicBalance:
 
     def with_starts(self, values: Array, kind: int | Index | None = None) -> HarmonicBalance:
         """The same balance from other start values (friction elements,), and with other start rules if `kind` is given."""
+        if self.kept[0] != 0:
+            raise fault("harmonics", "must hold 0, the mean, since start states shift it", list(orders(self.harmonics)))
         other = copy(self)
         kinds = self.table.start_kind if kind is None else np.broadcast_to(kind, self.table.start_kind.shape).astype(np.int64)
         table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
@@ -222,5 +239,5 @@ class HarmonicBalance:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""
         result = np.empty(int(offsets[-1]))
         state = evaluation.state
-        pushed(offsets, self.system.normal, self.system.partner, state.own, state.coupling, state.cross, dw, result)
+        pushed(offsets, self.kept, self.system.normal, self.system.partner, state.own, state.coupling, state.cross, dw, result)
         return result

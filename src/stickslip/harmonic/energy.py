@@ -47,8 +47,8 @@ class EnergyBalance:
         problem = balance.problem
         self.balance = balance
         self.problem = problem
-        self.systems = {problem.wave(h): problem.system(h) for h in range(1, balance.harmonics + 1)}
-        self.powers = problem.load_powers(balance.harmonics)
+        self.systems = {problem.wave(h): problem.system(h) for h in range(1, balance.highest + 1)}
+        self.powers = problem.load_powers(balance.highest)
         self.loaded: Index = np.flatnonzero(np.any(self.powers != 0.0, axis=(0, 2)))
 
     def at(self, evaluation: Evaluation, cycle: ContactCycle) -> Energy:
@@ -59,7 +59,7 @@ class EnergyBalance:
         dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
         contact = float(dissipated.sum())
         given = float(cycle_work(self._excitation(point), q[self.loaded]).sum())
-        order = np.repeat(np.arange(1, balance.harmonics + 1), 2)
+        order = np.repeat(np.arange(1, balance.highest + 1), 2)
         viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self._applied("C", q))))
         slipped = float(cycle.slip_work.sum())
         scale = max(abs(given), np.finfo(float).tiny)
@@ -73,7 +73,7 @@ class EnergyBalance:
     def loss_factor_slopes(self, evaluation: Evaluation, forces: Array, motion: Array) -> Array:
         """dη for changes of λ (k, rows, 2H+1) and w (k, motion rows, 2H+1) between solutions, (k,)."""
         balance, point = self.balance, evaluation.point
-        rows, order = balance.rows, np.repeat(np.arange(1, balance.harmonics + 1), 2)
+        rows, order = balance.rows, np.repeat(np.arange(1, balance.highest + 1), 2)
         q = balance.linear.whole_motion(point.forces, point.omega, point.level)
         potential, potential_weight = self._potential(q)
         viscous_weight = 2.0 * np.pi * point.omega * order**2 * self._applied("C", q)
@@ -115,6 +115,6 @@ class EnergyBalance:
         averaged = np.fft.irfft(spectrum, energies.size) if repeats > 1 else energies
         instant = int(np.argmax(averaged))
         angles = 2.0 * np.pi * (instant / energies.size + np.arange(repeats) / repeats)
-        order = np.arange(1, self.balance.harmonics + 1)
+        order = np.arange(1, self.balance.highest + 1)
         rows = np.stack([np.cos(np.outer(angles, order)), np.sin(np.outer(angles, order))], axis=2).reshape(repeats, -1)
         return float(averaged[instant]), np.asarray(stress @ (rows.T @ rows) / repeats)

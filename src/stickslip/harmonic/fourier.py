@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array, between, fault
+from stickslip.checks import Array, fault
 from stickslip.kernels import kernel
 
 
@@ -22,14 +22,6 @@ class Fourier(NamedTuple):
     P: Array
     cosines: Array
     sines: Array
-
-
-MOST_HARMONICS, MOST_SAMPLES = 1000, 1_000_000
-
-
-def fineness(harmonics: int, samples: int) -> tuple[int, int]:
-    """H and Nt, checked; that they suit each other, `fourier` says."""
-    return between("harmonics", harmonics, 0, MOST_HARMONICS), between("samples", samples, 1, MOST_SAMPLES)
 
 
 @lru_cache(maxsize=64)

@@ -32,14 +32,17 @@ from stickslip.kernels import kernel
 class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
-    stiffness (rows,): springs of the stuck contacts; normal, partner: `related_rows`; load_size (powers of ω,), least_scale: of
-    residuals; effort (2,): how many evaluations and factorisations were made, counted on.
+    stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; normal,
+    partner: `related_rows`; load_size (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and
+    factorisations were made, counted on.
     """
 
     table: ContactTable
     tables: Fourier
     modes: Modes
     stiffness: Array
+    kept: Index
+    dropped: Index
     normal: Index
     partner: Index
     load_size: Array
@@ -130,6 +133,8 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
     own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
     cross = np.empty((coupled, columns, columns))
     contact_forces(system.table, system.tables, w, target, unknown, own, coupling, cross)
+    for i in system.dropped:
+        target[:, i] = 0.0
     residual = np.empty((rows, columns))
     for r in range(rows):
         for i in range(columns):
@@ -151,7 +156,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     """J on the unknowns, bordered by the derivative by the parameter and the path condition."""
     system.effort[1] += 1
     columns = state.forces.shape[1]
-    offsets, mask = unknown_entries(state.unknown, columns)
+    offsets, mask = unknown_entries(state.unknown, system.kept, columns)
     size = offsets[-1]
     matrix = np.zeros((size + 1, size + 1))
     matrix[size, size] = border.slope
@@ -163,13 +168,14 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         driven = driven_states(system.modes, state.gains, omega, active)
         G = receptance(system.modes, driven, moved)
         blocks = (state.own, state.coupling, state.cross)
-        newton_matrix(offsets, system.normal, system.partner, active, place, *blocks, G, matrix)
+        newton_matrix(offsets, system.kept, system.normal, system.partner, active, place, *blocks, G, matrix)
         matrix[:size, size] = -_pushed(system, state, offsets, by)
         if border.weight.shape[0]:
             pull = pulled(system.modes, driven, border.weight)
             for i in range(active.size):
                 first, last = offsets[active[i]], offsets[active[i] + 1]
-                matrix[size, first:last] = pull[i, : last - first]
+                for k in range(last - first):
+                    matrix[size, first + k] = pull[i, system.kept[k]]
     pivots = lu_factor(matrix)
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
 
@@ -177,17 +183,19 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
 @kernel
 def _pushed(system: System, state: State, offsets: Index, dw: Array) -> Array:
     result = np.empty(offsets[-1])
-    pushed(offsets, system.normal, system.partner, state.own, state.coupling, state.cross, dw, result)
+    pushed(offsets, system.kept, system.normal, system.partner, state.own, state.coupling, state.cross, dw, result)
     return result
 
 
 @kernel
 def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
     """Put the unknowns of a solution into λ (rows, 2H+1)."""
+    k = 0
     for r in range(forces.shape[0]):
-        first = bordered.offsets[r]
-        for i in range(bordered.offsets[r + 1] - first):
-            forces[r, i] = solution[first + i]
+        for i in range(forces.shape[1]):
+            if bordered.mask[r, i]:
+                forces[r, i] = solution[k]
+                k += 1
 
 
 @kernel
@@ -199,12 +207,12 @@ def newton_step(
     step = np.zeros((rows, columns))
     size = bordered.offsets[-1]
     right = np.empty((1, size + 1))
-    known = False
+    known, k = False, 0
     for r in range(rows):
-        first, count = bordered.offsets[r], bordered.offsets[r + 1] - bordered.offsets[r]
         for i in range(columns):
-            if i < count:
-                right[0, first + i] = -state.residual[r, i]
+            if bordered.mask[r, i]:
+                right[0, k] = -state.residual[r, i]
+                k += 1
             else:
                 step[r, i] = -state.residual[r, i]
                 known = known or state.residual[r, i] != 0.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.decoupling import States, Turned, partners, states, wave_states
+from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.harmonic.receptance import Modes, change, driven_states, frequency_gains, motion, motion_slope, pulled, receptance
 from stickslip.harmonic.resonances import Resonances
 from stickslip.problem import Problem
@@ -16,35 +17,38 @@ from stickslip.problem import Problem
 class LinearPart:
     """The structure on its stuck contacts as `Modes`: one set of states, or one for each wave that the harmonics see."""
 
-    def __init__(self, problem: Problem, harmonics: int) -> None:
-        static = np.zeros((problem.structure.size, 2 * harmonics + 1))
+    def __init__(self, problem: Problem, harmonics: Harmonics) -> None:
+        H, held = highest(harmonics), orders(harmonics)
+        static = np.zeros((problem.structure.size, 2 * H + 1))
         static[:, 0] = problem.static_load
-        orders = range(harmonics + 1)
         if problem.differs_by_harmonic:
-            seen = {problem.wave(h): [k for k in orders if problem.wave(k) == problem.wave(h)] for h in reversed(orders)}
-            waves = {wave: wave_states(_waves(problem, harmonics)) for wave, harmonics in seen.items()}
+            seen = {problem.wave(h): [k for k in held if problem.wave(k) == problem.wave(h)] for h in reversed(held)}
+            waves = {wave: wave_states(_waves(problem, those)) for wave, those in seen.items()}
         elif problem.falls_apart:
             waves = {problem.wave(0): wave_states(problem.waves(0))}
         else:
-            waves = {problem.wave(h): states(problem.system(0)) for h in orders[:1]}
+            waves = {problem.wave(0): states(problem.system(0))}
         ends = dict(zip(waves, np.cumsum([part.kind.size for part in waves.values()]), strict=True))
-        which = [problem.wave(h) if problem.differs_by_harmonic else problem.wave(0) for h in orders]
+        first, last = np.zeros(H + 1, dtype=np.int64), np.zeros(H + 1, dtype=np.int64)
+        for h in held:
+            wave = problem.wave(h if problem.differs_by_harmonic else 0)
+            first[h], last[h] = ends[wave] - waves[wave].kind.size, ends[wave]
         joined = _joined(list(waves.values()))
         kind = joined.kind
-        self.problem, self.harmonics = problem, harmonics
+        self.problem, self.harmonics, self.highest = problem, harmonics, H
         self.modes = Modes(
             shape=joined.shape,
             receiver=joined.receiver,
             static=np.ascontiguousarray(joined.input.T @ static),
-            dynamic=np.ascontiguousarray(joined.input.T @ problem.load_powers(harmonics)),
+            dynamic=np.ascontiguousarray(joined.input.T @ problem.load_powers(H)),
             kind=kind,
             p=joined.p,
             q=joined.q,
             r=joined.r,
             partner=partners(kind),
             above=joined.above,
-            first=np.array([ends[wave] - waves[wave].kind.size for wave in which]),
-            last=np.array([ends[wave] for wave in which]),
+            first=first,
+            last=last,
         )
         self._whole = self.modes._replace(shape=joined.output)
 
@@ -55,15 +59,15 @@ class LinearPart:
 
     def motion(self, forces: Array, omega: float, level: float) -> Array:
         """Motion (rows, 2H+1) of contact rows and outputs; forces λ (contact rows, 2H+1)."""
-        return motion(self.modes, frequency_gains(self.modes, omega, self.harmonics), forces, omega, level)
+        return motion(self.modes, frequency_gains(self.modes, omega, self.highest), forces, omega, level)
 
     def slope(self, forces: Array, omega: float, level: float, by_level: bool) -> Array:
         """Derivative of the motion by the force level, or by ω, at fixed λ."""
-        return motion_slope(self.modes, frequency_gains(self.modes, omega, self.harmonics), forces, omega, level, by_level)
+        return motion_slope(self.modes, frequency_gains(self.modes, omega, self.highest), forces, omega, level, by_level)
 
     def change(self, forces: Array, omega: float) -> Array:
         """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ."""
-        return change(self.modes, frequency_gains(self.modes, omega, self.harmonics), np.ascontiguousarray(forces), omega)
+        return change(self.modes, frequency_gains(self.modes, omega, self.highest), np.ascontiguousarray(forces), omega)
 
     def receptance(self, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
         """G' (2, H+1, rows, columns), real and imaginary part."""
@@ -78,11 +82,11 @@ class LinearPart:
 
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
         """q of every degree of freedom (n, 2H+1), m."""
-        return motion(self._whole, frequency_gains(self._whole, omega, self.harmonics), forces, omega, level)
+        return motion(self._whole, frequency_gains(self._whole, omega, self.highest), forces, omega, level)
 
     def whole_change(self, forces: Array, omega: float) -> Array:
         """Change of q (n, 2H+1) for a change of forces δλ."""
-        return change(self._whole, frequency_gains(self._whole, omega, self.harmonics), np.ascontiguousarray(forces), omega)
+        return change(self._whole, frequency_gains(self._whole, omega, self.highest), np.ascontiguousarray(forces), omega)
 
 
 def _waves(problem: Problem, harmonics: list[int]) -> list[Turned]:

@@ -16,17 +16,19 @@ from stickslip.kernels import kernel
 
 
 @kernel
-def unknown_entries(unknown: Index, columns: int) -> tuple[Index, NDArray[np.bool_]]:
+def unknown_entries(unknown: Index, kept: Index, columns: int) -> tuple[Index, NDArray[np.bool_]]:
     """Where the unknowns of each row start in the system (rows + 1), and which entries of λ (rows, 2H+1) they are.
 
-    None of a held row, harmonic 0 of a static one, all of a slipping one.
+    None of a held row, harmonic 0 of a static one, all of a slipping one, as far as the columns `kept` hold them.
     """
+    mean = 1 if kept[0] == 0 else 0
     offsets = np.zeros(unknown.size + 1, dtype=np.int64)
     mask = np.zeros((unknown.size, columns), dtype=np.bool_)
     for r in range(unknown.size):
-        size = 0 if unknown[r] == HELD else (columns if unknown[r] == SLIPPING else 1)
+        size = 0 if unknown[r] == HELD else (kept.size if unknown[r] == SLIPPING else mean)
         offsets[r + 1] = offsets[r] + size
-        mask[r, :size] = True
+        for i in range(size):
+            mask[r, kept[i]] = True
     return offsets, mask
 
 
@@ -65,21 +67,27 @@ def related_rows(table: ContactTable) -> tuple[Index, Index]:
 
 
 @kernel
-def _add_block(block: Array, E: Array, G: Array, column: int) -> None:
-    """block += E times the real form of the receptance G[:, :, column] of each harmonic; G (2, H+1, columns)."""
+def _add_block(block: Array, kept: Index, E: Array, G: Array, column: int) -> None:
+    """block += E times the real form of the receptance G[:, :, column] of each harmonic kept; G (2, H+1, columns)."""
     size, width = block.shape
-    for i in range(size):
-        block[i, 0] += E[i, 0] * G[0, 0, column]
-        for h in range(1, (width + 1) // 2):
-            cosine, sine = E[i, 2 * h - 1], E[i, 2 * h]
+    first = 1 if kept[0] == 0 else 0
+    for k in range(size):
+        i = kept[k]
+        if first:
+            block[k, 0] += E[i, 0] * G[0, 0, column]
+        for j in range(first, width, 2):
+            a = kept[j]
+            h = (a + 1) // 2
+            cosine, sine = E[i, a], E[i, a + 1]
             real, imaginary = G[0, h, column], G[1, h, column]
-            block[i, 2 * h - 1] += cosine * real - sine * imaginary
-            block[i, 2 * h] += cosine * imaginary + sine * real
+            block[k, j] += cosine * real - sine * imaginary
+            block[k, j + 1] += cosine * imaginary + sine * real
 
 
 @kernel
 def newton_matrix(
     offsets: Index,
+    kept: Index,
     normal: Index,
     partner: Index,
     active: Index,
@@ -96,23 +104,31 @@ def newton_matrix(
         for j in range(active.size):
             a = active[j]
             block = matrix[offsets[r] : offsets[r + 1], offsets[a] : offsets[a + 1]]
-            _add_block(block, own[r], G[place[r]], j)
+            _add_block(block, kept, own[r], G[place[r]], j)
             if normal[r] >= 0:
-                _add_block(block, coupling[r], G[place[normal[r]]], j)
+                _add_block(block, kept, coupling[r], G[place[normal[r]]], j)
             if partner[r] >= 0:
-                _add_block(block, cross[r], G[place[partner[r]]], j)
+                _add_block(block, kept, cross[r], G[place[partner[r]]], j)
         for k in range(offsets[r], offsets[r + 1]):
             matrix[k, k] += 1.0
 
 
 @kernel
 def pushed(
-    offsets: Index, normal: Index, partner: Index, own: Array, coupling: Array, cross: Array, dw: Array, result: Array
+    offsets: Index,
+    kept: Index,
+    normal: Index,
+    partner: Index,
+    own: Array,
+    coupling: Array,
+    cross: Array,
+    dw: Array,
+    result: Array,
 ) -> None:
     """result (N,) = E dw on the unknown rows, for a change of motion dw (rows, 2H+1)."""
     for r in range(normal.size):
-        for i in range(offsets[r + 1] - offsets[r]):
-            total = 0.0
+        for k in range(offsets[r + 1] - offsets[r]):
+            i, total = kept[k], 0.0
             for j in range(dw.shape[1]):
                 total += own[r, i, j] * dw[r, j]
             if normal[r] >= 0:
@@ -121,4 +137,4 @@ def pushed(
             if partner[r] >= 0:
                 for j in range(dw.shape[1]):
                     total += cross[r, i, j] * dw[partner[r], j]
-            result[offsets[r] + i] = total
+            result[offsets[r] + k] = total

@@ -30,7 +30,7 @@ class Modes(NamedTuple):
     for a complex state x with gain 1/(1 + s (p + i r) + s² q), kept as x and i x.
     partner (m,): the other state of a pair or block. above (m, m): how a state is driven by those after it, x = Γ(f + s above x),
     or (0, 0) where none is. first, last (H+1,): the states of each harmonic, all of them unless harmonics see structures of
-    their own.
+    their own; none of a harmonic that is not balanced, which so has no motion.
     """
 
     shape: Array
@@ -174,8 +174,8 @@ def _states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: b
 
 @kernel
 def _one_structure(modes: Modes) -> bool:
-    """Whether all harmonics see the same states."""
-    return bool(modes.last[0] - modes.first[0] == modes.kind.size)
+    """Whether all harmonics that are balanced, as the first is, see the same states."""
+    return bool(modes.last[1] - modes.first[1] == modes.kind.size)
 
 
 @kernel
@@ -267,7 +267,7 @@ def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
 def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) -> Array:
     """States under unit λ of contact rows `columns`: (m, 2, H+1, columns), real and imaginary part."""
     size, width = modes.kind.size, columns.size
-    found = np.empty((size, 2, gains.shape[0], width))
+    found = np.zeros((size, 2, gains.shape[0], width))
     load, state = np.empty((size, width), dtype=np.complex128), np.empty((size, width), dtype=np.complex128)
     for j in range(size):
         for c in range(width):
@@ -294,6 +294,8 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
     result = np.zeros((rows.size, 2, harmonics, width))
     for h in range(harmonics):
         a, b = modes.first[h], modes.last[h]
+        if a == b:
+            continue
         shape = np.empty((rows.size, b - a))
         for r in range(rows.size):
             shape[r] = modes.shape[rows[r], a:b]

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
+from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.problem import LinearSystem, Problem
 from stickslip.structure.modes import natural_modes
 
@@ -44,8 +45,8 @@ class Resonances:
     and without contacts, if not given.
     """
 
-    def __init__(self, problem: Problem, harmonics: int, holds: Sequence[NDArray[np.bool_]] = ()) -> None:
-        powers = problem.load_powers(harmonics)
+    def __init__(self, problem: Problem, harmonics: Harmonics, holds: Sequence[NDArray[np.bool_]] = ()) -> None:
+        powers = problem.load_powers(highest(harmonics))
         stiffness = problem.contact_stiffness
         every = np.ones(stiffness.size, dtype=bool)
         self.problem, self.harmonics = problem, harmonics
@@ -53,7 +54,7 @@ class Resonances:
         self._mixed: dict[bytes, Resonances] = {}
         known: dict[int, list[int]] = {}
         rows: list[tuple[Array, ...]] = []
-        for h in range(1, harmonics + 1):
+        for h in filter(None, orders(harmonics)):
             wave = problem.wave(h)
             if wave not in known:
                 known[wave] = []

@@ -6,7 +6,8 @@ would look like motion of the contacts. Eight harmonics are too few for kt, a si
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -27,7 +28,8 @@ DRIFT = 0.02
 @dataclass(frozen=True, eq=False)
 class CycleSet:
     """Cycles of one case: harmonics (cycles, channels, 2H+1), SI, rows a0, a1, b1, ...; the channels, the frequency [Hz], the
-    name of the record, warnings, and the pull on the damper [N] where it is the case's own."""
+    name of the record, warnings, the pull on the damper [N] where it is the case's own, and the standard deviations [N] of
+    the zeros of its load cells where a load removal gave them."""
 
     name: str
     channels: tuple[str, ...]
@@ -35,6 +37,7 @@ class CycleSet:
     frequency: float
     warnings: tuple[str, ...] = ()
     pull: float | None = None
+    zero_errors: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def mean(self) -> Array:
@@ -48,7 +51,7 @@ class CycleSet:
 
     def channel(self, name: str) -> Array:
         """The mean harmonics of one channel, (2H+1,)."""
-        return np.asarray(self.mean[self._index(name)])
+        return np.asarray(self.mean[self.index(name)])
 
     def cycle(self, name: str, samples: int = 500) -> Array:
         """The mean cycle of one channel at equal times, (samples,)."""
@@ -62,12 +65,20 @@ class CycleSet:
         kept = {name: self.harmonics[:, i] for i, name in enumerate(self.channels)} | values
         return replace(self, channels=tuple(kept), harmonics=np.stack(list(kept.values()), axis=1))
 
+    def without_lag(self, lag: float) -> CycleSet:
+        """A copy whose forces come earlier by a lag [s], such as an identification finds."""
+        cells = [c for c, name in enumerate(self.channels) if name.startswith("force")]
+        found = self.harmonics.copy()
+        found[:, cells] = delayed(found[:, cells], -2.0 * np.pi * self.frequency * lag)
+        return replace(self, harmonics=found)
+
     def resampled(self, generator: np.random.Generator) -> CycleSet:
         """A copy whose cycles are drawn with replacement."""
         count = len(self.harmonics)
         return replace(self, harmonics=self.harmonics[generator.integers(0, count, count)])
 
-    def _index(self, name: str) -> int:
+    def index(self, name: str) -> int:
+        """Place of a channel."""
         if name not in self.channels:
             raise fault(f"Channels of {self.name}", f"must hold {name}", list(self.channels))
         return self.channels.index(name)
@@ -84,6 +95,16 @@ def analysis(values: Array, harmonics: int) -> Array:
     found = np.empty((*values.shape[:-1], 2 * harmonics + 1))
     found[..., 0] = spectrum[..., 0].real
     found[..., 1::2], found[..., 2::2] = 2.0 * spectrum[..., 1:].real, -2.0 * spectrum[..., 1:].imag
+    return found
+
+
+def delayed(harmonics: Array, angle: Array | float) -> Array:
+    """Harmonics (..., 2H+1) of the same signal later by an angle [rad] of the first harmonic, which broadcasts against (...)."""
+    count = (harmonics.shape[-1] - 1) // 2
+    turn = np.asarray(angle)[..., None] * np.arange(1, count + 1)
+    cosine, sine, a, b = np.cos(turn), np.sin(turn), harmonics[..., 1::2], harmonics[..., 2::2]
+    found = np.array(harmonics)
+    found[..., 1::2], found[..., 2::2] = cosine * a - sine * b, sine * a + cosine * b
     return found
 
 

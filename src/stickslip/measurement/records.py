@@ -148,9 +148,18 @@ def read_record(
     columns: {name here: header in the file} where they differ; units: {name: unit} where the header states none. Columns that
     are not known are left out, with a warning.
     """
+    time, found, warnings = read_columns(path, columns, units)
+    return Record(time, found, Path(path).stem, warnings, ranges)
+
+
+def read_columns(
+    path: str | Path, columns: Mapping[str, str] | None = None, units: Mapping[str, str] | None = None
+) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
+    """Time and the other known columns of a table, in SI, and warnings; see `read_record`."""
     path = Path(path)
     header, rows = _table(path)
-    found, warnings, strange = {}, [], []
+    found: dict[str, Array] = {}
+    warnings, strange = [], []
     renamed = {_bare(header_name): name for name, header_name in (columns or {}).items()}
     for index, title in enumerate(header):
         bare = _bare(title)
@@ -165,8 +174,7 @@ def read_record(
         warnings.append(f"{path.name}: columns without a known meaning are left out: {', '.join(strange)}.")
     if "time" not in found:
         raise fault(f"Columns of {path.name}", "must hold time", header, "Name it `time [s]`.")
-    time = found.pop("time")
-    return Record(time, found, path.stem, tuple(warnings), ranges)
+    return found.pop("time"), found, tuple(warnings)
 
 
 def write_record(record: Record, path: str | Path) -> Path:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -15,12 +16,15 @@ SIGNALS = ("force_x", "force_y", "rotation", "damper_y")
 @dataclass(frozen=True)
 class RigErrors:
     """Standard deviations. Of each cell: gain, shape (linearity, greatest deviation) [N], zero after load removal [N], noise of
-    a sample [N]; of lasers: noise of a sample [m]; of rotation and damper motion: gain (from distances on photographs).
+    a sample [N]; of lasers: noise of a sample [m]; of rotation and damper motion: gain (from distances on photographs); of
+    the lag of all forces behind all motions [s]; of the calibration factor at load removal (3 to 5 %), which gives the error of
+    a zero that is found so.
 
     Defaults follow Gola and Gastaldi (ASME GT2014-25240): cell 1 %, linearity 2 % (1 N, here a bound of two deviations),
     calibration at load removal 0.7 to 0.9 N, laser 0.08 µm, rotation and contact motion 5 %. The noise of a force sample is
-    this project's. `zero_x`, `zero_y`: of the cells of force_x and force_y, where they differ from `zero`; for a cell whose zero
-    is not known give as much as it may be off.
+    this project's. `lag` None: looked for, and fitted where it is more than gradual slip looks like; 0: forces and motions are
+    synchronous; else always fitted. `zero_x`, `zero_y`: of the cells of
+    force_x and force_y, where they differ from `zero`; for a cell whose zero is not known give as much as it may be off.
     """
 
     cell_gain: float = 0.01
@@ -31,6 +35,8 @@ class RigErrors:
     motion_gain: float = 0.05
     zero_x: float | None = None
     zero_y: float | None = None
+    lag: float | None = None
+    calibration: float = 0.04
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -41,6 +47,10 @@ class RigErrors:
         """Standard deviation of the zero of a cell, N."""
         own = {"force_x": self.zero_x, "force_y": self.zero_y}[channel]
         return self.zero if own is None else own
+
+    def with_zeros(self, zeros: Mapping[str, float]) -> RigErrors:
+        """A copy with the standard deviations [N] of the zeros of some cells, by channel, as load removal gives them."""
+        return replace(self, **{f"zero_{channel[-1]}": error for channel, error in zeros.items()})
 
     def gain(self, channel: str) -> float:
         """Standard deviation of the gain of a channel."""

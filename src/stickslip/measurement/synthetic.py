@@ -20,7 +20,7 @@ from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycl
 STEPS = 2000
 """Steps of a cycle of the truth."""
 
-NO_ERRORS = RigErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_ERRORS = RigErrors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, lag=0.0)
 
 
 def true_cycle(rig: BetweenPlatforms, motion: PlatformMotion, steps: int = STEPS) -> dict[str, Array]:
@@ -44,12 +44,14 @@ def synthetic_record(
     samples: int = 400,
     frequency: float = 5.0,
     laser_distance: float = 14e-3,
+    lag: float = 0.0,
     name: str = "synthetic",
 ) -> Record:
     """A record of so many cycles from one true cycle (`true_cycle`), with the errors of the rig.
 
     systematic: errors drawn before (`RigErrors.draw`), to give several records the same gains of their cells; zeros are drawn
-    anew for each record. laser_distance [m]: between the two lasers that see the rotation.
+    anew for each record. laser_distance [m]: between the two lasers that see the rotation. lag [s]: by which all forces are
+    recorded later than all motions.
     """
     errors = RigErrors() if errors is None else errors
     generator = np.random.default_rng(seed)
@@ -60,7 +62,8 @@ def synthetic_record(
     signals: dict[str, Array] = {}
     for key, values in truth.items():
         shown = distorted(values, drawn[key]) if key in drawn else values
-        repeated = np.interp(phase, np.arange(values.size + 1) / values.size, np.append(shown, shown[0]))
+        place = (phase - lag * frequency) % 1.0 if key.startswith("force") else phase
+        repeated = np.interp(place, np.arange(values.size + 1) / values.size, np.append(shown, shown[0]))
         signals[key] = repeated + _noise(errors, key, laser_distance) * generator.standard_normal(count)
     return Record(np.arange(count) / (samples * positive("frequency", frequency)), signals, name)
 

@@ -26,7 +26,7 @@ def stiffness_over_load(dataset: xr.Dataset) -> Figure:
             dataset["tangential_across"] / 1e6,
             color="black",
             linestyle=":",
-            label="tangential, across the line (initial): on Allara's",
+            label="tangential, across the line (initial)",
         )
         axes.plot(
             load, dataset["tangential_along"] / 1e6, color=GREY, linestyle="--", label="tangential, along the line (initial)"

@@ -15,6 +15,7 @@ from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.contacts import contact_states, hysteresis_loops
+from stickslip.plots.cycles import bound_cycles
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.files import Figures, write_figures
@@ -71,13 +72,19 @@ PERCENTILES_FIGURES: dict[str, Callable[[Any], Figure]] = {"percentiles": respon
 
 def figures_of(dataset: xr.Dataset) -> Figures:
     """The figures that a result has."""
-    figures = FIGURES | (BOUNDS_FIGURES if has_bounds(dataset) else {})
+    figures = FIGURES | (_bounds_figures(dataset) if has_bounds(dataset) else {})
     figures |= DISK_FIGURES if has_disk(dataset) else {}
     figures |= TUNED_DISK_FIGURES if "disk_frequency" in dataset.variables else {}
     figures |= {"disk_mode": disk_mode} if "disk_shape" in dataset.variables else {}
     figures |= {"stress": stress_curves} if has_stress(dataset) else {}
     figures |= SAMPLES_FIGURES if "start_variable" in dataset.variables else {}
     return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
+
+
+def _bounds_figures(dataset: xr.Dataset) -> dict[str, Callable[[Any], Figure]]:
+    """Those of bounds; the ratio of friction to normal force only where a normal force is known."""
+    without = () if bound_cycles(detached(dataset)).contacts else ("bounds_force_ratios",)
+    return {name: draw for name, draw in BOUNDS_FIGURES.items() if name not in without}
 
 
 def save_figures(dataset: xr.Dataset, directory: str | Path, formats: tuple[str, ...] = ("png", "svg")) -> list[Path]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.identification.dataset import CERTAINTY, chain_sentences
 from stickslip.plots.files import Figures
 from stickslip.plots.identification import loops_and_fit, posterior, residuals
 from stickslip.report.presentation import Presentation
@@ -30,6 +31,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         errors = zip(dataset["law"].values, dataset["held_out"].values, strict=True)
         listed = ", ".join(f"{law} {error:.3g}" for law, error in errors)
         lines.append(f"law    {dataset.attrs['law']}; errors on loops held out, in standard deviations: {listed}")
+    lines += chain_sentences(dataset)
     return [*lines, *(f"note: {line}" for line in str(dataset.attrs["warnings"]).splitlines())]
 
 
@@ -54,7 +56,26 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     misfit = pd.DataFrame(dataset["misfit"].values, columns=list(dataset["channel"].values))
     misfit.insert(0, "loop", dataset["case"].values)
     gains = pd.DataFrame({"channel": dataset["channel"].values, "gain error": dataset["gain"].values})
-    found = {"parameters": parameters, "misfit relative to the varying part": misfit, "gains": gains}
+    cells = [name for name in dataset["channel"].values if str(name).startswith("force")]
+    rows = [(case, cell, dataset.sel(case=case, channel=cell)) for case in dataset["case"].values for cell in cells]
+    zeros = pd.DataFrame(
+        {
+            "loop": [case for case, _, _ in rows],
+            "cell": [cell for _, cell, _ in rows],
+            "zero in N": [float(one["zero"]) for _, _, one in rows],
+            "low (95 %)": [float(one["zero"] - CERTAINTY * one["zero_error"]) for _, _, one in rows],
+            "high (95 %)": [float(one["zero"] + CERTAINTY * one["zero_error"]) for _, _, one in rows],
+        }
+    )
+    found = {"parameters": parameters, "misfit relative to the varying part": misfit, "gains": gains, "zeros": zeros}
+    if "right_motion" in dataset:
+        span = 1e6 * (dataset["right_motion"].max("sample") - dataset["right_motion"].min("sample"))
+        error = 1e6 * dataset["right_motion_error"].max("sample")
+        motion = pd.DataFrame({"loop": dataset["case"].values})
+        for name in dataset["motion"].values:
+            motion[str(name)] = span.sel(motion=name).values
+            motion[f"{name}: standard deviation, largest"] = error.sel(motion=name).values
+        found["measured motion at the right contact, peak to peak, um"] = motion
     if "held_out" in dataset:
         found["laws"] = pd.DataFrame({"law": dataset["law"].values, "error on loops held out": dataset["held_out"].values})
     return found

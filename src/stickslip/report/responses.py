@@ -13,6 +13,7 @@ from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.harmonic.orders import of_attribute
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.quantities import peak_table, quantity_table
@@ -56,7 +57,7 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
     errors = dataset["truncation_error"].values
     case = int(np.argmax(np.nanmax(np.nan_to_num(errors), axis=1)))
     names = tuple(str(name) for name in dataset["output"].values)
-    warning = truncation_warning(int(dataset.attrs["harmonics"]), names, errors[case])
+    warning = truncation_warning(of_attribute(dataset.attrs["harmonics"]), names, errors[case])
     count = int(np.count_nonzero(np.nanmax(np.nan_to_num(errors), axis=1) > ALLOWED))
     more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %)" if count > 1 else ""
     return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning else []

@@ -51,7 +51,7 @@ class StepControl:
     straight: float = 0.05
     reversed: float = -0.95
     sideways: float = np.inf
-    points: int = 4000
+    points: int = 8000
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
@@ -230,6 +230,8 @@ class _Tracer:
             following, turn = replace(following, tangent=following.tangent.turned()), -turn
             if not self._goes_on(following, 0.5 * distance):
                 return 0.5
+        elif backwards and turn < self.control.reversed and self._kinked(following, distance, error, turn):
+            crossed, following, turn = True, replace(following, tangent=following.tangent.turned()), -turn
         close = error < 8.0 * self.control.error and turn > self.control.cosine
         if distance >= 1e-3 and not (close and self._beside(current, following, distance, turn)):
             return 0.5
@@ -247,6 +249,18 @@ class _Tracer:
         if max(change * current.tangent.parameter, change * following.tangent.parameter) < 0.0:
             return False
         return bool(np.arccos(min(distance / chord, 1.0)) <= np.arccos(min(turn, 1.0)) + self.control.sideways)
+
+    def _kinked(self, following: CurvePoint, distance: float, error: float, turn: float) -> bool:
+        """Whether a step that seems to reverse went over a kink at which the determinant changes its sign.
+
+        It does where several contacts change their state at once, as on a symmetric structure. A kink explains no larger error
+        than its angle does. At the tip of a sharp fold the error says how far ahead the tip is: beyond it there is no curve.
+        """
+        slope = float(np.tan(np.pi - np.arccos(max(turn, -1.0))))
+        if error > 1.2 * slope * distance:
+            return False
+        turned = replace(following, tangent=following.tangent.turned())
+        return self._goes_on(turned, max(0.5 * distance, 2.0 * error / slope))
 
     def _goes_on(self, current: CurvePoint, distance: float) -> bool:
         """Whether the curve goes straight on beyond a point; at the tip of a sharp fold, which looks the same, it ends."""

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.continuation import CLOSED, StepControl, first_point, solve_cold, trace
-from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
+from stickslip.solve.curve_points import CurvePoint, LostCurveError, backwards, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.peak import TOLERANCE, PeakSearch
 
@@ -60,10 +61,14 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class _Travel:
-    """Points inside the band, and why the curve ended before the end of the band, or None."""
+    """Points inside the band, and why the curve ended before the end of the band, or None.
+
+    from_the_end: why it was followed from the end of the band and not from its start, or None.
+    """
 
     points: list[CurvePoint]
     lost: str | None
+    from_the_end: str | None = None
 
 
 def solve_curve(
@@ -86,6 +91,8 @@ def solve_curve(
         return _listed(balance, frequencies, level, progress, control, begin, measure)
     start, end = frequencies[0], frequencies[-1]
     travel = _best_travel(balance, start, end, level, lambda done: progress(TRAVEL * done), control, begin)
+    if begin is None and isinstance(travel, _Travel) and travel.lost is not None and start != end:
+        travel = _from_the_end(balance, start, end, level, control, travel.lost) or travel
     if isinstance(travel, Outcome):
         message = " ".join((travel.sentence, *balance.problem.doubts))
         return Curve(level, (), travel, message, start, measure=measure)
@@ -119,6 +126,16 @@ def _best_travel(
         return failed or Outcome.NOT_CONVERGED
     arrived = [travel for travel in travels if travel.lost is None]
     return arrived[0] if arrived else max(travels, key=lambda travel: len(travel.points))
+
+
+def _from_the_end(
+    balance: HarmonicBalance, start: float, end: float, level: float, control: StepControl | None, reason: str
+) -> _Travel | None:
+    """The curve followed from the end of the band, in the order asked for; None where that does not succeed either."""
+    travel = _best_travel(balance, end, start, level, lambda done: None, control, None)
+    if isinstance(travel, Outcome) or travel.lost is not None:
+        return None
+    return _Travel(backwards(travel.points), None, reason)
 
 
 def _listed(
@@ -245,6 +262,8 @@ def _with_peaks(
 ) -> Curve:
     """The curve with its peaks."""
     points, message = travel.points, ARRIVED if travel.lost is None else _lost_message(balance.problem, travel, ends)
+    if travel.from_the_end is not None:
+        message = f"{ARRIVED} It was followed backwards from there, since from its start it was lost: {travel.from_the_end}"
     outcome = Outcome.CONVERGED if travel.lost is None else Outcome.NOT_CONVERGED
     lost_at = points[-1].point.omega if travel.lost is not None and points else None
     outputs = range(balance.problem.output_rows.shape[0])
@@ -300,7 +319,10 @@ def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Mapping[
 
 
 def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
-    """Why a point could not be solved: the same problem without its dynamic load tells whether the static state exists."""
+    """Why a point could not be solved: the same problem without its dynamic load tells whether the static state is found.
+
+    Where it is not, a prescribed start state is blamed only if there is one; Newton's method may have missed what exists.
+    """
     point = correction.evaluation.point
     still = solve_cold(balance, point.omega, 0.0)
     for attempt in (still, correction):
@@ -309,4 +331,7 @@ def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
             pivots = np.abs(factors.pivots)
             if pivots.min() <= SINGULAR * pivots.max():
                 return Outcome.BODY_HELD_BY_NOTHING
-    return Outcome.NOT_CONVERGED if still.converged else Outcome.NO_STATIC_EQUILIBRIUM
+    if still.converged:
+        return Outcome.NOT_CONVERGED
+    prescribed = bool(np.any(balance.table.start_kind != OFFSET))
+    return Outcome.NO_STATIC_EQUILIBRIUM if prescribed else Outcome.STATIC_NOT_FOUND

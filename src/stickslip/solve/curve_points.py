@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,6 +15,10 @@ from stickslip.solve.newton import correct, fixed
 
 ROUNDING = 1e-9
 """Motion below this share of the largest is rounding: an output at a node."""
+
+MEAN = 0.1
+"""Share of the mean motion that a change of it is measured by, where that is more than the vibration: steps stay long where the
+mean of a lightly pressed body drifts by many times its vibration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +49,7 @@ def relative_metric(w: Array, rows: int, scales: Sequence[float], parameter_scal
     for where, scale in zip((slice(0, rows), slice(rows, None)), scales, strict=True):
         if scale > ROUNDING * max(scales):
             weight[where] = 1.0 / scale**2
+            weight[where, 0] = 1.0 / (scale**2 + (MEAN * np.linalg.norm(w[where, 0])) ** 2)
     return Metric(weight, 1.0 / parameter_scale**2)
 
 
@@ -98,6 +104,18 @@ class CurvePoint:
         a, b, metric = self.tangent, following.tangent, self.metric
         dot = float(np.vdot(metric.weight * a.motion, b.motion)) + metric.parameter * a.parameter * b.parameter
         return dot / metric.length(b.motion, b.parameter)
+
+
+def backwards(points: Sequence[CurvePoint]) -> list[CurvePoint]:
+    """A curve over ω followed from its last point to its first: each step is measured at the point that it now starts from.
+
+    The last point was solved at the end of the band and has no step of its own: its chord stands for it.
+    """
+    turned = [replace(point, tangent=point.tangent.turned(), length=0.0) for point in reversed(points)]
+    for k, (before, after) in enumerate(itertools.pairwise(reversed(points)), 1):
+        ratio = before.metric.length(after.tangent.motion, after.tangent.parameter)
+        turned[k] = replace(turned[k], length=before.length * ratio or before.chord(after, "omega"))
+    return turned
 
 
 class LostCurveError(Exception):

@@ -53,7 +53,7 @@ def left_out(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evalu
     """The estimate for a solved point, with the harmonics of `finer`, a balance of the same problem with more of them."""
     padded = finer.evaluate(Point(pad(evaluation.point.forces, finer.columns), evaluation.point.omega, evaluation.point.level))
     change = -padded.residual
-    change[:, : balance.columns] = 0.0
+    change[:, balance.kept] = 0.0
     moved = finer.linear.change(change, evaluation.point.omega)[: finer.rows, 1:]
     size = max(float(np.linalg.norm(padded.w[: finer.rows, 1:])), np.finfo(float).tiny)
     return LeftOut(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)

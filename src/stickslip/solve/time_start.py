@@ -41,7 +41,7 @@ def from_harmonics(balance: HarmonicBalance, forces: Array, omega: float, level:
     The sliders are those of the last sample, from which the first step at t = 0 moves them to where the solution has them.
     """
     q = balance.linear.whole_motion(forces, omega, level)
-    order = np.arange(1, balance.harmonics + 1)
+    order = np.arange(1, balance.highest + 1)
     cycle = contact_cycle(balance.table, balance.tables, balance.problem.B @ q)
     intercepts = -balance.table.stiffness * cycle.slider
     return TimeStart(q[:, 0] + q[:, 1::2].sum(axis=1), omega * (q[:, 2::2] @ order), intercepts)

@@ -15,6 +15,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
@@ -61,7 +62,7 @@ class Sweep:
     problem: Problem
     frequencies: Band | tuple[float, ...]
     force_levels: tuple[float, ...]
-    harmonics: int | Literal["auto"]
+    harmonics: Harmonics | Literal["auto"]
     samples: int
     tolerance: float
     peak_tolerance: float
@@ -74,7 +75,7 @@ class Sweep:
         listed = self.frequencies if isinstance(self.frequencies, tuple) else None
         where = "over a band" if listed is None else f"at {counted(len(listed), 'frequency', 'frequencies')}"
         size = counted(problem.structure.size, "degree of freedom", "degrees of freedom")
-        harmonics = 'harmonics = "auto"' if self.harmonics == "auto" else counted(self.harmonics, "harmonic")
+        harmonics = 'harmonics = "auto"' if self.harmonics == "auto" else in_words(self.harmonics)
         levels = counted(len(self.force_levels), "force level")
         of = "" if self.measure == DISPLACEMENT_AMPLITUDE else f", peaks of the {self.measure.words}"
         contacts = counted(len(problem.contacts), "contact")

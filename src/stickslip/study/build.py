@@ -150,5 +150,8 @@ def enough_samples(table: SweepTable) -> None:
 
 
 def least_harmonics(table: SweepTable) -> int:
-    """The harmonics that are used in any case: the number given, or one when they are chosen."""
-    return 1 if table.wanted_harmonics == "auto" else table.wanted_harmonics
+    """The highest harmonic that is used in any case: the one given, or the first when they are chosen."""
+    wanted = table.wanted_harmonics
+    if wanted == "auto":
+        return 1
+    return wanted if isinstance(wanted, int) else max(wanted)

@@ -21,7 +21,7 @@ from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Positive, QuantityName, Seed, Table, Words
+from stickslip.study.fields import Harmonics, Positive, QuantityName, Seed, Table, Words
 from stickslip.study.tables import Ends
 from stickslip.units import STANDARD_GRAVITY
 
@@ -72,7 +72,7 @@ class DesignTable(Table):
     generations: Annotated[int, Field(ge=0, le=MOST, description="of differential evolution from them")] = 0
     refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 20
     seed: Annotated[Seed, Field(description="of the random draws")] = 0
-    harmonics: Annotated[int, Field(ge=1, le=1000, description="H")] = 3
+    harmonics: Annotated[Harmonics, Field(description="H, or a list that holds 1")] = 3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
 
     @property

@@ -63,6 +63,13 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 QuantityName = Literal["displacement", "velocity", "acceleration", "receptance", "mobility", "inertance"]
 """What peaks are of; the last three are the same per force level."""
 
+Harmonics = Annotated[
+    Annotated[int, Field(ge=1, le=1000), Tag("<single>")]
+    | Annotated[list[Annotated[int, Field(ge=0, le=1000)]], Field(min_length=1), Tag("<list>")],
+    by_form(),
+]
+"""H for 0..H, or a list."""
+
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 Ratio = Annotated[float, Field(ge=-1, le=1)]

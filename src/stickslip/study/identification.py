@@ -17,6 +17,7 @@ from stickslip.analyses.work import Arrays
 from stickslip.checks import MOST, InputError, counted, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, whole_cycles
+from stickslip.measurement.load_removal import read_load_removal, zeroed
 from stickslip.measurement.reconstruction import damper_motion
 from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
@@ -47,6 +48,10 @@ class IdentificationTable(Table):
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; found in the loops unless given")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
     pulls: Annotated[list[Positive] | None, Field(description="pull of each loop, N, where they differ")] = None
+    load_removal: Annotated[
+        list[str] | None,
+        Field(min_length=1, description="files of load removals (CSV) for the zeros of the cells, one for all loops or one each"),
+    ] = None
     laser_distance: Annotated[Positive | None, Field(description="from laser 1 to laser 2 along x, m")] = None
     laser_offset: Annotated[Number, Field(description="of the mass centre from laser 1 along x, m")] = 0.0
     errors: Annotated[dict[str, Number], Field(description="of the rig, by the names of RigErrors")] = Field(default_factory=dict)
@@ -74,7 +79,10 @@ class IdentificationTable(Table):
                     raise InputError("laser_distance must be given, since the loops hold laser_1 and laser_2, but is missing.")
                 cycles = damper_motion(cycles, self.laser_distance, self.laser_offset)
             found.append(cycles)
-        return tuple(found)
+        if self.load_removal is None:
+            return tuple(found)
+        removals = [read_load_removal(folder / name) for name in self.load_removal]
+        return zeroed(found, removals, self.rig_errors().calibration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +107,11 @@ class IdentificationPlan(Plan):
         table.rig_errors(), parameters(table.unknown or usual_unknowns(rig), rig, {})
         return cls(rig, table, asked.folder, asked.units)
 
-    def with_loops(self, loops: Sequence[Path], laws: Sequence[str] = ()) -> IdentificationPlan:
-        """A copy for other files, which count from the working folder, and for other laws if named."""
-        changes: dict[str, list[str]] = {"loops": [str(path.resolve()) for path in loops]}
+    def with_loops(self, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> IdentificationPlan:
+        """A copy for other files, which count from the working folder, and for other laws if named. Load removals belong to their
+        loops: those of the study are dropped."""
+        changes: dict[str, list[str] | None] = {"loops": [str(path.resolve()) for path in loops]}
+        changes["load_removal"] = [str(path.resolve()) for path in removals] or None
         if laws:
             changes["law"] = list(laws)
         return replace(self, table=self.table.model_copy(update=changes))
@@ -114,18 +124,20 @@ class IdentificationPlan(Plan):
     @property
     def content(self) -> str:
         """Identifies the loops, as far as they exist."""
-        files = [self.folder / name for name in self.table.loops]
+        files = [self.folder / name for name in (*self.table.loops, *(self.table.load_removal or ()))]
         return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
 
     @property
     def summary(self) -> str:
         laws = " or ".join(self.table.law)
-        return f"{counted(len(self.table.loops), 'loop')}, unknown {', '.join(self.unknown)}, {laws}"
+        zeros = ", zeros by load removal" if self.table.load_removal else ""
+        return f"{counted(len(self.table.loops), 'loop')}{zeros}, unknown {', '.join(self.unknown)}, {laws}"
 
     @cached_property
     def works(self) -> Mapping[str, IdentificationWork]:
         cases, errors = self.table.cases(self.folder, self.units), self.table.rig_errors()
-        digest = sha256(b"".join(case.harmonics.tobytes() for case in cases)).hexdigest()[:12]
+        zeros = str([sorted(case.zero_errors.items()) for case in cases]) if self.table.load_removal else ""
+        digest = sha256(b"".join(case.harmonics.tobytes() for case in cases) + zeros.encode()).hexdigest()[:12]
         settings = (self.unknown, errors, self.table.resamples, self.table.seed)
         name, laws = f"identification {digest}", tuple(self.table.law)
         return {"": IdentificationWork(cases, self.rig, *settings, name=name, laws=laws)}

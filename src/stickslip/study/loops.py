@@ -12,15 +12,18 @@ from stickslip.study.identification import IdentificationPlan
 from stickslip.study.read import Job
 
 
-def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = ()) -> Job:
-    """A job for other loops than those of its study, and other laws if named."""
+def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), removals: Sequence[Path] = ()) -> Job:
+    """A job for other loops than those of its study with their own load removals if there are any, and other laws if named."""
     if not isinstance(job.plan, IdentificationPlan):
         raise fault("--damper", 'must be a study with analysis = "identification"', job.analysis)
-    missing = [str(path) for path in loops if not path.is_file()]
-    if missing:
-        raise fault("LOOPS", "must be files", ", ".join(missing))
+    for what, paths in (("LOOPS", loops), ("--load-removal", removals)):
+        missing = [str(path) for path in paths if not path.is_file()]
+        if missing:
+            raise fault(what, "must be files", ", ".join(missing))
     for law in laws:
         if law not in LINE_LAWS:
             raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))
-    plan, said = job.plan.with_loops(loops, laws), f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
+    said = f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
+    said += f"; load removals: {', '.join(map(str, removals)) or 'none'}"
+    plan = job.plan.with_loops(loops, laws, removals)
     return replace(job, plan=plan, content=plan.content, text=f"{job.text}{said}\n")

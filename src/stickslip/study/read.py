@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from threadpoolctl import threadpool_limits
 
@@ -16,6 +16,7 @@ from stickslip.analyses.forced_response import force_levels
 from stickslip.checks import InputError, fault, nearest, storable
 from stickslip.contact.point import Contact
 from stickslip.harmonic.measure import measure_of
+from stickslip.harmonic.orders import Harmonics, checked_harmonics, harmonics_for
 from stickslip.loads import Force
 from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
@@ -141,12 +142,14 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
     frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units)
     found.attempt("[sweep]", build.enough_samples, table)
     found.attempt("[sweep]", force_levels, table.force_levels)
-    if problem and table.wanted_harmonics != "auto":
-        found.attempt("[sweep]", problem.load_powers, table.wanted_harmonics)
-    if problem is None or frequencies is None:
+    harmonics: Harmonics | Literal["auto"] | None = "auto"
+    if table.wanted_harmonics != "auto":
+        check = checked_harmonics if problem is None else partial(harmonics_for, problem)
+        harmonics = found.attempt("[sweep]", check, table.wanted_harmonics)
+    if problem is None or frequencies is None or harmonics is None:
         return None
     last = (table.tolerance, table.peak_tolerance, measure_of(table.quantity, table.measure))
-    return Sweep(problem, frequencies, tuple(table.force_levels), table.wanted_harmonics, table.samples, *last)
+    return Sweep(problem, frequencies, tuple(table.force_levels), harmonics, table.samples, *last)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:

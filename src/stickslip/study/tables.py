@@ -13,6 +13,7 @@ from stickslip.study.fields import (
     Coefficients,
     Direction,
     Groups,
+    Harmonics,
     NotNegatives,
     Number,
     Place,
@@ -205,11 +206,10 @@ class SweepTable(Table):
         default_factory=lambda: [1.0]
     )
     harmonics: Annotated[
-        int,
+        Harmonics,
         Field(
-            ge=1,
-            le=1000,
-            description='H, highest harmonic; "auto": raised, and samples doubled, until the rest at the peaks is below '
+            description='H, highest harmonic, or a list that holds 1, such as [0, 1, 3, 5]; "auto": raised, and samples doubled, '
+            "until the rest at the peaks is below "
             "`tolerance`, where the contacts start as the problem says",
         ),
         WrapValidator(lambda value, check: value if value == "auto" else check(value)),
@@ -231,10 +231,10 @@ class SweepTable(Table):
     ] = None
 
     @property
-    def wanted_harmonics(self) -> int | Literal["auto"]:
-        """H, or "auto"."""
+    def wanted_harmonics(self) -> int | list[int] | Literal["auto"]:
+        """H, a list, or "auto"."""
         wanted: Any = self.harmonics
-        return cast("int | Literal['auto']", wanted)
+        return cast("int | list[int] | Literal['auto']", wanted)
 
     @field_validator("frequency")
     @classmethod

@@ -1,7 +1,8 @@
 """How well a damper with given contact parameters explains measured cycles: the misfit that an identification makes small.
 
 The computed cycle is smoothed to the harmonics of the measured one. Gains of the channels are unknown, with a prior, the same in
-all cases; so are the zeros of the cells, one a case; lasers have no zero. All are linear and are solved for inside the misfit.
+all cases; so is the lag of the forces behind the motions, and so are the zeros of the cells, one a case; lasers have no zero. All
+are solved for inside the misfit.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from stickslip.analyses.identification.line_laws import LINE_LAWS, microslip
 from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.measurement.cycles import CycleSet, analysis, synthesis
+from stickslip.measurement.cycles import CycleSet, analysis, delayed, synthesis
 from stickslip.measurement.rig_errors import SIGNALS, RigErrors
 from stickslip.solve.platform_relaxation import Elements, elements_of, relaxed_cycle
 
@@ -77,6 +78,21 @@ def parameters(names: Sequence[str], rig: BetweenPlatforms, bounds: Mapping[str,
     return tuple(found)
 
 
+LAG_ROUNDS, SAME_LAG = 8, 1e-8
+"""Newton's steps for the lag, and the change [s] at which they end."""
+
+MOST_LAG = 0.08
+"""Share of the shortest period within which the lag is looked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuringChain:
+    """What cells and lasers do to signals: gain errors (channels,), and the lag of the forces behind the motions [s]."""
+
+    gains: Array
+    lag: float
+
+
 @dataclass(frozen=True, eq=False)
 class DamperFit:
     """Measured cases, the model of each, and the unknowns. Data (cases, channels, 2H+1) are kept apart from the model, so
@@ -112,8 +128,8 @@ class DamperFit:
         floor = np.array([FLOOR[name.split("_")[0]] for name in channels])
         spread = np.sqrt(floor[:, None] ** 2 + noise**2)
         for c, name in enumerate(channels):
-            force = name.startswith("force")
-            spread[:, c, 0] = np.sqrt(spread[:, c, 0] ** 2 + errors.zero_of(name) ** 2) if force else np.inf
+            zeros = [errors.with_zeros(case.zero_errors).zero_of(name) if name.startswith("force") else np.inf for case in cases]
+            spread[:, c, 0] = np.hypot(spread[:, c, 0], zeros)
         names = tuple(point.name for point in rig.points)
         drives = tuple(_drive(case, steps) for case in cases)
         return cls(tuple(cases), elements_of(rig), pulls, drives, unknowns, names, channels, data, spread, errors)
@@ -132,6 +148,10 @@ class DamperFit:
         """A copy driven by other cycles of the same cases, with other data (cases, channels, 2H+1)."""
         drives = tuple(_drive(case, drive.shape[0]) for case, drive in zip(cases, self.drives, strict=True))
         return replace(self, cases=tuple(cases), drives=drives, data=data)
+
+    def with_lag(self, prior: float) -> DamperFit:
+        """A copy whose forces lag behind the motions with this standard deviation [s]; 0: not at all."""
+        return replace(self, errors=replace(self.errors, lag=prior))
 
     def with_law(self, law: str) -> DamperFit:
         """A copy whose lines follow another law, with what that has unknown."""
@@ -167,7 +187,51 @@ class DamperFit:
             found.append(analysis(cycle[:, [COLUMNS[name] for name in self.channels]].T, count))
         return np.asarray(found)
 
-    def gains(self, computed: Array) -> Array:
+    @property
+    def forces(self) -> list[int]:
+        """Which channels are of load cells."""
+        return [c for c, name in enumerate(self.channels) if name.startswith("force")]
+
+    def late(self, computed: Array, lag: float) -> Array:
+        """Computed harmonics with forces that lag behind the motions [s]."""
+        found, forces = computed.copy(), self.forces
+        found[:, forces] = delayed(computed[:, forces], lag * self._omega)
+        return found
+
+    def recorded(self, computed: Array, chain: MeasuringChain) -> Array:
+        """Harmonics (cases, channels, 2H+1) that the measuring chain shows of computed ones."""
+        return np.asarray((1.0 + chain.gains[:, None]) * self.late(computed, chain.lag))
+
+    def zeros(self, computed: Array, chain: MeasuringChain) -> Array:
+        """Zeros of the cells, (cases, forces) [N]: mean forces measured less those recorded of computed ones."""
+        forces = self.forces
+        return np.asarray((self.data - self.recorded(computed, chain))[:, forces, 0])
+
+    def chain(self, computed: Array) -> MeasuringChain:
+        """The most likely gains and lag. Each is found with the other held: they hardly depend on each other, for a lag changes
+        every harmonic at right angles to what a gain does."""
+        if not self.errors.lag:
+            return MeasuringChain(self._gains(computed), 0.0)
+        forces, lag, most = self.forces, 0.0, MOST_LAG * 2.0 * np.pi / float(self._omega.max())
+        weight, prior = 1.0 / self.spread[:, forces] ** 2, 1.0 / self.errors.lag**2
+        for _ in range(LAG_ROUNDS):
+            late = self.late(computed, lag)
+            gains = self._gains(late)
+            shown = (1.0 + gains[forces, None]) * late[:, forces]
+            slope = self._omega[..., None] * _by_angle(shown)
+            missed = float(np.sum(weight * slope * (self.data[:, forces] - shown))) - prior * lag
+            step = missed / (float(np.sum(weight * slope**2)) + prior)
+            lag = float(np.clip(lag + step, -most, most))
+            if abs(step) < SAME_LAG:
+                break
+        return MeasuringChain(gains, lag)
+
+    @property
+    def _omega(self) -> Array:
+        """Angular frequency of every case, (cases, 1) [rad/s]."""
+        return 2.0 * np.pi * np.array([[case.frequency] for case in self.cases])
+
+    def _gains(self, computed: Array) -> Array:
         """The most likely gain errors of the channels, (channels,)."""
         weight = 1.0 / self.spread**2
         prior = np.array([1.0 / max(self.errors.gain(name), 1e-9) ** 2 for name in self.channels])
@@ -175,26 +239,35 @@ class DamperFit:
         return np.asarray(above / (np.sum(weight * computed**2, axis=(0, 2)) + prior))
 
     def residuals(self, theta: Array) -> Array:
-        """Weighted differences (cases × channels × (2H+1) + channels,): measured less computed with the best gains; gains."""
+        """Weighted differences (cases × channels × (2H+1) + channels + 1,): measured less computed with the best gains and lag;
+        gains; lag."""
         computed = self.predicted(theta)
         if computed is None:
-            return np.full(self.data.size + len(self.channels), UNSOLVED)
-        gains = self.gains(computed)
-        left = (self.data - (1.0 + gains[:, None]) * computed) / self.spread
+            return np.full(self.data.size + len(self.channels) + 1, UNSOLVED)
+        chain = self.chain(computed)
+        left = (self.data - self.recorded(computed, chain)) / self.spread
         scale = np.array([max(self.errors.gain(name), 1e-9) for name in self.channels])
-        return np.concatenate([left.ravel(), gains / scale])
+        return np.concatenate([left.ravel(), chain.gains / scale, [chain.lag / (self.errors.lag or 1.0)]])
 
     def cost(self, theta: Array) -> float:
         """Half the sum of squared residuals."""
         return 0.5 * float(np.sum(self.residuals(theta) ** 2))
 
-    def misfit(self, theta: Array, gains: Array) -> float:
-        """Root mean square of the weighted differences (cases, channels, 2H+1) with given gains: 1 where errors explain all."""
+    def misfit(self, theta: Array, chain: MeasuringChain) -> float:
+        """Root mean square of the weighted differences (cases, channels, 2H+1) with given gains and lag: 1 where errors explain
+        all."""
         computed = self.predicted(theta)
         if computed is None:
             return UNSOLVED
-        left = (self.data - (1.0 + gains[:, None]) * computed) / self.spread
+        left = (self.data - self.recorded(computed, chain)) / self.spread
         return float(np.sqrt(np.mean(left[np.isfinite(self.spread)] ** 2)))
+
+
+def _by_angle(harmonics: Array) -> Array:
+    """Derivative of `delayed` harmonics (..., 2H+1) by the angle."""
+    orders, found = np.arange(1, (harmonics.shape[-1] + 1) // 2), np.zeros_like(harmonics)
+    found[..., 1::2], found[..., 2::2] = -orders * harmonics[..., 2::2], orders * harmonics[..., 1::2]
+    return found
 
 
 def _drive(case: CycleSet, steps: int) -> Array:

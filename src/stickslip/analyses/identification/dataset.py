@@ -8,27 +8,45 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.identification.damper_fit import DamperFit
-from stickslip.analyses.identification.result_checks import misfits
 from stickslip.checks import Array
+from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import synthesis
+from stickslip.measurement.reconstruction import reconstruct
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES = 400
 
+SLIPS = {"right_rolling": "rolling dr", "right_translation": "translation ds", "right_slip": "slip ds - dr"}
+"""Motions at the right contact (`reconstruction.UNITS`), and what they are called."""
+
+SLIP_DRAWS = 60
+"""Draws of the errors of the rig for those of these motions."""
+
+CERTAINTY = 1.96
+"""Standard deviations of a 95 % interval."""
+
 
 def identification_dataset(
-    fit: DamperFit, theta: Array, intervals: Mapping[str, tuple[float, float]], replicates: Array, warnings: tuple[str, ...]
+    fit: DamperFit,
+    theta: Array,
+    intervals: Mapping[str, tuple[float, float]],
+    replicates: Array,
+    chain_errors: tuple[float, Array],
+    warnings: tuple[str, ...],
 ) -> xr.Dataset:
-    """The result as a dataset: everything that figures and report need."""
+    """The result as a dataset: everything that figures and report need. chain_errors: standard deviations of the lag [s] and of
+    the zeros (cases, forces) [N]."""
     import xarray as xr
 
     computed = fit.predicted(theta)
     assert computed is not None
-    table, gains = synthesis(SAMPLES, (fit.data.shape[2] - 1) // 2), fit.gains(computed)
-    shown = (1.0 + gains[:, None]) * computed
+    table, chain = synthesis(SAMPLES, (fit.data.shape[2] - 1) // 2), fit.chain(computed)
+    shown = fit.recorded(computed, chain)
     shift = fit.data[..., 0] - shown[..., 0]
+    zero_errors = np.full_like(shift, np.nan)
+    zero_errors[:, fit.forces] = chain_errors[1]
     platform = [
         [case.cycle(f"platform_{a}", SAMPLES) if case.has(f"platform_{a}") else np.zeros(SAMPLES) for a in "xy"]
         for case in fit.cases
@@ -52,7 +70,10 @@ def identification_dataset(
             {"units": "m", "long_name": "motion of the left platform"},
         ),
         "zero": (("case", "channel"), shift, {"units": "N, rad, m", "long_name": "measured less fitted mean"}),
-        "gain": (("channel",), gains, {"units": "1", "long_name": "gain error of the channel"}),
+        "zero_error": (("case", "channel"), zero_errors, {"units": "N", "long_name": "standard deviation of the zero of a cell"}),
+        "lag": ((), chain.lag, {"units": "s", "long_name": "lag of the forces behind the motions"}),
+        "lag_error": ((), chain_errors[0], {"units": "s", "long_name": "standard deviation of the lag"}),
+        "gain": (("channel",), chain.gains, {"units": "1", "long_name": "gain error of the channel"}),
         "misfit": (
             ("case", "channel"),
             misfits(fit, computed),
@@ -68,8 +89,62 @@ def identification_dataset(
         "end": ("end", ["low", "high"], "end of the interval"),
     }
     labels = {name: (dim, names, {"units": "1", "long_name": words}) for name, (dim, names, words) in coordinates.items()}
-    said = {"title": "Contact parameters", "analysis": "identification", "law": fit.law, "warnings": "\n".join(warnings)}
+    said = {
+        "title": "Contact parameters",
+        "analysis": "identification",
+        "law": fit.law,
+        "lag_fitted": int(bool(fit.errors.lag)),
+        "warnings": "\n".join(warnings),
+    }
     return xr.Dataset(variables, labels, said)
+
+
+def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: float) -> xr.Dataset:
+    """The dataset with the motions at the right contact that the lasers measured, and their standard deviations; as it is where
+    rotation and damper_y were not measured or several lines touch at the right. kn: of the right line, as identified [N/m]."""
+    lag = float(dataset["lag"])
+    cases = [case.without_lag(lag) for case in fit.cases]
+    found = [reconstruct(case, rig, fit.errors, kn=kn, samples=SAMPLES, draws=SLIP_DRAWS) for case in cases]
+    if not all(name in one for one in found for name in SLIPS):
+        return dataset
+    place, units = ("case", "motion", "sample"), {"units": "m"}
+    motion = [[one[name].values for name in SLIPS] for one in found]
+    error = [[one[f"{name}_error"].values for name in SLIPS] for one in found]
+    return dataset.assign(
+        right_motion=(place, np.array(motion), units | {"long_name": "measured motion at the right contact, less its mean"}),
+        right_motion_error=(place, np.array(error), units | {"long_name": "standard deviation of that motion"}),
+    ).assign_coords(motion=("motion", list(SLIPS.values()), {"units": "1", "long_name": "which motion"}))
+
+
+def misfits(fit: DamperFit, computed: Array) -> Array:
+    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal."""
+    left = fit.data - fit.recorded(computed, fit.chain(computed))
+    return np.asarray(np.sqrt(np.sum(left[..., 1:] ** 2, axis=2) / np.sum(fit.data[..., 1:] ** 2, axis=2)))
+
+
+def chain_sentences(dataset: xr.Dataset) -> list[str]:
+    """The lag of the forces, where it was fitted, and the zeros of the cells that were left in the loops, with 95 % intervals."""
+    lag, error = 1e3 * float(dataset["lag"]), 1e3 * float(dataset["lag_error"])
+    seen, rows = 1e3 * float(dataset.attrs["lag_seen"]), []
+    if dataset.attrs["lag_fitted"]:
+        rows.append(f"lag    {_with_interval(lag, error, ' ms')} of the forces behind the motions")
+    elif np.isfinite(seen):
+        rows.append(f"lag    none of the forces behind the motions was fitted ({seen:.2f} ms would be, as gradual slip may look)")
+    for case in dataset["case"].values:
+        one = dataset.sel(case=case)
+        cells = [str(name) for name in one["channel"].values if str(name).startswith("force")]
+        zeros = [(name, float(one["zero"].sel(channel=name)), float(one["zero_error"].sel(channel=name))) for name in cells]
+        rows.append(f"zeros  {case}: " + ", ".join(f"{name} {_with_interval(value, e, ' N')}" for name, value, e in zeros))
+    return rows
+
+
+def _with_interval(value: float, error: float, unit: str) -> str:
+    """A value with its 95 % interval, to the digits that its error leaves."""
+    if not np.isfinite(error):
+        return f"{value:.3g}{unit} (no interval)"
+    digits = int(np.clip(1 - np.floor(np.log10(max(error, 1e-9))), 0, 6))
+    low, high = value - CERTAINTY * error, value + CERTAINTY * error
+    return f"{value:.{digits}f}{unit} ({low:.{digits}f} to {high:.{digits}f}{unit})"
 
 
 def with_laws(dataset: xr.Dataset, errors: Mapping[str, float]) -> xr.Dataset:

@@ -43,7 +43,8 @@ def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -
     directions: dict[str, list[float]] = {"x": [], "y": []}
     for case in cases:
         signals = {name: case.cycle(name) for name in case.channels}
-        plateaux[case.name] = plateaux_with_errors(rig, signals, float(rig.pull[1]) if case.pull is None else case.pull, errors)
+        pull, own = float(rig.pull[1]) if case.pull is None else case.pull, errors.with_zeros(case.zero_errors)
+        plateaux[case.name] = plateaux_with_errors(rig, signals, pull, own)
         axis = max("xy", key=lambda a: float(np.ptp(signals.get(f"platform_{a}", np.zeros(2)))))
         sign = 1.0 if axis == "x" else -1.0
         try:

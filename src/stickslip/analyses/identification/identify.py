@@ -17,15 +17,16 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
 from stickslip.analyses.identification.damper_fit import UNSOLVED, DamperFit, parameters
-from stickslip.analyses.identification.dataset import identification_dataset, with_laws
+from stickslip.analyses.identification.dataset import CERTAINTY, chain_sentences, identification_dataset, with_laws, with_slip
 from stickslip.analyses.identification.first_guess import Clues, clues
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.refits import ALIKE, COARSE, Refits, refits, refitted, slopes
-from stickslip.analyses.identification.result_checks import checked_cases, never_sliding, remarks
+from stickslip.analyses.identification.result_checks import checked_cases, lag_remarks, never_sliding, remarks
 from stickslip.analyses.work import Arrays
 from stickslip.checks import Array, InputError, between, fault, nearest, seed_of
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet
+from stickslip.measurement.load_removal import LoadRemoval, zeroed
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
 
@@ -38,6 +39,13 @@ NEXT_TO_NOTHING = 0.05
 FIRST_GAPS = 0.3
 """Where the search of a microslip law begins (`line_laws.py`)."""
 
+LAG_PRIOR = 5e-3
+"""Standard deviation [s] of a lag that is looked for."""
+
+GRADUAL = 6e-3
+"""Angle of the first harmonic [rad] by which forces lag or lead where contacts slip more gradually than the law that is fitted
+(0.2 ms at 5 Hz; up to half of it was measured): a lag is fitted from there on."""
+
 CLOSE = 1.1
 """A simpler law is kept while its error on loops held out is below this times the smallest."""
 
@@ -47,9 +55,6 @@ STARTS = 4
 AGAIN = 0.02
 """Relative difference of misfits from which they count as one."""
 
-CERTAINTY = 1.96
-"""Standard deviations of a 95 % interval."""
-
 
 @dataclass(frozen=True, eq=False)
 class Identification:
@@ -58,7 +63,8 @@ class Identification:
     relative misfit of each case and channel in `dataset`, warnings.
 
     Intervals are NaN where the refits that they rest on failed; a warning then has the reason. `held_out` is empty where only one
-    law was asked for, since no loop was held out."""
+    law was asked for, since no loop was held out. `dataset` has the lag of the forces and the zeros of the cells as well, with
+    their standard deviations (`lag`, `lag_error`, `zero`, `zero_error`)."""
 
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
@@ -85,6 +91,7 @@ class Identification:
             known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
             rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
         rows += [f"law    {self.law}, of {errors_by_law(self.held_out)}"] if self.held_out else []
+        rows += chain_sentences(self.dataset)
         return "\n".join(rows)
 
 
@@ -116,6 +123,7 @@ def identify(
     generations: int = 15,
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
+    load_removal: LoadRemoval | Sequence[LoadRemoval] | None = None,
 ) -> Identification:
     """Contact parameters of a damper from measured cycles of one or several cases.
 
@@ -123,12 +131,15 @@ def identify(
     measured: they choose the right one of several minima. damper: geometry, pull, and values of what is not unknown.
     unknown: kt, kn or mu of all lines, or of those whose names begin as said: mu_L1, mu_R, kt_L; `usual_unknowns` unless given.
     law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases held out one at
-    a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors
-    of gains and zeros and for the intervals. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
-    resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share, text): callback.
+    a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and for
+    the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or
+    one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
+    resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share): callback.
     """
     errors = RigErrors() if errors is None else errors
-    cases = checked_cases(loops, damper, errors)
+    several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
+    raw = several if load_removal is None else zeroed(several, load_removal, errors.calibration)
+    cases = checked_cases(raw, damper, errors)
     settings = (tuple(unknown or ()), errors, resamples, seed, bounds or {}, steps, population, generations)
     work = IdentificationWork(cases, damper, *settings, laws=(law,) if isinstance(law, str) else tuple(law))
     return work.identification(work.solve(0, lambda share: progress(share) if progress else None))
@@ -185,10 +196,16 @@ class IdentificationWork:
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         found = clues(self.cases, self.damper, self.errors)
-        coarse = self.fit.steps(COARSE)
-        starts = _searched(coarse, found, self.population, self.generations, self.seed, lambda share: report(0.5 * share))
-        best, others = _fitted(self.fit, starts)
-        fits = {law: self.fit.with_law(law) for law in LINE_LAWS if law in self.laws}
+        fit, seen = self.fit, np.nan
+        best, others = self._searched(fit, found, lambda share: report(0.4 * share))
+        if self.errors.lag is None:
+            largest = GRADUAL / (2.0 * np.pi * max(case.frequency for case in self.cases))
+            seen, late = _lag_seen(fit, best), fit.with_lag(LAG_PRIOR)
+            if abs(seen) > largest:
+                there = self._searched(late, found, lambda share: report(0.4 + 0.1 * share))
+                seen = _lag_of(late, there[0])
+                fit, (best, others) = (late, there) if abs(seen) > largest else (fit, (best, others))
+        fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
         law = next(law for law in fits if not errors or errors[law] <= CLOSE * min(errors.values()))
@@ -197,32 +214,55 @@ class IdentificationWork:
         again = refits(fits[law], thetas[law], places, self.resamples, self.seed, lambda share: report(0.6 + 0.4 * share))
         number, counts = np.array(list(LINE_LAWS).index(law)), np.array([again.lost, again.cycles, again.missing])
         held = np.array(list(errors.values()))
-        return {"theta": thetas[law], "replicates": again.values, "counts": counts, "law": number, "held_out": held}
+        again_too = {"replicates": again.values, "lags": again.lags, "zeros": again.zeros, "counts": counts}
+        lag = np.array([fit.errors.lag or 0.0, seen])
+        return {"theta": thetas[law], **again_too, "law": number, "held_out": held, "lag_prior": lag}
+
+    def _searched(self, fit: DamperFit, found: Clues, report: Callable[[float], object]) -> tuple[Array, Array]:
+        """The best of the whole range, and other minima that are about as good."""
+        return _fitted(fit, _searched(fit.steps(COARSE), found, self.population, self.generations, self.seed, report))
 
     def identification(self, arrays: Arrays) -> Identification:
         """The result from the arrays of `solve`."""
         theta, replicates = np.asarray(arrays["theta"]), np.asarray(arrays["replicates"])
         law = list(LINE_LAWS)[int(arrays["law"])]
-        fit = self.fit.with_law(law)
-        again = Refits(replicates, *map(int, arrays["counts"]))
-        scatter = np.sqrt(np.mean((replicates - theta) ** 2, axis=0)) if not again.refusal else np.full(theta.size, np.nan)
+        prior, seen = map(float, arrays["lag_prior"])
+        fit = self.fit.with_lag(prior).with_law(law)
+        lost, cycles, missing = map(int, arrays["counts"])
+        again = Refits(replicates, lost, cycles, missing, np.asarray(arrays["lags"]), np.asarray(arrays["zeros"]))
+        scatter, lag_error, zero_errors = again.errors(theta)
         names = [p.name for p in fit.unknowns]
         values = dict(zip(names, map(float, np.exp(theta)), strict=True))
         ends = np.exp(np.stack([theta - CERTAINTY * scatter, theta + CERTAINTY * scatter], axis=1))
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
         said = (sentence for case in self.cases for sentence in case.warnings)
         counted = (sentence for sentence in (again.refusal, again.remark) if sentence)
-        warnings = (*counted, *said, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
+        late = lag_remarks(fit, theta, lag_error) if prior or self.errors.lag is not None else ()
+        warnings = (*counted, *said, *late, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
             enough = len(replicates) > 1
             correlation = np.atleast_2d(np.corrcoef(replicates.T)) if enough else np.full((theta.size, theta.size), np.nan)
-        dataset = identification_dataset(fit, theta, intervals, replicates, warnings)
+        dataset = identification_dataset(fit, theta, intervals, replicates, (lag_error, zero_errors), warnings)
+        dataset.attrs["lag_seen"] = seen
         several = [one for one in LINE_LAWS if one in self.laws] if len(self.laws) > 1 else []
         errors = dict(zip(several, map(float, arrays["held_out"]), strict=True))
+        dataset = with_slip(dataset, fit, self.damper, float(fit.values(theta)["kn"][-1]))
         if errors:
             dataset = with_laws(dataset, errors)
         found = clues(self.cases, self.damper, self.errors)
         return Identification(values, intervals, correlation, found, warnings, fit, replicates, dataset, law, errors)
+
+
+def _lag_seen(fit: DamperFit, theta: Array) -> float:
+    """The lag [s] that fits best with contacts fitted anew, from those without one."""
+    free = fit.steps(COARSE).with_lag(LAG_PRIOR)
+    return _lag_of(free, refitted(free, theta, slopes(free, theta)).theta)
+
+
+def _lag_of(fit: DamperFit, theta: Array) -> float:
+    """The lag [s] that fits best with given contacts."""
+    computed = fit.predicted(theta)
+    return 0.0 if computed is None else fit.chain(computed).lag
 
 
 def _of_law(fit: DamperFit, macroslip: Array) -> Array:
@@ -240,7 +280,7 @@ def held_out(fit: DamperFit, theta: Array) -> float:
         others = coarse.only([i for i in numbers if i != left])
         found = _polished(others, theta, 8, 1e-4)
         computed = others.predicted(found)
-        squares.append(UNSOLVED**2 if computed is None else coarse.only([left]).misfit(found, others.gains(computed)) ** 2)
+        squares.append(UNSOLVED**2 if computed is None else coarse.only([left]).misfit(found, others.chain(computed)) ** 2)
     return float(np.sqrt(np.mean(squares)))
 
 

@@ -57,12 +57,23 @@ MISSING = 0.05
 @dataclass(frozen=True, eq=False)
 class Refits:
     """Logarithms of the unknowns (refits, unknowns), shifted to the final fit; how many more refits found no way down, and the
-    cycles that were computed and those of them that are missing."""
+    cycles that were computed and those of them that are missing. Changes of the lag (refits,) [s] and of the zeros of the cells
+    (refits, cases, forces) [N] from the final fit, less what was drawn of them."""
 
     values: Array
     lost: int
     cycles: int
     missing: int
+    lags: Array
+    zeros: Array
+
+    def errors(self, theta: Array) -> tuple[Array, float, Array]:
+        """Standard deviations of the unknowns (unknowns,), of the lag [s] and of the zeros (cases, forces) [N] about the final
+        fit; NaN where intervals are refused."""
+        if self.refusal:
+            return np.full(theta.size, np.nan), float("nan"), np.full(self.zeros.shape[1:], np.nan)
+        values, lag, zeros = (np.sqrt(np.mean(x**2, axis=0)) for x in (self.values - theta, self.lags, self.zeros))
+        return values, float(lag), zeros
 
     @property
     def refusal(self) -> str:
@@ -164,24 +175,31 @@ def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, r
     base = refitted(coarse, theta, jacobian).theta
     computed = coarse.predicted(base)
     assert computed is not None
-    left = fit.data - (1.0 + coarse.gains(computed)[:, None]) * computed
+    chain = coarse.chain(computed)
+    zeros, left = coarse.zeros(computed, chain), fit.data - coarse.recorded(computed, chain)
     left[..., 0] = 0.0
     gaps, weights, places = likely_gaps(coarse, base, jacobian)
-    found, lost, cycles, missing = [], 0, 0, 0
+    found, lags, shifts, lost, cycles, missing = [], [], [], 0, 0, 0
     for number in range(count):
-        cases, data = _perturbed(fit, generator)
+        cases, data, drawn_lag, drawn_zeros = _perturbed(fit, generator)
         data += generator.normal(size=(*left.shape[:2], 1)) * left
         gap = float(generator.choice(gaps, p=weights))
         start = np.array([np.interp(gap, places[0], values) for values in places[1].T])
         start = np.clip(start + minima[number % len(minima)] - theta, *fit.bounds)
-        one = refitted(replace(coarse.with_cases(cases, data), gaps=gap), start, jacobian)
+        drawn = replace(coarse.with_cases(cases, data), gaps=gap)
+        one = refitted(drawn, start, jacobian)
         cycles, missing = cycles + one.cycles, missing + one.missing
-        if one.moved and one.cost < 0.5 * UNSOLVED**2:
+        computed = drawn.predicted(one.theta) if one.moved else None
+        if computed is not None:
+            again = drawn.chain(computed)
             found.append(one.theta - base + theta)
+            lags.append(again.lag - drawn_lag - chain.lag)
+            shifts.append(drawn.zeros(computed, again) - drawn_zeros - zeros)
         else:
             lost += 1
         report((number + 1) / count)
-    return Refits(np.array(found).reshape(-1, theta.size), lost, cycles, missing)
+    values = np.array(found).reshape(-1, theta.size)
+    return Refits(values, lost, cycles, missing, np.array(lags), np.array(shifts).reshape(-1, *zeros.shape))
 
 
 def likely_gaps(fit: DamperFit, base: Array, jacobian: Array) -> tuple[Array, Array, tuple[Array, Array]]:
@@ -201,17 +219,18 @@ def likely_gaps(fit: DamperFit, base: Array, jacobian: Array) -> tuple[Array, Ar
     return gaps, weights / weights.sum(), (some, np.array(places))
 
 
-def _perturbed(fit: DamperFit, generator: np.random.Generator) -> tuple[list[CycleSet], Array]:
-    """Resampled cycles, which also drive the model anew, and their mean harmonics with drawn systematic errors: gains and shapes
-    common to all cases, zeros not."""
+def _perturbed(fit: DamperFit, generator: np.random.Generator) -> tuple[list[CycleSet], Array, float, Array]:
+    """Resampled cycles, which also drive the model anew, and their mean harmonics with drawn systematic errors: gains, shapes and
+    the lag common to all cases, zeros not. The lag and the zeros (cases, forces) that were drawn."""
     count = (fit.data.shape[2] - 1) // 2
     table, shared = synthesis(4 * count + 4, count), fit.errors.draw(generator)
     cases = [case.resampled(generator) for case in fit.cases]
-    found = []
+    found, zeros, lag = [], [], fit.errors.lag * float(generator.normal()) if fit.errors.lag else 0.0
     for case in cases:
-        fresh, rows = fit.errors.draw(generator), []
+        fresh, rows = fit.errors.with_zeros(case.zero_errors).draw(generator), []
         for name in fit.channels:
             gain, shape, _ = shared[name]
             rows.append(analysis(distorted(table @ case.channel(name), (gain, shape, fresh[name][2])), count))
         found.append(rows)
-    return cases, np.asarray(found)
+        zeros.append([fresh[fit.channels[c]][2] for c in fit.forces])
+    return cases, fit.late(np.asarray(found), lag), lag, np.array(zeros)

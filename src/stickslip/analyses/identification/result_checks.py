@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.analyses.damper_alone.cycle_dataset import slip_work
 from stickslip.analyses.identification.damper_fit import DamperFit
+from stickslip.analyses.identification.dataset import CERTAINTY, misfits
 from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, synthesis, whole_cycles
@@ -24,8 +25,14 @@ REFUSED, POOR = 0.25, 0.06
 STILL = 1e-6
 """Friction work of a line, relative to the largest, below which it counts as never sliding."""
 
+LAG_ALLOWED = 5e-3
+"""Standard deviation [s] of a lag that is looked for in a fit without one."""
+
 STRAINED = 3.0
-"""Gain error found, in standard deviations stated for it, from which a scale or the geometry is doubted."""
+"""Gain error or zero found, in standard deviations stated for it, from which a scale, the geometry or the zero is doubted."""
+
+SEEN = 3e-3
+"""Angle of the first harmonic [rad] from which a lag of the forces is reported: 0.1 ms at 5 Hz."""
 
 WIDE = 0.3
 """Standard deviation of a logarithm from which a parameter counts as unknown still."""
@@ -46,7 +53,8 @@ def checked_cases(
     for case in cases:
         for name in ("force_x", "force_y"):
             case.channel(name)
-        _check_forces(case, float(rig.pull[1]) if case.pull is None else case.pull, errors)
+        pull = float(rig.pull[1]) if case.pull is None else case.pull
+        _check_forces(case, pull, errors.with_zeros(case.zero_errors))
         _check_work(case)
         _check_rotation(case, rig)
     return cases
@@ -109,20 +117,51 @@ def never_sliding(fit: DamperFit, theta: Array, rig: BetweenPlatforms) -> tuple[
     )
 
 
-def misfits(fit: DamperFit, computed: Array) -> Array:
-    """(cases, channels): rms of measured less computed, relative to the rms of the varying part of the measured signal."""
-    left = fit.data - (1.0 + fit.gains(computed)[:, None]) * computed
-    return np.asarray(np.sqrt(np.sum(left[..., 1:] ** 2, axis=2) / np.sum(fit.data[..., 1:] ** 2, axis=2)))
-
-
 def strained_gains(fit: DamperFit, computed: Array) -> tuple[str, ...]:
     """Which channels fit only with a gain error that the stated errors hardly allow: parameters are then wrong all the same."""
     stated = {name: fit.errors.gain(name) for name in fit.channels}
     return tuple(
         f"{name} fits only with a gain error of {gain:+.0%}, against {stated[name]:.0%} stated. The parameters are wrong if a "
         "scale of the record, a dimension or an angle of the damper, or its pull is: check them."
-        for name, gain in zip(fit.channels, fit.gains(computed), strict=True)
+        for name, gain in zip(fit.channels, fit.chain(computed).gains, strict=True)
         if stated[name] > 0.0 and abs(gain) > STRAINED * stated[name]
+    )
+
+
+def strained_zeros(fit: DamperFit, computed: Array) -> tuple[str, ...]:
+    """Which cells fit only with a zero that its stated error hardly allows."""
+    zeros, said = fit.zeros(computed, fit.chain(computed)), []
+    for case, of_case in zip(fit.cases, zeros, strict=True):
+        for c, zero in zip(fit.forces, of_case, strict=True):
+            name = fit.channels[c]
+            stated = fit.errors.with_zeros(case.zero_errors).zero_of(name)
+            if stated > 0.0 and abs(zero) > STRAINED * stated:
+                said.append(
+                    f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. Where the zeros "
+                    f"of the cells are not known, give a load removal, or in `errors` what they may be off by (zero_{name[-1]})."
+                )
+    return tuple(said)
+
+
+def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
+    """A lag of the forces that matters: corrected where it was fitted, stated where `errors.lag` of 0 excludes it."""
+    computed = fit.predicted(theta)
+    assert computed is not None
+    fitted = bool(fit.errors.lag)
+    lag = (fit if fitted else fit.with_lag(LAG_ALLOWED)).chain(computed).lag
+    angle = 2.0 * np.pi * lag * max(case.frequency for case in fit.cases)
+    if abs(angle) < SEEN or (fitted and abs(lag) < CERTAINTY * error):
+        return ()
+    said = f"{abs(1e3 * lag):.2g} ms {'behind' if lag > 0.0 else 'before'} the motions"
+    if not fitted:
+        return (
+            f"The forces seem to come {said}, which `errors` exclude (lag = 0): contact stiffness is then wrong. Give `lag` as "
+            "much as it may be to fit it.",
+        )
+    alike = "viscous damping beside the damper, or a filter of the motions," if lag < 0.0 else "a filter of the forces"
+    return (
+        f"The forces come {said}. The fit corrects it as a lag, which {alike} resembles: a record at another frequency shows "
+        "whether it is the same time there.",
     )
 
 
@@ -130,7 +169,7 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     """What must be known of the result; a fit that explains the loops badly is refused."""
     computed = fit.predicted(theta)
     assert computed is not None
-    found, said = misfits(fit, computed), list(strained_gains(fit, computed))
+    found, said = misfits(fit, computed), [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
     table = synthesis(200, (fit.data.shape[2] - 1) // 2)
     for k, case in enumerate(fit.cases):
         for c, channel in enumerate(fit.channels):

@@ -11,6 +11,7 @@ from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Arrays
 from stickslip.checks import Array
+from stickslip.harmonic.orders import attribute
 from stickslip.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     coords = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
     attrs: dict[str, Any] = {"title": work.disk.title, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
-    attrs |= {"harmonics": work.sweep.harmonics, "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
+    attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
     attrs |= work.sweep.measure.attributes
     attrs["cpu_seconds"] = sum(float(arrays["cpu_seconds"]) for arrays in results)
     return xr.Dataset(data, coords, attrs)

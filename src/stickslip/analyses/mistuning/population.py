@@ -12,9 +12,10 @@ from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.analyses.work import Checkpoint, Progress, Workers
-from stickslip.checks import InputError, between, fault, of_kind, seed_of, whole
+from stickslip.checks import InputError, between, fault, of_kind, seed_of
 from stickslip.disk import TunedDisk
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.harmonic.orders import checked_harmonics
 from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
@@ -46,7 +47,7 @@ def mistuned_response(
     band: Band | Sequence[float],
     mistuning: Mistuning,
     force: float = 1.0,
-    harmonics: int = 3,
+    harmonics: int | Sequence[int] = 3,
     samples: int = 96,
     **options: Any,
 ) -> MistunedPopulation:
@@ -62,7 +63,7 @@ def mistuned_population(
     scatter: Scatter,
     mistuning: Mistuning | None = None,
     force: float = 1.0,
-    harmonics: int = 3,
+    harmonics: int | Sequence[int] = 3,
     samples: int = 96,
     *,
     seed: int = 0,
@@ -101,7 +102,7 @@ def planned_population(
     scatter: Scatter,
     mistuning: Mistuning | None,
     force: float,
-    harmonics: int,
+    harmonics: int | Sequence[int],
     samples: int,
     seed: int = 0,
     blade: Sequence[str] | None = None,
@@ -116,7 +117,7 @@ def planned_population(
     count, seed, output = between("count", count, 1), seed_of(seed), between("output", output, 0, len(disk.outputs) - 1)
     of_kind("scatter", scatter, Scatter)
     base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
-    harmonics = whole("harmonics", harmonics, "A forced response of the tuned disk shows how many are enough.")
+    harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
     own = tuple(blade_dofs(disk, blade))
     reported = replace(disk, outputs=(disk.outputs[output],))
     sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)

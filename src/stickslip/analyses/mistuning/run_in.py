@@ -18,7 +18,9 @@ from stickslip.solve.curve import solve_curve
 from stickslip.units import Band
 
 
-def run_in(disk: TunedDisk, band: Band | Sequence[float], force: float, harmonics: int = 3, samples: int = 96) -> TunedDisk:
+def run_in(
+    disk: TunedDisk, band: Band | Sequence[float], force: float, harmonics: int | Sequence[int] = 3, samples: int = 96
+) -> TunedDisk:
     """A copy whose contacts start from the mean slider positions s̄ = ū − T̄/kt at the highest point of the response to `force`.
 
     Whatever slips there has forgotten where it began. A contact that starts at s̄ and sticks carries the mean traction of one

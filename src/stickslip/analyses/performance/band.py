@@ -60,7 +60,7 @@ def performance_band(
     rule: Rules = "slider_offset",
     share: Sharing = "contact",
     seed: int = 0,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from stickslip.analyses.arguments import fineness_of
 from stickslip.checks import between, fault, of_kind, positive, seed_of, vector
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import Harmonics
 
 Case = tuple[float, float, int]
 """Force level, friction and start state of one case of a design."""
@@ -27,7 +29,7 @@ class Conditions:
     seed: int
     output: int
     per_force: bool
-    harmonics: int
+    harmonics: Harmonics
     samples: int
     search: bool = False
     measure: Measure = DISPLACEMENT_AMPLITUDE
@@ -39,7 +41,7 @@ def conditions_of(
     objective: str,
     counts: tuple[int, int],
     numbers: tuple[int, int],
-    fineness: tuple[int, int],
+    fineness: tuple[int | Sequence[int], int],
     search: bool = False,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Conditions:

@@ -21,6 +21,7 @@ from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
+from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
@@ -87,7 +88,7 @@ def performance_curve(
     quantity: str = "displacement",
     measure: str = "amplitude",
     check_every: int = 10,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
@@ -210,6 +211,6 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
         "contact": ("contact", [contact.name for contact in work.problem.contacts], {"units": "1", "long_name": "contact"}),
     }
     attrs: dict[str, Any] = {"title": work.problem.title, "output": work.problem.output_names[work.output], "vary": work.vary}
-    attrs |= {"harmonics": work.harmonics, "samples": work.samples, **work.measure.attributes}
+    attrs |= {"harmonics": attribute(work.harmonics), "samples": work.samples, **work.measure.attributes}
     attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
     return PerformanceCurve(xr.Dataset(data, coords, attrs), work.problem)

@@ -23,6 +23,7 @@ from stickslip.analyses.performance.worst_peak import Worst, searched_peak, wors
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
+from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.rigs import single_mass
@@ -84,7 +85,7 @@ def damper_design(
     quantity: str = "displacement",
     measure: str = "amplitude",
     seed: int = 0,
-    harmonics: int = 3,
+    harmonics: int | Sequence[int] = 3,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
@@ -276,7 +277,7 @@ def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, n
         "forces": list(conditions.forces),
         "frictions": list(conditions.frictions),
     }
-    attrs |= {"starts": conditions.starts, "harmonics": conditions.harmonics, "samples": conditions.samples}
+    attrs |= {"starts": conditions.starts, "harmonics": attribute(conditions.harmonics), "samples": conditions.samples}
     attrs |= replace(conditions.measure, per_force=conditions.per_force).attributes
     attrs |= {"known": work.known, "nearest": records.index(designs.best)}
     data, labels = ({name: described(name, value) for name, value in part.items()} for part in (values, coords))

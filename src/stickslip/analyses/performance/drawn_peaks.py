@@ -17,6 +17,7 @@ from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import Harmonics
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.curve_points import LostCurveError
@@ -51,7 +52,7 @@ class DrawsWork:
     draws: int
     output: int
     seed: int
-    harmonics: int
+    harmonics: Harmonics
     samples: int
     measure: Measure = DISPLACEMENT_AMPLITUDE
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +45,7 @@ def follow_peaks(
     quantity: str = "displacement",
     measure: str = "amplitude",
     check_every: int = 10,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     progress: Progress = lambda fraction, text: None,
 ) -> PeakPath:

@@ -19,6 +19,7 @@ from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.harmonic.orders import attribute
 from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
@@ -62,7 +63,7 @@ def sensitivity_indices(
     quantity: str = "displacement",
     measure: str = "amplitude",
     seed: int = 0,
-    harmonics: int = 3,
+    harmonics: int | Sequence[int] = 3,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
@@ -89,7 +90,7 @@ def planned_draws(
     band: Band,
     force: float,
     draws: int,
-    *rest: int,
+    *rest: int | Sequence[int],
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> DrawsWork:
     """The problems to solve, checked; `rest`: output, seed, harmonics, samples."""
@@ -155,5 +156,6 @@ def _dataset(work: DrawsWork, first: Arrays, drawn: Array, cpu_seconds: float) -
         "bound": described("bound", ["low", "high"], "1", "end of an interval"),
     }
     attrs: dict[str, Any] = {"title": "Which parameter matters", "cpu_seconds": cpu_seconds}
-    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "harmonics", "samples")} | work.measure.attributes
+    attrs |= {key: getattr(work, key) for key in ("force", "draws", "seed", "samples")} | work.measure.attributes
+    attrs["harmonics"] = attribute(work.harmonics)
     return xr.Dataset(data, coords, attrs)

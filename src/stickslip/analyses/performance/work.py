@@ -23,6 +23,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import Harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
@@ -49,7 +50,7 @@ class PerformanceWork:
     pull: float | None
     output: int
     every: int
-    harmonics: int
+    harmonics: Harmonics
     samples: int
     measure: Measure = DISPLACEMENT_AMPLITUDE
 

@@ -65,7 +65,7 @@ def response_bounds(
     rule: Rules = "slider_offset",
     share: Sharing = "element",
     seed: int = 0,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,

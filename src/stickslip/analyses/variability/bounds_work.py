@@ -20,8 +20,8 @@ from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import InputError, among, between, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.fourier import fineness
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, fineness
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.extreme_peak import AtPeak
@@ -60,7 +60,7 @@ class BoundsWork:
     rule: Rules
     share: Sharing
     seed: int
-    harmonics: int
+    harmonics: Harmonics | Sequence[int]
     samples: int
     measure: Measure = DISPLACEMENT_AMPLITUDE
 
@@ -72,7 +72,8 @@ class BoundsWork:
         output_of(self.problem, self.output)
         for name in ("cloud", "starts"):
             between(name, getattr(self, name), 0)
-        seed_of(self.seed), fineness(self.harmonics, self.samples)
+        seed_of(self.seed)
+        object.__setattr__(self, "harmonics", fineness(self.harmonics, self.samples)[0])
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels to a process: the data, not what was built from them."""
@@ -167,8 +168,9 @@ class BoundsWork:
         frequencies = [np.nan] if self.objective == "peak" else list(self.frequencies)
         coords: dict[str, Any] = {"force_level": ("case", list(self.levels)), "bound": list(BOUNDS), "row": rows}
         coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
-        keys = ("objective", "share", "seed", "harmonics", "samples", "cloud", "starts")
+        keys = ("objective", "share", "seed", "samples", "cloud", "starts")
         attrs: dict[str, Any] = {"title": self.problem.title, "output": self.problem.output_names[self.output]}
+        attrs["harmonics"] = attribute(checked_harmonics(self.harmonics))
         attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measure.attributes
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
         return xr.Dataset(data, coords, attrs)

@@ -10,6 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
+from stickslip.analyses.response_dataset import as_given
 from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
@@ -60,7 +61,7 @@ def friction_freedom(
     force: float = 1.0,
     *,
     output: int = 0,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     progress: Progress = lambda fraction, text: None,
 ) -> FrictionFreedom:
@@ -85,6 +86,7 @@ def friction_freedom(
         if not curve.points:
             raise fault("The curve", "must be solvable", curve.message)
         arrays = _arrays(balance, [point.evaluation for point in curve.points], output)
+        arrays["frequency"] = as_given(arrays["frequency"], listed)
     return FrictionFreedom(_dataset(problem, arrays, {"title": problem.title, "force": force}), problem)
 
 

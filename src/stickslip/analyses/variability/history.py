@@ -15,6 +15,7 @@ from stickslip.checks import Array, InputError, between, fault, numbers, of_kind
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.harmonic.orders import attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.history import march
@@ -71,7 +72,7 @@ def response_history(
     force: Sequence[float] = UP_AND_DOWN,
     *,
     points: int = 61,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseHistory:
@@ -93,7 +94,7 @@ def response_history(
         for k, (level, correction) in enumerate(march(balance, (2.0 * np.pi * frequencies).tolist(), levels)):
             progress(k / (len(levels) * frequencies.size), f"force {level:g}, {frequencies[k % frequencies.size]:.4g} Hz")
             table.fill(*divmod(k, frequencies.size), correction)
-    attrs = {"harmonics": harmonics, "samples": samples, "cpu_seconds": time.process_time() - started}
+    attrs = {"harmonics": attribute(balance.harmonics), "samples": samples, "cpu_seconds": time.process_time() - started}
     return ResponseHistory(table.dataset({"title": problem.title} | attrs), problem)
 
 
@@ -111,7 +112,7 @@ class _Table:
         outputs, samples = balance.problem.output_rows.shape[0], balance.tables.E.shape[0]
         runs, steps = len(levels), frequencies.size
         self.outcome = np.full((runs, steps), Outcome.NOT_CONVERGED, dtype=np.int8)
-        self.response = np.full((runs, steps, outputs, balance.harmonics + 1, 2), np.nan)
+        self.response = np.full((runs, steps, outputs, balance.highest + 1, 2), np.nan)
         self.amplitude = np.full((runs, steps, outputs), np.nan)
         self.slider = np.full((runs, balance.table.stiffness.size), np.nan)
         self.force, self.motion = (np.full((runs, balance.rows, samples), np.nan) for _ in range(2))

@@ -20,6 +20,7 @@ from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Worker
 from stickslip.checks import Array, of_kind
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
+from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
@@ -81,7 +82,7 @@ def response_samples(
     rule: Rules = "slider_offset",
     share: Sharing = "element",
     seed: int = 0,
-    harmonics: int = 5,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     quantity: str = "displacement",
     measure: str = "amplitude",
@@ -105,7 +106,7 @@ def response_samples(
     of_kind("problem", problem, Problem)
     levels = force_levels(force)
     frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(listed(band))
-    settings = (levels, rule, share, harmonics, samples)
+    settings = (levels, rule, share, checked_harmonics(harmonics), samples)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables, size)
@@ -123,7 +124,7 @@ class SamplesWork:
     levels: tuple[float, ...]
     rule: Rules
     share: Sharing
-    harmonics: int
+    harmonics: Harmonics
     samples: int
     variables: Array
     measure: Measure = DISPLACEMENT_AMPLITUDE
@@ -184,7 +185,12 @@ class SamplesWork:
 
     def gathered(self, curves: Sequence[Arrays], attrs: dict[str, Any]) -> ResponseSamples:
         """The samples of all cases."""
-        attrs = attrs | {"title": self.problem.title, "study": "", "harmonics": self.harmonics, "samples": self.samples}
+        attrs = attrs | {
+            "title": self.problem.title,
+            "study": "",
+            "harmonics": attribute(self.harmonics),
+            "samples": self.samples,
+        }
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         ends = (min(self.frequencies), max(self.frequencies))
         ends = ends if ends[0] < ends[1] else (0.9 * ends[0], 1.1 * ends[0])
