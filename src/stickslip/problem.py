@@ -17,6 +17,7 @@ from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
+from stickslip.renamed import renamed_property
 from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
@@ -137,9 +138,11 @@ class Problem:
         return ratios
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """Warnings about a problem that can be computed: contacts that may defeat Newton's method where they slip or lift off."""
         return tuple(filter(None, (self._stiffness_warning(), self._friction_warning())))
+
+    doubts = renamed_property("doubts", "warnings")
 
     def _stiffness_warning(self) -> str:
         """Contacts too stiff to slip or lift off without trouble; empty without any."""
@@ -240,8 +243,8 @@ class Problem:
         return LinearSystem(self.structure.M, self.C, stiffness, self.B, self.output_rows)
 
     @property
-    def falls_apart(self) -> bool:
-        """Whether the structure consists of waves that it does not couple, `waves`."""
+    def has_uncoupled_waves(self) -> bool:
+        """Whether the structure consists of uncoupled waves, `waves`."""
         return False
 
     def waves(self, harmonic: int) -> Sequence[tuple[NDArray[np.complex128], LinearSystem]]:

@@ -1,4 +1,4 @@
-"""Old names of arguments, accepted for one release with a DeprecationWarning. Old public names are in `stickslip.__init__`."""
+"""Old names of arguments and properties, accepted for one release with a DeprecationWarning."""
 
 from __future__ import annotations
 
@@ -29,3 +29,13 @@ def renamed_arguments(**names: str) -> Callable[[Callable[_P, _R]], Callable[_P,
         return call
 
     return decorate
+
+
+def renamed_property(old: str, new: str) -> property:
+    """A property under its old name: `doubts = renamed_property("doubts", "warnings")`."""
+
+    def get(self: object) -> Any:
+        warnings.warn(f"{type(self).__name__}.{old} is now {type(self).__name__}.{new}.", DeprecationWarning, stacklevel=2)
+        return getattr(self, new)
+
+    return property(get, doc=f"Old name of `{new}`.")

@@ -26,6 +26,8 @@ RESPONSES = ("forced_response", "response_bounds", "response_samples")
 """The analyses whose results are curves of the forced response, with the variables of `SCHEMA`; others name their own."""
 RENAMED_ANALYSES = {"what_matters": "sensitivity_indices"}
 """Old names of analyses in results files."""
+RENAMED_VARIABLES = {"optimum_doubt": "optimum_warning"}
+"""Old names of variables in results files."""
 
 
 @dataclass(frozen=True)

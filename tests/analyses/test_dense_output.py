@@ -12,7 +12,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import StepControl
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.densify import densified
+from stickslip.solve.refine import refined
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
@@ -74,7 +74,7 @@ def test_curves_with_lift_off_kinks_and_folds_pass_each_frequency_as_often_as_a_
     assert response.dataset["share_open"].max() > 0.1 or kind != "lift-off"
     balance, ends = HarmonicBalance(case.problem, 5, 256), [2.0 * np.pi * f for f in (case.band.start, case.band.stop)]
     control = StepControl(largest=0.1, error=0.003)
-    curve = densified(balance, solve_curve(balance, ends, case.level, exactly=False, control=control), tolerance=2e-4)
+    curve = refined(balance, solve_curve(balance, ends, case.level, exactly=False, control=control), tolerance=2e-4)
     omegas = np.array([point.point.omega for point in curve.points])
     amplitudes = np.array([np.hypot(*point.evaluation.w[balance.rows, 1:3]) for point in curve.points])
     assert at.sizes["branch"] > 1

@@ -10,8 +10,8 @@ from stickslip.analyses.performance import design as design_module
 from stickslip.analyses.performance import design_search, worst_peak
 from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import planned_design
-from stickslip.analyses.performance.design_around import around
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
+from stickslip.analyses.performance.design_ranges import design_ranges
 from stickslip.analyses.performance.design_search import Designs
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.plots.design import design_space
@@ -282,7 +282,7 @@ def test_beside_what_cannot_be_there_is_one_slope_and_the_range_ends(edge):
     work = planned_design(make, {"load": (1.0, 8.0)}, conditions, constraints, 4)
     designs = Designs(work, [], None, 1, lambda fraction, text: None, 1)
     at, below = designs.solved([np.array([load]) for load in (3.0, 2.86)])
-    found, size = around(designs, at), float(at.place[0])
+    found, size = design_ranges(designs, at), float(at.place[0])
     rise = (float(below.place[0]) - size) / size
     assert found.slopes[0, 0] == pytest.approx(rise / (0.14 / 3.0), rel=1e-9)
     assert np.isnan(found.slopes[0, 1])

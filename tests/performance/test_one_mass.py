@@ -16,7 +16,7 @@ from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.work import _event_arrays
 from stickslip.plots.performance_curve import REGION_COLOURS
 from stickslip.report.performance import sentences
-from stickslip.solve.peak_following import Follower
+from stickslip.solve.peak_continuation import PeakContinuation
 from stickslip.units import logspace
 
 KD = 0.5
@@ -110,8 +110,8 @@ def test_an_optimum_at_an_end_of_the_values_is_said_so():
 
 
 def test_an_optimum_between_curves_that_are_lost_is_said_so(monkeypatch):
-    monkeypatch.setattr(Follower, "at", lambda *arguments: None)
-    monkeypatch.setattr(Follower, "swept", lambda *arguments: None)
+    monkeypatch.setattr(PeakContinuation, "at", lambda *arguments: None)
+    monkeypatch.setattr(PeakContinuation, "swept", lambda *arguments: None)
     curve = performance_curve(mass(), [1.0, 1.5, 4.0], harmonics=1, samples=128)
     with pytest.warns(UserWarning, match="the search for the lowest peak ended, since no peak was found at F_C/F_E = "):
         best = curve.optimum()

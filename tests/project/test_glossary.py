@@ -18,8 +18,19 @@ ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 HEAD = re.compile(r"\| (term|analysis) \|")
 
-# Words that the glossary's terms replaced, as regular expressions without regard to case.
+# Words that the glossary's terms replaced, as regular expressions without regard to case; (?!...) lets tables of old names stand.
 REPLACED = {
+    r"summit": "peak",
+    r"\bcrests?_|_crest\b|\bCrest\b|corner crest": "peak band",
+    r"doubt(?!\"|s = |s\"|ed\b|ful)": "warning",
+    r"densif": "refine",
+    r"\bleft_out\b|LeftOut": "truncation",
+    r"falls?_apart": "uncoupled waves",
+    r"curve apart": "isola",
+    r"\bfollower\b": "peak continuation",
+    r"(?-i:\bRoom\b)": "workspace",
+    r"foret(old|ell)": "predicted",
+    r"\btold\b|\btell(s|ing)?\b|_tell\b|_told\b": "report",
     r"what[_-]?matters(?!\": \")": "sensitivity indices",
     r"design_damper(?!\": )": "damper_design",
     r"MistunedDisks(?!\": )": "MistunedPopulation",

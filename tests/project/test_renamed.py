@@ -37,3 +37,9 @@ def test_a_forced_response_fills_a_checkpoint_given_under_the_old_names(tmp_path
     with pytest.warns(DeprecationWarning, match="`checkpoint`"):
         ss.forced_response(ss.rigs.single_mass(), [0.1, 0.2], 1.0, harmonics=1, finished=kept)
     assert len(kept) == 1
+
+
+def test_an_old_property_gives_the_new_one_with_a_warning():
+    problem = ss.rigs.single_mass()
+    with pytest.warns(DeprecationWarning, match=r"Problem\.doubts is now Problem\.warnings\."):
+        assert problem.doubts == problem.warnings

@@ -187,7 +187,7 @@ def test_killed_again_and_again(long):
 
 @pytest.mark.parametrize("limit", [10_000, 100_000, 1_000_000])
 def test_a_full_disk(folder, reference, limit):
-    """Room for no curve; for curves, but not for results.nc; for results.nc, but not for the report."""
+    """Workspace for no curve; for curves, but not for results.nc; for results.nc, but not for the report."""
 
     def little_room():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))

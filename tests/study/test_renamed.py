@@ -6,7 +6,8 @@ from typer.testing import CliRunner
 
 from stickslip.cli import app
 from stickslip.report.presentation import PRESENTATIONS, presentation_of
-from stickslip.results_schema import RENAMED_ANALYSES
+from stickslip.results import open_results, save
+from stickslip.results_schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
 from stickslip.study.kinds import KINDS, owners
 from stickslip.study.read import read
 from stickslip.study.renamed import ANALYSES, TABLES, TEMPLATES, with_new_names
@@ -58,3 +59,13 @@ def test_new_takes_an_old_name_of_a_template_with_a_warning(tmp_path):
 def test_results_of_an_analysis_under_its_old_name_are_reported(old, new):
     assert new in PRESENTATIONS
     assert presentation_of(xr.Dataset(attrs={"analysis": old})) is presentation_of(xr.Dataset(attrs={"analysis": new}))
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED_VARIABLES.items())
+def test_a_variable_of_old_results_is_read_under_its_new_name(tmp_path, old, new):
+    meaning = {"units": "1", "long_name": "an old variable"}
+    dataset = stamped(xr.Dataset({old: ("case", ["", "a warning"], meaning)}), "performance_curve")
+    found = open_results(save(dataset, tmp_path / "results.nc"))
+    assert old not in found
+    assert found[new].values.tolist() == ["", "a warning"]
+    assert found[new].attrs == meaning

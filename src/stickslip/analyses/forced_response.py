@@ -39,8 +39,8 @@ from stickslip.results import save
 from stickslip.results_view import measure_in, nearest_point
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.densify import densified
 from stickslip.solve.peak import TOLERANCE
+from stickslip.solve.refine import refined
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band, followed
 
@@ -277,7 +277,7 @@ class ForcedResponseWork:
         level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         if not self.exactly:
-            curve = densified(self.balance, curve)
+            curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
         errors = truncation_errors(self.balance, curve)
@@ -296,7 +296,7 @@ class ForcedResponseWork:
         attrs["harmonics_chosen"] = self.choice
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)
-        ends = (low, high) if low < high else _around(low)
+        ends = (low, high) if low < high else _narrow_band(low)
         with threadpool_limits(1, user_api="blas"):
             dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure), self.problem)
         errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
@@ -325,5 +325,5 @@ def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
     return levels
 
 
-def _around(frequency: float) -> tuple[float, float]:
+def _narrow_band(frequency: float) -> tuple[float, float]:
     return 0.9 * frequency, 1.1 * frequency

@@ -52,8 +52,8 @@ def hysteresis_loops(dataset: xr.Dataset) -> Figure:
                 _loop(axes, chosen.dataset, case, row, line["color"])
         for axes, row in zip(panels[:, 0], shown, strict=False):
             axes.set_ylabel(plain(row.label), fontsize=8.5)
-        left_out = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
-        headed(figure, f"Loops at the highest peak{left_out}", chosen.words)
+        note = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
+        headed(figure, f"Loops at the highest peak{note}", chosen.words)
         figure.supxlabel(f"relative displacement in {length_unit(dataset).name}", fontsize=9.5)
         figure.supylabel("contact force in N", fontsize=9.5)
     return figure

@@ -124,7 +124,7 @@ def loops(datasets: Datasets) -> str:
         "loops",
         "Hysteresis loops",
         chart("chart-loops", "Contact force against displacement.", controls),
-        note + _left_out(datasets),
+        note + _representative_note(datasets),
     )
 
 
@@ -136,7 +136,7 @@ def states(datasets: Datasets) -> str:
     )
     note = f'<p class="note">Colours mix by the shares of the period: {key} Gaps: no convergence.</p>'
     description = "Shares of the period in stick, slip and open, per contact and frequency."
-    return section("states", "Contact states", note + _left_out(datasets), chart("chart-states", description))
+    return section("states", "Contact states", note + _representative_note(datasets), chart("chart-states", description))
 
 
 def energies(datasets: Datasets) -> str:
@@ -196,7 +196,7 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
     shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
     items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
-    sentences = f"{_left_out({label: dataset})}<ul>{items}</ul>" if items else ""
+    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
     if several and items:
         sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
@@ -206,7 +206,7 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     return f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(note)}</p>'
 
 
-def _left_out(datasets: Datasets) -> str:
+def _representative_note(datasets: Datasets) -> str:
     """A note on the cases that stand for all."""
     words = dict.fromkeys(words for dataset in datasets.values() if (words := representatives(dataset, MOST_SHOWN).words))
     return "".join(f'<p class="note">{text(f"Shown: {sentence}.")}</p>' for sentence in words)

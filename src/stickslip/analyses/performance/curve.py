@@ -40,12 +40,12 @@ class PerformanceCurve:
     def optimum(self, case: int = 0) -> dict[str, float]:
         """The lowest peak of a curve: ratio, size per force (SI), frequency [Hz], and the ends of the plateau.
 
-        Warns, in the words of `optimum_doubt` of the dataset, where it may not be the lowest: at an end of the values, or where
+        Warns, in the words of `optimum_warning` of the dataset, where it may not be the lowest: at an end of the values, or where
         a curve between them could not be solved.
         """
-        doubt = str(self.dataset["optimum_doubt"].values[case])
-        if doubt:
-            warnings.warn(doubt, stacklevel=2)
+        warning = str(self.dataset["optimum_warning"].values[case])
+        if warning:
+            warnings.warn(warning, stacklevel=2)
         return {name: float(self.dataset[name][case]) for name in OPTIMUM}
 
     def events(self, case: int = 0) -> list[str]:
@@ -107,7 +107,7 @@ def performance_curve(
     and the plateau; as for `forced_response`. `inertance` is that of the first harmonic at the same point: that point is the
     highest of the inertance only with quantity "inertance". `normalised_...` are relative to the highest peak without contacts,
     of the same measure but of the first harmonic alone. `region` indexes stick, microslip, slip, lift-off. The curve is that of
-    the peaks which a sweep of the excitation meets; where a higher one was followed onto a closed curve apart from it,
+    the peaks which a sweep of the excitation meets; where a higher one was followed onto an isola,
     `detached_amplitude_per_force` and `detached_frequency` say so (which ones are found depends on the points).
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
@@ -139,8 +139,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "energy_residual": (_POINT, "1", "energy balance of the solution, relative to the input"),
     "slip_work_error": (_POINT, "1", "slip work against contact work, relative to the input"),
     "branch": (_POINT, "1", "which followed peak is the highest"),
-    "detached_frequency": (_POINT, "Hz", "frequency of a higher peak apart from the curve of a sweep"),
-    "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak apart from the curve of a sweep"),
+    "detached_frequency": (_POINT, "Hz", "frequency of a higher peak on an isola"),
+    "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak on an isola"),
     "outcome": (_POINT, "1", "what came of the point"),
     "dissipated": (_CONTACT, "J", "energy dissipated per cycle"),
     "contact_region": (_CONTACT, "1", "region of each contact: 0 stick, 1 microslip, 2 slip, 3 lift-off"),
@@ -151,7 +151,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "optimum_frequency": (("case",), "Hz", "frequency of the lowest peak"),
     "plateau_low": (("case",), "1", "F_C/F_E from which the peak is within 10 % of the lowest"),
     "plateau_high": (("case",), "1", "F_C/F_E up to which the peak is within 10 % of the lowest"),
-    "optimum_doubt": (("case",), "1", "why the optimum may not be the lowest peak"),
+    "optimum_warning": (("case",), "1", "why the optimum may not be the lowest peak"),
     "free_frequency": (("case",), "Hz", "resonance without contacts"),
     "free_amplitude_per_force": (("case",), "m/N", "peak without contacts"),
     "stuck_frequency": (("case",), "Hz", "resonance with all contacts stuck"),

@@ -15,11 +15,11 @@ from stickslip.analyses.arguments import made, maker, output_of, point_of, range
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
-from stickslip.analyses.performance.design_around import Around, around
 from stickslip.analyses.performance.design_constraints import Constraint
+from stickslip.analyses.performance.design_ranges import DesignRanges, design_ranges
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
-from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
+from stickslip.analyses.performance.worst_peak import WorstCase, searched_peak, worst_peak
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
@@ -200,7 +200,7 @@ class DesignWork:
         """The problem of a point of the design space."""
         return made(self.problem_of, friction=friction, **dict(zip(self.variables, map(float, point), strict=True)))
 
-    def worst(self, point: Sequence[float], report: Report = lambda fraction: None) -> Worst:
+    def worst(self, point: Sequence[float], report: Report = lambda fraction: None) -> WorstCase:
         """The worst peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
         with threadpool_limits(1, user_api="blas"):
@@ -239,7 +239,7 @@ def finished_design(
     if not designs.best.allowed:
         return _dataset(work, designs, starts, -1, None)
     best = starts.best(work.known) if work.conditions.starts else designs.records.index(designs.best)
-    return _dataset(work, designs, starts, best, around(designs, designs.records[best]))
+    return _dataset(work, designs, starts, best, design_ranges(designs, designs.records[best]))
 
 
 def no_optimum(dataset: xr.Dataset) -> str:
@@ -257,7 +257,7 @@ def no_optimum(dataset: xr.Dataset) -> str:
     )
 
 
-def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: Around | None) -> xr.Dataset:
+def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> xr.Dataset:
     import xarray as xr
 
     conditions, records = work.conditions, designs.records
@@ -305,8 +305,8 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
     }
 
 
-def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: Around | None) -> dict[str, Any]:
-    """The best design and what lies around it, NaN where there is none."""
+def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> dict[str, Any]:
+    """The best design with its slopes and ranges, NaN where there is none."""
     nothing = np.full(designs.low.size, np.nan)
     return {
         "optimum": nothing if near is None else designs.records[best].point,

@@ -44,7 +44,7 @@ class DesignCases(Work, Protocol):
 @dataclass(frozen=True, eq=False)
 class Record:
     """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak, and
-    what each friction coefficient gives as in `Worst`; the processor time it took [s].
+    what each friction coefficient gives as in `WorstCase`; the processor time it took [s].
     """
 
     point: Array

@@ -48,7 +48,7 @@ class StartsWork:
 class AllStarts:
     """What a search of all start states finds for designs, at the force level that is worst under each friction coefficient.
 
-    each (designs, frictions, 3) as in `Worst`; done (designs, frictions): what is known, or cannot be.
+    each (designs, frictions, 3) as in `WorstCase`; done (designs, frictions): what is known, or cannot be.
     """
 
     def __init__(self, designs: Designs, frictions: Sequence[float]) -> None:

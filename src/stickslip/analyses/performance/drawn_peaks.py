@@ -21,8 +21,8 @@ from stickslip.harmonic.orders import Harmonics
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_sweep import swept_summits
-from stickslip.solve.summit import Ascent, NoSummitError, Summit
+from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peak_sweep import swept_peaks
 
 BLOCK = 8
 """Draws of one case; their problems differ from one another in one parameter at a time."""
@@ -106,7 +106,7 @@ class Peaks:
         self.work = work
         self.span = np.ptp(np.array(work.box), axis=1)
         self.middle = np.mean(work.box, axis=1)
-        self.known: list[tuple[Array, Summit, Array]] = []
+        self.known: list[tuple[Array, SolvedPeak, Array]] = []
         self.origin = self._keep(self.middle, self._balance(self.middle))
 
     def in_the_middle(self) -> dict[str, Array]:
@@ -136,37 +136,37 @@ class Peaks:
         return np.array(found)
 
     def at(self, values: Array, tolerance: float | None = None) -> tuple[float, float]:
-        """Amplitude, as the work measures it, and frequency in Hz; tolerance: as for `Ascent`."""
+        """Amplitude, as the work measures it, and frequency in Hz; tolerance: as for `PeakSolver`."""
         balance = self._balance(values)
         _, near, stiffness = min(self.known, key=lambda item: float(np.linalg.norm((item[0] - values) / self.span)))
         carried = near.point.forces + (stiffness - balance.stiffness)[:, None] * near.evaluation.w[: balance.rows]
         start = type(near.point)(carried, near.omega, self.work.force)
-        ascent = Ascent(balance, self.work.output, self.work.measure, tolerance)
+        solver = PeakSolver(balance, self.work.output, self.work.measure, tolerance)
         try:
-            summit = ascent.from_near(start, near.plane)
-            self.known = [*self.known[-200:], (np.array(values), summit, balance.stiffness)]
-        except NoSummitError:
-            summit = self._keep(values, balance)
-            with suppress(NoSummitError):
-                summit = summit if tolerance is None else ascent.from_solved(summit.evaluation)
-        return summit.amplitude, summit.omega / (2.0 * np.pi)
+            peak = solver.from_near(start, near.plane)
+            self.known = [*self.known[-200:], (np.array(values), peak, balance.stiffness)]
+        except NoPeakError:
+            peak = self._keep(values, balance)
+            with suppress(NoPeakError):
+                peak = peak if tolerance is None else solver.from_solved(peak.evaluation)
+        return peak.amplitude, peak.omega / (2.0 * np.pi)
 
     def _balance(self, values: Array) -> HarmonicBalance:
         return HarmonicBalance(self.work.problem(values), self.work.harmonics, self.work.samples)
 
-    def _keep(self, values: Array, balance: HarmonicBalance) -> Summit:
+    def _keep(self, values: Array, balance: HarmonicBalance) -> SolvedPeak:
         low, high = self.work.band
         try:
             band = (2.0 * np.pi * low, 2.0 * np.pi * high)
-            found = swept_summits(balance, self.work.force, band, self.work.output, self.work.measure)[0]
+            found = swept_peaks(balance, self.work.force, band, self.work.output, self.work.measure)[0]
         except LostCurveError as lost:
             raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
         if not found:
             said = ", ".join(f"{name} = {value:g}" for name, value in zip(self.work.parameters, values, strict=True))
             raise no_resonance(balance, self.work.output, self.work.band, f" for every value of the parameters, also at {said}")
-        summit = max(found, key=lambda peak: peak.amplitude)
-        self.known.append((np.array(values), summit, balance.stiffness))
-        return summit
+        peak = max(found, key=lambda peak: peak.amplitude)
+        self.known.append((np.array(values), peak, balance.stiffness))
+        return peak
 
 
 def _moved(values: Array, k: int, value: float) -> Array:
