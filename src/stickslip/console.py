@@ -1,4 +1,4 @@
-"""What the command line says and how: progress with the remaining time, messages, and one way to end on a fault."""
+"""Console output: progress with the remaining time, messages, and exit codes for errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The compiler of the numerical kernels, and where it keeps what it compiled.
+"""Compilation and caching of the numerical kernels.
 
 numba's cache of a kernel does not notice when a kernel that it calls, in another file, has changed. The cache folder therefore
 carries a digest of all kernel sources: a change anywhere compiles anew, and an old result is never used with new code.

@@ -1,4 +1,4 @@
-"""The problem: structure, contacts, loads and outputs, checked once. Copies with `with_...`; nothing is changed in place."""
+"""The problem: structure, contacts, loads and outputs, checked once. Immutable; `with_...` returns a changed copy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Responses as engineers ask for them: displacement, velocity, acceleration; per force: receptance, mobility, inertance.
+"""Derived quantities of a response: velocity, acceleration, and per force receptance, mobility, inertance.
 
 In a stored result these are X_h (i h ω)^k, so nothing is computed again. Figures, the report and CSV tables read them here.
 """

@@ -1,4 +1,4 @@
-"""Results on disk: NetCDF-4, labelled, whole or not there. `save` writes what an analysis returns, `open_results` reads it back.
+"""Results files in NetCDF-4: `save` writes them atomically, `open_results` reads and checks them.
 
 No pickle: strings, numbers and attributes only, so any NetCDF or HDF5 reader opens the file.
 """

@@ -1,4 +1,4 @@
-"""The variables of a forced response, once: name, dimensions, units, meaning. Analyses build by it, files are checked by it.
+"""Schema of a forced response: names, dimensions, units and meaning of its variables.
 
 Complex amplitudes are stored with a last axis `part` (re, im), x(t) = Re Σ X_h exp(i h ω t). Cases with fewer points, and
 contacts without a direction, are padded with NaN; `outcome` 0 marks a point that is not there.

@@ -1,4 +1,4 @@
-"""Many independent cases, each kept as it finishes: the one loop of the analyses.
+"""The common loop of all analyses over independent cases; completed cases go into the checkpoint.
 
 An `Executor` computes them: this process or several of this machine (`processes.py`), or a cluster (`dask_cluster.py`).
 """

@@ -1,4 +1,4 @@
-"""Cases on a Dask cluster (optional: pip install "stickslip[dask]"): an executor as the processes of one machine are.
+"""Executor for cases on a Dask cluster (optional: pip install "stickslip[dask]").
 
 The scheduler keeps how to make the work and each case, so a worker that is lost costs what it was computing: others do that
 again. Results are fetched as they come; what is fetched is kept here and needs no worker any more.

@@ -1,4 +1,4 @@
-"""How many harmonics and samples are enough: raised at the peaks until what is left out no longer matters, with the reason."""
+"""Automatic choice of harmonics and samples: both are raised until the truncation error at the peaks is small."""
 
 from __future__ import annotations
 

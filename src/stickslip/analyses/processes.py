@@ -1,4 +1,4 @@
-"""Independent cases by processes of this machine.
+"""Execution of independent cases in parallel processes of this machine.
 
 Each process has a pipe of its own. Python's `ProcessPoolExecutor` shares one among all: a process killed while it writes a result
 leaves half a message there, and the pool waits for the other half for ever.

@@ -1,4 +1,4 @@
-"""Solved points of a forced response as the solver had them, from what its dataset keeps."""
+"""Solver states of a forced response, restored from its dataset."""
 
 from __future__ import annotations
 

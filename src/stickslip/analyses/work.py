@@ -1,4 +1,4 @@
-"""What an analysis of many independent cases states (`Work`), and who computes and keeps them.
+"""Interfaces of analyses with independent cases: the work, its executor and its checkpoint.
 
 What a case gives are plain arrays, which travel between machines and to disk.
 """

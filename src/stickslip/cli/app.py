@@ -1,4 +1,4 @@
-"""The application: its options, and how a command ends on a fault. Everything heavy loads inside the commands: help is quick."""
+"""The command-line application: global options and exit codes. Heavy imports stay inside the commands, so help is fast."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command on finite-element models: info."""
+"""The command `info`: description of a finite-element model."""
 
 from __future__ import annotations
 

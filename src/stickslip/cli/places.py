@@ -1,4 +1,4 @@
-"""Where results lie, and whether they may be written there."""
+"""Output folders, and checks before anything in them is overwritten."""
 
 from __future__ import annotations
 

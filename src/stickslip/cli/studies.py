@@ -1,4 +1,4 @@
-"""Commands on studies: demo, new, check, run and identify. Finished curves are kept until everything is written."""
+"""Commands on studies: `demo`, `new`, `check`, `run` and `identify`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Microslip array: parallel macroslip elements with gaps, so that a line contact closes and slips piece by piece."""
+"""Microslip array: parallel macroslip elements with gaps, for gradual closing and slip of a line contact."""
 
 from __future__ import annotations
 

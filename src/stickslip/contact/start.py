@@ -1,4 +1,4 @@
-"""Where a contact starts: the explicit input behind the non-uniqueness of friction forces.
+"""Start states of friction contacts, the explicit input behind non-unique friction forces.
 
 The traction at the last sample is `clip(tau, LO, HI)`, with [LO, HI] the interval of the period map (see
 `stickslip.contact.period`). The three rules say what tau is. A value is a number for all friction elements of a

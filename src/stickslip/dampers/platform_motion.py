@@ -1,4 +1,4 @@
-"""Periodic motion of the left platform relative to the right one: what drives a damper between platforms."""
+"""Periodic motion of the left platform relative to the right one, which drives a damper between platforms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contact stiffness from the slopes of a loop while every contact sticks, solved explicitly; and where that stretch is.
+"""Contact stiffness from the slopes of a loop while every contact sticks, solved explicitly.
 
 Stuck, the platforms feel K̂ = C⁻¹, C = tLtLᵀ/(2kt) + nLnLᵀ/(2kn) + 2aaᵀ/(kn f²) + tRtRᵀ/kt + nRnRᵀ/kn, a = (−dy, dx),
 (dx, dy) = R − middle of the feet, f their distance. With ρ = kn/kt and φ = kH/kV both are linear in the two compliances.

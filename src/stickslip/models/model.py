@@ -1,4 +1,4 @@
-"""A finite-element model in SI: sparse M, K, C, names of their rows, coordinates and sets of nodes; checked as it is made."""
+"""A finite-element model in SI: sparse M, K, C with names of rows, coordinates and node sets."""
 
 from __future__ import annotations
 

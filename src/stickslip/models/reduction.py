@@ -1,4 +1,4 @@
-"""A model as a `Structure`: whole while it is small, by Craig-Bampton with the places that contacts, loads and outputs need.
+"""Conversion of a model to a `Structure`: complete if small, else by Craig–Bampton reduction to the places in use.
 
 A reduction is kept on disk under a name that identifies its content, so that the same model is reduced once.
 """

@@ -1,4 +1,4 @@
-"""Figures of results. `plot(result)` finds the figure of a result by the name of its class: the one late binding of the package.
+"""Figures of results. `plot(result)` looks up the figure by the class name of the result.
 
 matplotlib is imported when a figure is drawn, not before.
 """

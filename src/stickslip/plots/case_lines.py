@@ -1,4 +1,4 @@
-"""How the curves of many cases are drawn: a colour for each force level; of start states thin lines, the median one drawn out."""
+"""Line styles for many cases: one colour per force level; start states thin, their median emphasised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the contacts do: hysteresis loops at the peak, and where along the curve they stick, slip or are open."""
+"""Hysteresis loops at the peak, and contact states along the curve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of a bladed disk: its mode as a picture, dampers around it, nodal diameters, Campbell diagram, mean normal loads."""
+"""Figures of a bladed disk: mode shape, dampers, nodal diameters, Campbell diagram, mean normal loads."""
 
 from __future__ import annotations
 

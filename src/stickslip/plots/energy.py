@@ -1,4 +1,4 @@
-"""Where the energy goes: dissipation along the curve and per contact at the peak, and the loss factor."""
+"""Dissipated energy along the curve and per contact at the peak, and the loss factor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of identifications: loops measured and fitted, what is left over, the posterior, laws of a contact."""
+"""Figures of an identification: measured and fitted loops, residuals, posterior, contact laws."""
 
 from __future__ import annotations
 

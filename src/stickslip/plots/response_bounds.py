@@ -1,4 +1,4 @@
-"""Figures of response bounds: the two curves with the cloud, range of the peak, loss factors, start states."""
+"""Figures of response bounds: both bounds with the samples, range of the peak, loss factors, start states."""
 
 from __future__ import annotations
 

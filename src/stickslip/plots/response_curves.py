@@ -1,4 +1,4 @@
-"""Response curves of all force levels beside the linear curves without contacts and with stuck ones, and where their peaks go."""
+"""Response curves of all force levels between the free and stuck linear responses, with the peaks."""
 
 from __future__ import annotations
 

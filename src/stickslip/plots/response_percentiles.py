@@ -1,4 +1,4 @@
-"""Percentiles of the response over start states as bands round the median, a panel per force level."""
+"""Percentiles of the response over start states as bands around the median, one panel per force level."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cloud of responses over start states, with bounds where there are some, and percentiles."""
+"""Sampled responses over start states, with bounds and percentiles where available."""
 
 from __future__ import annotations
 

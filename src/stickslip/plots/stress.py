@@ -1,4 +1,4 @@
-"""Von Mises' stress along the curves, a panel per place, a curve per force level."""
+"""Von Mises stress along the curves, one panel per place and one line per force level."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers that report.js draws, as plain lists: micrometres (or metres), hertz, newtons, joules, rounded for a screen.
+"""Data for the charts of report.js, in plain lists of rounded numbers in display units.
 
 Exact values stand in the tables of the page and in results.nc.
 """

@@ -1,4 +1,4 @@
-"""How the design of a damper is reported."""
+"""Presentation of a damper design."""
 
 from __future__ import annotations
 

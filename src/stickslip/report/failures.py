@@ -1,4 +1,4 @@
-"""What failed, grouped by cause: a sentence with the count and the frequencies of each force level."""
+"""Failures grouped by cause: a sentence with count and frequencies for each force level."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How identifications are reported: parameters with intervals, how well each loop is met, warnings."""
+"""Presentation of an identification: parameters with intervals, fit of each loop, warnings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How mistuned disks are reported."""
+"""Presentation of mistuned disks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How performance curves are reported."""
+"""Presentation of performance curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the results of an analysis are reported: one `Presentation` each, by which console, report, figures and tables go.
+"""Presentations: how console, report, figures and tables show the results of each analysis.
 
 `report/<analysis>.py` holds it as PRESENTATION; `PRESENTATIONS` lists them.
 """

@@ -1,4 +1,4 @@
-"""How forced responses are reported, with bounds or samples where they have them."""
+"""Presentation of forced responses, with bounds or samples if present."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sections of the page, each a function from the datasets to HTML. Tables hold exact numbers in SI as data-value."""
+"""Sections of the page, each a function from datasets to HTML. Tables carry exact SI numbers in data-value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the indices of uncertain parameters are reported."""
+"""Presentation of sensitivity indices."""
 
 from __future__ import annotations
 

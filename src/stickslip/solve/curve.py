@@ -1,4 +1,4 @@
-"""One response curve at one force level: over a band, or at given frequencies reached by continuation. Says how it ended."""
+"""One response curve at one force level, over a band or at given frequencies, with its outcome."""
 
 from __future__ import annotations
 

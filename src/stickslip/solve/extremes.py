@@ -1,4 +1,4 @@
-"""The largest and smallest value of an objective over start states: at a frequency, and at the peak of the curve.
+"""Largest and smallest value of an objective over start states, at a frequency or at the peak of the curve.
 
 Nested: for every start state the response is solved (R = 0 holds exactly), its derivative comes from the implicit function
 theorem, and a quasi-Newton method with bounds moves the start state. The extremes are multimodal: several starts. Beyond its

@@ -1,4 +1,4 @@
-"""A curve between its solved points: contact forces by cubics through points and tangents, each value checked or solved.
+"""Interpolation of a curve between solved points by cubics of the contact forces; each value is checked or solved.
 
 The step of Newton's method from a value to the curve estimates its error. The factors of the nearer solved point serve for
 it, so that a value costs one evaluation of the balance.

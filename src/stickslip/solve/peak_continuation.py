@@ -1,4 +1,4 @@
-"""Resonance peaks continued in a parameter: force level, preload, friction, stiffness, or several of them scaled at once.
+"""Continuation of resonance peaks in a parameter: force level, preload, friction, stiffness, or several scaled together.
 
 Each peak is a branch. From value to value it is predicted by extrapolation and climbed to again: two to four solutions where a
 sweep takes a hundred. A peak that cannot be followed has merged with a trough or left the band; one that appears is not on any

@@ -1,4 +1,4 @@
-"""All peaks of a curve by a full sweep over a band: the continuation of the curve, each local maximum solved as a peak."""
+"""All peaks of a curve from a full sweep over a band: each local maximum of the traced curve is solved as a peak."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A damper carried round cycles of prescribed platform motion: quasi-static steps, or steps in time, one compiled loop.
+"""Compiled march of a damper through cycles of platform motion, in quasi-static or dynamic steps.
 
 Quasi-static steps start from the extrapolated motion; where Newton fails, from the last one; where it fails again, the states of
 a few contacts are enumerated, and with more of them the step is taken in ever smaller parts.

@@ -1,4 +1,4 @@
-"""One factorisation of a sparse symmetric matrix: solves with it, the signs of its eigenvalues, the memory it takes.
+"""Factorisation of a sparse symmetric matrix: solutions, inertia and memory.
 
 SciPy's SuperLU does it, or, for large matrices and where the extra `fast` is installed, MKL PARDISO.
 """

@@ -1,4 +1,4 @@
-"""Factors by SciPy's SuperLU, which is always there."""
+"""Sparse factors by SciPy's SuperLU, always available."""
 
 from __future__ import annotations
 

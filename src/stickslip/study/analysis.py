@@ -1,4 +1,4 @@
-"""What a study file may ask for. An analysis states here how its tables become a `Plan`; reading and running go by that alone.
+"""Interface of analyses in study files: each states how its tables become a `Plan`, on which reading and running rely.
 
 `kinds.py` lists the analyses. The tables, the plan and the template of one stand together in `study/<analysis>.py`.
 """

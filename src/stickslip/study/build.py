@@ -1,4 +1,4 @@
-"""From the tables of a study file to the objects of a problem, in SI. Each function raises all the faults it can see."""
+"""Construction of a problem in SI from the tables of a study file; each function reports all faults that it finds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cycle of a damper in a study: the tables [damper], [motion] and [cycle], and what they ask for."""
+"""Damper cycle in a study: the tables [damper], [motion] and [cycle]."""
 
 from __future__ import annotations
 

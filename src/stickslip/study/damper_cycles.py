@@ -1,4 +1,4 @@
-"""Several cycles of a damper in a study: the tables [starts] and [evolution], and what they ask for."""
+"""Several damper cycles in a study: the tables [starts] and [evolution]."""
 
 from __future__ import annotations
 

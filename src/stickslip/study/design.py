@@ -1,4 +1,4 @@
-"""Design of a damper in a study: the table [damper_design], a rig whose parameters are the variables."""
+"""Damper design in a study: the table [damper_design], with a rig whose parameters are the variables."""
 
 from __future__ import annotations
 

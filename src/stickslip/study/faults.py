@@ -1,4 +1,4 @@
-"""Faults of a study file, collected in one pass: what pydantic finds, said in the project's way, and what building finds."""
+"""Faults of a study file, collected in one pass from validation and construction, in a common format."""
 
 from __future__ import annotations
 

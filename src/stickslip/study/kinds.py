@@ -1,4 +1,4 @@
-"""The analyses that a study may ask for, by the name that stands in [study] analysis. A new one adds its line here."""
+"""Analyses available in study files, by their name in `[study] analysis`. Add a new one here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mistuned disks in a study: the table [mistuned_population] and what it asks for."""
+"""Mistuned disks in a study: the table [mistuned_population]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way in: `read` turns a study file into a `Job`, or raises all the faults of the file at once."""
+"""Entry point: `read` turns a study file into a `Job`, or raises all its faults at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From jobs to saved results: every curve is kept beside the results as it finishes, until all are written.
+"""Execution of jobs up to saved results; completed cases stay in the checkpoint until everything is written.
 
 `remaining` says what an earlier run left; `computed` goes on from there.
 """

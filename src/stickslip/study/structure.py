@@ -1,4 +1,4 @@
-"""The [structure] table of a model: from a file of another program or from small matrices in the study to a `Structure` in SI."""
+"""[structure] tables with a model file or small matrices, converted to a `Structure` in SI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The other tables of a study file: [study], [structure], [damping], [[force]] and [sweep]."""
+"""Tables of a study file: [study], [structure], [damping], [[force]], [[dashpot]], [base] and [sweep]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Response variability in a study: the tables [bounds] and [samples], and what they ask for."""
+"""Response variability in a study: the tables [bounds] and [samples]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cycle of a damper alone between two platforms that move as prescribed: loops, contact forces, motion, states, energies.
+"""Steady cycle of a damper between two platforms with prescribed motion: loops, forces, motion, states and energies.
 
 `damper_cycle` computes one steady cycle; `damper_cycles.py` several of them.
 """

@@ -1,4 +1,4 @@
-"""Several cycles of one damper: every steady one that seeded initial states lead to, and a sequence while friction changes."""
+"""Several cycles of one damper: all steady cycles for sampled initial states, and a sequence with changing friction."""
 
 from __future__ import annotations
 

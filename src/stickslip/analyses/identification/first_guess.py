@@ -1,4 +1,4 @@
-"""First values of contact parameters, read from the loops without a model of the cycle: plateaux of T/N and stuck slopes."""
+"""Initial values of contact parameters from the loops alone: plateaus of T/N and stuck slopes."""
 
 from __future__ import annotations
 

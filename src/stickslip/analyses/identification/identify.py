@@ -1,4 +1,4 @@
-"""Contact parameters of a damper from its measured cycles: plateaux and slopes for a start, a search, gradients, intervals.
+"""Identification of a damper's contact parameters from measured cycles: initial guess, global search, gradients, intervals.
 
 1. Friction from plateaux of T/N, stiffness from stuck slopes, as far as the loops show them: a start, not a result.
 2. A search of the whole range (differential evolution), then least squares on whole loops of all cases at once.

@@ -1,4 +1,4 @@
-"""Mistuned disks: the response of all blades of one disk, or of a population of them drawn at random, beside the tuned disk."""
+"""Response of one mistuned disk or of a random population of them, compared with the tuned disk."""
 
 from __future__ import annotations
 

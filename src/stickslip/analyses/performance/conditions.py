@@ -1,4 +1,4 @@
-"""What a design has to stand: force levels, friction coefficients and start states of its contacts."""
+"""Operating conditions of a design: force levels, friction coefficients and start states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damper performance curves: resonance amplitude and frequency against F_C/F_E, the chart that dampers are designed with.
+"""Damper performance curves: resonance amplitude and frequency against F_C/F_E, the standard chart of damper design.
 
 F_C is the static pull on a damper, F_E the amplitude of the excitation. The resonance itself is followed along the ratio.
 """

@@ -1,4 +1,4 @@
-"""Design of a damper: the variables that make the worst resonance least, over force, uncertain friction and start states."""
+"""Damper design: the variables that minimise the worst resonance over force, uncertain friction and start states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Slopes and ranges at the best design: the effect of each variable to both sides, and how far it may go alone."""
+"""Sensitivity of the best design: slopes to both sides of every variable, and the range in which it may vary alone."""
 
 from __future__ import annotations
 

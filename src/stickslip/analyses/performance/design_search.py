@@ -1,4 +1,4 @@
-"""Designs computed on demand, each once and kept, and the searches that ask for them: differential evolution, then a simplex."""
+"""Designs computed on demand and cached, and the searches that request them: differential evolution, then a simplex."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The best of many designs over all start states of their contacts: which of them it is, searching no more than that needs."""
+"""Selection of the best design over all start states with as few searches as possible."""
 
 from __future__ import annotations
 

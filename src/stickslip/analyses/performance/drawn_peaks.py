@@ -1,4 +1,4 @@
-"""Resonance peaks of a problem at drawn values of its parameters, as independent cases: the work behind `sensitivity_indices`."""
+"""Resonance peaks for sampled parameter values as independent cases, the work behind `sensitivity_indices`."""
 
 from __future__ import annotations
 

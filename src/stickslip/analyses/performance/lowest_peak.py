@@ -1,4 +1,4 @@
-"""The optimum of a performance curve, its lowest peak per force, and the plateau around it: both solved between the values."""
+"""Optimum of a performance curve (lowest peak per force) and its plateau, both solved between the given values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Resonances followed along any parameter of a problem: force, preload, friction, stiffness, or several scaled at once."""
+"""Resonance peaks along any parameter of a problem: force, preload, friction, stiffness, or several scaled together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which parameter matters: how much of the spread of the resonance, in amplitude and frequency, each uncertain one makes.
+"""Sobol' sensitivity indices: the share of the variance of peak amplitude and frequency that each uncertain parameter causes.
 
 Variance-based indices of Sobol', with all parameters uniform in their ranges, and slopes at the middle.
 """

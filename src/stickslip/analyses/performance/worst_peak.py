@@ -1,4 +1,4 @@
-"""The worst resonance of one design: over a range of force, uncertain friction and the start states of the contacts."""
+"""Worst case of one design over a range of force, uncertain friction and start states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bounds of response variability: highest and lowest response over all admissible start states.
+"""Bounds of response variability: the highest and lowest response over all admissible start states.
 
 At every frequency the amplitude itself is maximised and minimised, or the loss factor as its proxy; or the resonance peak, which
 is what a designer needs: at a fixed frequency the lowest response is often only a resonance moved elsewhere.

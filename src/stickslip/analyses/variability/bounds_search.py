@@ -1,4 +1,4 @@
-"""The search for the lowest and the highest response at neighbouring places: frequencies, or peaks at several force levels."""
+"""Search for the lowest and highest response at neighbouring frequencies, or of peaks at several force levels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search for bounds as independent cases: a stretch of neighbouring frequencies, or the peak, at one force level."""
+"""The search for bounds as independent cases: a range of neighbouring frequencies, or the peak, at one force level."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How free the friction forces are along a curve: the interval of each stuck element, and what it does to the response."""
+"""Freedom of friction forces along a curve: the interval of each stuck element and its effect on the response."""
 
 from __future__ import annotations
 

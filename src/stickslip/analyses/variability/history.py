@@ -1,4 +1,4 @@
-"""A loading history: force levels one after the other, the sliders carried from point to point, as in a test campaign."""
+"""Loading history: a sequence of force levels that carries the sliders from point to point, as in a test campaign."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Percentiles of the response over start states: what a law of the start states says about the amplitude at each frequency."""
+"""Percentiles of the response over start states with a given distribution."""
 
 from __future__ import annotations
 

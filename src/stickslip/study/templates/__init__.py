@@ -1,4 +1,4 @@
-"""Commented study files to begin with: one KIND.toml in this folder for each, where $words stand for what is put in.
+"""Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
 `beside.py` writes the files that some of them need beside them.
 """
