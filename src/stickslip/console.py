@@ -20,7 +20,7 @@ Report = Callable[[float, str], None]
 RETRY_SECONDS = 0.05
 
 WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
-"""Exit codes: wrong use or input; a fault of the program; Ctrl-C; computed, but a curve broke off."""
+"""Exit codes: wrong use or input; internal error; Ctrl-C; computed, but a curve is incomplete."""
 
 
 def say(message: str) -> None:
@@ -109,10 +109,10 @@ def _deferred_interrupts() -> Iterator[None]:
 
 
 def report_fault(error: BaseException) -> int:
-    """Say what went wrong; returns the exit code."""
+    """Report an error; returns the exit code."""
     match error:
         case KeyboardInterrupt():
-            warn("Interrupted; nothing is half written.")
+            warn("Interrupted; no file is incomplete.")
             return INTERRUPTED
         case Faults(faults=faults) if len(faults) > 1:
             warn(
@@ -127,15 +127,12 @@ def report_fault(error: BaseException) -> int:
             return FAILED
         case OSError():
             place = f" ({error.filename})" if error.filename else ""
-            warn(f"Error: the system refused a file{place}: {error.strerror or error}.")
+            warn(f"Error: a file cannot be accessed{place}: {error.strerror or error}.")
             return WRONG_INPUT
         case MemoryError():
-            warn(
-                "Error: this needs more memory than the machine has. Fewer harmonics, samples, points, draws or "
-                "degrees of freedom need less."
-            )
+            warn("Error: out of memory. Reduce the number of harmonics, samples, points, draws or degrees of freedom.")
             return FAILED
         case _:
             what = f"{type(error).__name__}: {error}"
-            warn(f"Error inside stickslip ({what}). Please report it with what `stickslip --debug ...` says.")
+            warn(f"Error inside stickslip ({what}). Please report it with the output of `stickslip --debug ...`.")
             return FAILED

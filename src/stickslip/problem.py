@@ -87,7 +87,7 @@ class Problem:
         return f"{type(self).__name__} {self.title!r}: {', '.join(sizes)}"
 
     def _check_names(self) -> None:
-        """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""
+        """Every degree of freedom that a contact, a force or an output names must exist; resolving the rows raises otherwise."""
         _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
         self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 

@@ -127,7 +127,7 @@ SCHEMA = (
 
 
 def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset of the schema: variables in its order, with units and long names; every fault is said at once.
+    """The dataset of the schema: variables in its order, with units and long names; all faults are reported together.
 
     variables: an array for each name of SCHEMA; coords: for each name of COORDINATES (`part` and `harmonic` may be left out);
     attrs: title, study, harmonics, samples, cpu_seconds and what else is to be kept; version and file format are added.

@@ -304,7 +304,7 @@ def test_interrupted_from_the_keyboard(one_mass, tmp_path):
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=60)
     assert process.returncode == console.INTERRUPTED, errors
-    assert errors.strip().endswith("Interrupted; nothing is half written.")
+    assert errors.strip().endswith("Interrupted; no file is incomplete.")
     assert "Traceback" not in output + errors
     assert {path.name for path in (tmp_path / "out").iterdir()} <= {"unfinished"}
 

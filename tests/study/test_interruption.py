@@ -139,7 +139,7 @@ def assert_resumes_to_the_same(folder, whole, workers):
         arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True
     )
     assert resumed.returncode == 0, resumed.stderr
-    assert f"Going on from {len(before)} finished curves" in resumed.stdout or not before
+    assert f"Resuming from {len(before)} completed curves" in resumed.stdout or not before
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
     assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
     return len(before)
@@ -196,7 +196,7 @@ def test_a_full_disk(folder, reference, limit):
         arguments(folder, "--workers", "1"), capture_output=True, text=True, check=False, preexec_fn=little_room
     )
     assert process.returncode == console.WRONG_INPUT, process.stderr
-    assert f"Error: the system refused a file ({folder / 'out'}" in process.stderr
+    assert f"Error: a file cannot be accessed ({folder / 'out'}" in process.stderr
     assert ("with --resume goes on from there" in process.stderr) == (limit > 10_000)
     assert "Traceback" not in process.stderr
     assert (len(kept(folder)) == len(LEVELS)) == (limit > 10_000)
@@ -205,7 +205,7 @@ def test_a_full_disk(folder, reference, limit):
     assert list((folder / "out").rglob(".*")) == []
     before = kept(folder)
     again = subprocess.run(arguments(folder, "--resume", "--workers", "1"), capture_output=True, text=True, check=True)
-    assert f"Going on from {len(before)} finished curves" in again.stdout or not before
+    assert f"Resuming from {len(before)} completed curves" in again.stdout or not before
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 

@@ -20,7 +20,7 @@ MOVES = 1e-6
 """Amplitude of an output, relative to the largest, below which its peaks choose nothing."""
 
 NEAR = 0.1
-"""Relative distance within which a harmonic is said to be near a mode."""
+"""Relative distance within which a harmonic counts as near a mode."""
 MOST_SAMPLES = 8192
 
 

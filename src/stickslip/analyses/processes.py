@@ -32,7 +32,7 @@ POLL = 0.1
 
 @dataclass(frozen=True)
 class Processes:
-    """Cases side by side in processes of this machine; one alone is this process."""
+    """Cases in parallel processes of this machine; with one worker, runs in-process."""
 
     workers: int = 1
 

@@ -29,7 +29,7 @@ Progress = Callable[[float, str], None]
 WHOLE_SIZE = 3000
 """Rows up to which a model is taken whole."""
 MODES = 30
-"""Fixed-interface modes when nothing is said."""
+"""Default number of fixed-interface modes."""
 
 
 def quiet(share: float, text: str) -> None:

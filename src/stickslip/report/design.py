@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MORE = 0.1
-"""A worst peak over all start states is said to be far above that of the drawn ones from this share on."""
+"""Share by which the worst case over all start states must exceed that of the sampled ones to be reported."""
 
 FALLS, SIDES = -0.01, ("less", "more")
-"""A best design is said to lie on a slope where 1 % of a variable takes more than 0.01 % off its worst peak."""
+"""The search counts as not converged where 1 % of a variable lowers the worst peak by more than 0.01 %."""
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -83,10 +83,12 @@ def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[st
     caveats, seen = [], float(best["worst_peak"])
     if falls:
         ways = " or ".join(falls)
-        caveats.append(f"the search has not converged: {ways} lowers the worst resonance; more designs, or generations, go on")
+        caveats.append(
+            f"the search has not converged: {ways} lowers the worst resonance; more designs or generations would continue it"
+        )
     if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
         caveats.append(
-            f"ranges and changes are those of {_size(best, 'worst_peak')}, which the search of designs saw in the best one"
+            f"ranges and changes are those of {_size(best, 'worst_peak')}, the worst case that the search saw for that design"
         )
     return caveats
 
@@ -106,7 +108,7 @@ def failures(dataset: xr.Dataset) -> list[str]:
     """That no design is allowed; each design with conditions that gave no peak, and which they are."""
     message = no_optimum(dataset)
     return ([message] if message else []) + [
-        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst may be higher"
+        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst case may be higher"
         for k in np.flatnonzero(dataset["failed"].values).tolist()
     ]
 

@@ -70,7 +70,7 @@ def _happened(dataset: xr.Dataset, case: int) -> list[str]:
         return []
     counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in KINDS if np.any(kinds == kind))
     low, high = np.nanmin(dataset["event_low"].values[case]), np.nanmax(dataset["event_high"].values[case])
-    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}, each in the table of the report"]
+    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}; the report lists each of them"]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

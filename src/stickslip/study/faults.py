@@ -37,7 +37,7 @@ RULES = {
 
 
 class Found:
-    """Collects the faults of one file; each is said with the place where it stands."""
+    """Collects the faults of one file, each with its location."""
 
     def __init__(self) -> None:
         self.messages: list[str] = []

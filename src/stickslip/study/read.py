@@ -44,7 +44,7 @@ class Job:
     """What a study asks for, made ready.
 
     `text` is the file as it stands; `content` identifies what the files that it names hold, "" where it names none.
-    `sweep` holds the problem of an analysis of one; `notes`: what is to be said of the model, as where its places were found.
+    `sweep` holds the problem of an analysis of one; `notes` on the model, such as where its places were found.
     """
 
     title: str

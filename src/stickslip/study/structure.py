@@ -27,7 +27,7 @@ ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes")
 def structure(
     table: StructureTable, damping: Damping | None, folder: Path, units: Units, progress: Progress
 ) -> tuple[Structure, tuple[str, ...]]:
-    """The structure of a model and what is to be said of it: where places were found, and what is implausible."""
+    """The structure of a model with notes on it: where places were found, and what is implausible."""
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
     places = None if table.keep is None else places_of(model, table.keep, own.system.metres)

@@ -38,7 +38,7 @@ class Clues:
 
 
 def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -> Clues:
-    """What the mean cycles show, plateaux with their errors by those of the rig; what they do not show is said in `remarks`."""
+    """What the mean cycles show, plateaux with their errors by those of the rig; what they do not show is noted in `remarks`."""
     plateaux, slopes, remarks = {}, {}, []
     directions: dict[str, list[float]] = {"x": [], "y": []}
     for case in cases:

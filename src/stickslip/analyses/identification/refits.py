@@ -93,7 +93,7 @@ class Refits:
 
     @property
     def remark(self) -> str:
-        """What is said of lost refits where intervals are given."""
+        """The note on failed refits beside the intervals."""
         if not self.lost or self.refusal:
             return ""
         return f"{self.lost} of {len(self.values) + self.lost} refits found no way down and are left out of the intervals."
