@@ -50,7 +50,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path):
 def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_ratio_of_forces(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     sweep = "[sweep]\nfrequency = [0.15, 0.25]\nforce_levels = [0.3]\nharmonics = 3\nsamples = 64\n"
-    bounds = "[bounds]\npoints = 3\ncloud = 2\nstarts = 1\n"
+    bounds = "[response_bounds]\npoints = 3\ncloud = 2\nstarts = 1\n"
     study.write_text('[study]\nanalysis = "response_bounds"\n[structure]\nrig = "single_mass"\n' + sweep + bounds)
     assert run(["run", study, "--out", out, "--workers", 1]) == 0
     drawn = {path.stem for path in (out / "figures").iterdir()}
@@ -145,7 +145,7 @@ def test_attached_bounds_survive_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("[bounds]", "[samples]"), "must go with analysis"),
+        (("[response_bounds]", "[response_samples]"), "must go with analysis"),
         (('objective = "amplitude"', 'objective = "energy"'), "objective must be"),
         (("points = 25", "points = 1"), "points must be"),
         (("cloud = 60", "cloud = 1000000000000000"), "cloud must be at most 100000"),

@@ -6,6 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 TABLES = {
+    "bounds": "response_bounds",
+    "samples": "response_samples",
+    "starts": "steady_cycles",
+    "evolution": "damper_evolution",
+    "performance": "performance_curve",
     "design": "damper_design",
     "mistuning": "mistuned_population",
     "what_matters": "sensitivity_indices",
