@@ -56,7 +56,7 @@ def _peak(design: xr.Dataset) -> str:
     """The worst peak of a design over all start states and from those sampled, each named as what it is."""
     if not int(design["searches"]):
         return _size(design, "worst_peak")
-    return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the drawn ones)"
+    return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the sampled ones)"
 
 
 def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
@@ -122,7 +122,7 @@ def _conditions(dataset: xr.Dataset, design: int) -> str:
     """The conditions of a design without a peak, in words."""
     cases = np.stack([dataset[f"failed_{key}"].values[design] for key in ("force", "friction", "start")], axis=-1)
     return ", ".join(
-        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'drawn start {start:.0f}'}"
+        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'sampled start {start:.0f}'}"
         for force, mu, start in cases[np.isfinite(cases[:, 0])]
     )
 
@@ -133,7 +133,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
     table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
     table[f"worst peak [{dataset['worst_peak'].attrs['units']}]"] = dataset["worst_peak"].values
-    table["from virgin contacts and drawn starts"] = dataset["sampled_peak"].values
+    table["from virgin contacts and sampled starts"] = dataset["sampled_peak"].values
     table["over all start states, where searched"] = dataset["searched_peak"].values
     table["at Hz"] = dataset["worst_frequency"].values
     table["at force level"] = dataset["worst_force"].values

@@ -51,7 +51,7 @@ class DesignTable(Table):
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
     friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
     starts: Annotated[
-        int, Field(ge=0, le=MOST, description="drawn start states beside virgin contacts; 0: virgin ones alone")
+        int, Field(ge=0, le=MOST, description="sampled start states beside virgin contacts; 0: virgin ones alone")
     ] = 2
     search: Annotated[
         bool,

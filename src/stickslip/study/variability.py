@@ -84,7 +84,7 @@ def law_of(table: SamplesTable) -> Law | None:
 
 
 def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
-    """The curves from drawn start states, where and as finely as the forced response would be."""
+    """The curves from sampled start states, where and as finely as the forced response would be."""
     where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
     settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
     size = SamplesWork(*settings, np.empty((0, 0))).space_at(base.levels[0]).size
@@ -140,7 +140,7 @@ class BoundsPlan(Plan):
 
 @dataclass(frozen=True, eq=False)
 class SamplesPlan(Plan):
-    """Curves from drawn start states."""
+    """Curves from sampled start states."""
 
     sweep: Sweep
     table: SamplesTable

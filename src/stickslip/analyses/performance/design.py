@@ -96,7 +96,7 @@ def damper_design(
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
     variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
     nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
-    starts: drawn start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
+    starts: sampled start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
     search: in the worst case of every design all start states are searched as `response_bounds` does at the peak, for two to
     four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
     states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
@@ -326,12 +326,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "worst_frequency": (
         ("design",),
         "Hz",
-        "frequency of the worst resonance, from a drawn start state where the worst is a searched one",
+        "frequency of the worst resonance, from a sampled start state where the worst is a searched one",
     ),
     "worst_force": (("design",), "1", "force level of the worst resonance"),
     "worst_friction": (("design",), "1", "friction coefficient of the worst resonance"),
     "worst_start": (("design",), "1", "start state of the worst resonance, 0 virgin, -1 searched"),
-    "sampled_peak": (("design",), "", "the same from virgin contacts and drawn starts"),
+    "sampled_peak": (("design",), "", "the same from virgin contacts and sampled starts"),
     "searched_peak": (("design",), "", "the same over all start states, where they were searched"),
     "searches": (("design",), "1", "friction coefficients under which all start states were searched"),
     "failed": (("design",), "1", "conditions without a solved peak"),

@@ -57,7 +57,7 @@ class AllStarts:
         self.done = np.isfinite(self.each[:, :, 2]) | ~np.isfinite(self.each[:, :, 1])
 
     def peak(self, design: int) -> float:
-        """The highest resonance known of a design, at least the one of its drawn start states; infinite without any."""
+        """The highest resonance known of a design, at least the one of its sampled start states; infinite without any."""
         sizes = self.each[design][:, [0, 2]]
         return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else np.inf
 
@@ -81,7 +81,7 @@ class AllStarts:
             self._search([(k, self._next(k)) for k in leaders[:BESIDE] if not self.done[k].all()])
 
     def _next(self, design: int) -> int:
-        """The friction coefficient, not searched yet, under which the drawn start states give most."""
+        """The friction coefficient, not searched yet, under which the sampled start states give most."""
         return int(np.argmax(np.where(self.done[design], -np.inf, self.each[design, :, 0])))
 
     def _search(self, cases: Sequence[tuple[int, int]]) -> None:

@@ -33,7 +33,7 @@ class WorstCase:
     was not asked), and the cases without a solved peak as (force level, friction, start); start: 0 for virgin contacts, else
     the number of the drawn state, −1 for a searched one.
 
-    each (frictions, 3): for every friction coefficient the highest peak from virgin contacts and drawn starts, its force level,
+    each (frictions, 3): for every friction coefficient the highest peak from virgin contacts and sampled starts, its force level,
     and the highest over all start states at that level (NaN where not searched).
     """
 
@@ -57,7 +57,7 @@ def worst_peak(
     """The highest resonance over all conditions, and the least margin of each constraint over them.
 
     problem_of(μ) is the problem of the design. The virgin peak is followed over the force levels for every friction coefficient;
-    at each of them the drawn start states are tried from it; at the worst of them all start states are searched, if asked for.
+    at each of them the sampled start states are tried from it; at the worst of them all start states are searched, if asked for.
     A design that breaks a geometric constraint is not computed.
     """
     margins = _geometric_margins(variables, conditions, constraints)
@@ -166,7 +166,7 @@ class _Search:
     def _from_start(
         self, mu: float, level: float, start: int, virgin: SolvedPeak, balance: HarmonicBalance, band: tuple[float, float]
     ) -> None:
-        """The peak from a drawn start state: every slider off its virgin place, in a direction drawn for each contact row."""
+        """The peak from a sampled start state: every slider off its virgin place, in a direction drawn for each contact row."""
         reach, _ = friction_reach(balance.table, balance.tables, virgin.evaluation.w)
         first = balance.table.friction_first
         drawn = np.random.default_rng((self.conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
