@@ -136,20 +136,20 @@ def test_no_climb_of_a_sweep_leaves_its_curve():
     assert max(peak.amplitude for peak in found) / level == pytest.approx(32.768e-6, rel=1e-4)  # of a forced response
 
 
-def test_a_peak_apart_is_told_and_marked(wedge_that_lifts):
+def test_a_peak_on_an_isola_is_reported_and_marked(wedge_that_lifts):
     curve = wedge_that_lifts[1]
     highest = 1e6 * np.nanmax(curve.detached_amplitude_per_force.values)
     apart = np.isfinite(curve.detached_amplitude_per_force.values[0])
     where = " to ".join(dict.fromkeys(f"{ratio:.4g}" for ratio in curve.force_ratio.values[apart][[0, -1]]))
     said = f"{where}: higher peaks, up to {highest:.4g} µm/N, lie on an isola that sweeps miss"
     assert any(said in words for words in sentences(curve))
-    assert np.isfinite(tables(curve)["performance curves"]["apart from the curve [m/N]"]).sum() == apart.sum()
+    assert np.isfinite(tables(curve)["performance curves"]["on an isola [m/N]"]).sum() == apart.sum()
     legend = performance_curves(curve).axes[0].get_legend()
-    words = ["as built", "apart from the curve", "another peak is the highest"]
+    words = ["as built", "on an isola", "another peak is the highest"]
     assert sorted(text.get_text() for text in legend.get_texts()) == sorted(words)
 
 
-def test_what_happened_to_peaks_is_gathered_in_a_line_and_told_one_by_one_in_the_table(wedge_that_lifts):
+def test_what_happened_to_peaks_is_gathered_in_a_line_and_listed_one_by_one_in_the_table(wedge_that_lifts):
     curve = wedge_that_lifts[1]
     words = [str(event) for event in curve.event.values[0]]
     born = sum("appeared" in event or "split off" in event for event in words)

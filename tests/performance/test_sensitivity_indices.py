@@ -58,7 +58,7 @@ def test_slopes_of_a_mass_that_slips(limit, exact):
     assert found.slope.values == pytest.approx(exact, abs=60.0 / 256**2)
 
 
-def test_indices_lie_in_their_intervals_and_are_told_with_them(linear):
+def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
     """Var ln A by c, k, m: 0.2²/12 and twice 0.1²/12, in shares 2/3, 1/6, 1/6."""
     low, high = np.moveaxis(linear.total_interval.values[:, 0], -1, 0)
     shares = np.array([4.0, 1.0, 1.0]) / 6.0

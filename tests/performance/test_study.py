@@ -161,7 +161,7 @@ def test_faults_of_studies_are_said(tmp_path, kind, before, after, words):
         read(changed(tmp_path, kind, before, after))
 
 
-def test_performance_curves_are_told_after_a_round_trip_to_disk(tmp_path):
+def test_performance_curves_are_reported_after_a_round_trip_to_disk(tmp_path):
     curve = ss.performance_curve(ss.rigs.single_mass(kt=0.5), [0.8, 1.5, 4.0, 90.0], friction=[0.5, 1.0], harmonics=1, samples=64)
     path = save(stamped(curve.dataset, "performance_curve"), tmp_path / "results.nc")
     report = presentation_of(dataset := open_results(path))
@@ -175,7 +175,7 @@ def test_performance_curves_are_told_after_a_round_trip_to_disk(tmp_path):
     }
 
 
-def test_a_band_is_told_after_a_round_trip_to_disk(tmp_path):
+def test_a_band_is_reported_after_a_round_trip_to_disk(tmp_path):
     rig, settings = ss.rigs.three_mass_wedge(ss.SliderOffset()), {"cloud": 2, "starts": 0, "harmonics": 1, "samples": 64}
     band = ss.performance_band(rig, [4.0, 8.0], band=ss.hertz(200.0, 235.0), **settings)
     path = save(stamped(band.dataset, "performance_band"), tmp_path / "results.nc")
@@ -188,7 +188,7 @@ def test_a_band_is_told_after_a_round_trip_to_disk(tmp_path):
     assert len(report.failures(failed)) == 2
 
 
-def test_what_matters_is_told_after_a_round_trip_to_disk(tmp_path):
+def test_sensitivity_indices_are_reported_after_a_round_trip_to_disk(tmp_path):
     def rig(*, kt: float, limit: float) -> ss.Problem:
         return ss.rigs.single_mass(damping=0.01, kt=kt, limit=limit)
 
@@ -201,7 +201,7 @@ def test_what_matters_is_told_after_a_round_trip_to_disk(tmp_path):
     assert report.figures(dataset)["tornado"](dataset).axes
 
 
-def test_a_design_is_told_after_a_round_trip_to_disk(tmp_path):
+def test_a_design_is_reported_after_a_round_trip_to_disk(tmp_path):
     def mass(*, friction: float, load: float) -> ss.Problem:
         return ss.rigs.single_mass(damping=0.01, kt=0.5, limit=load * friction)
 

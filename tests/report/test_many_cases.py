@@ -146,7 +146,7 @@ def test_stress_at_forty_places():
     assert "4 of 40 places, the most stressed" in figure.get_suptitle().lower()
 
 
-def test_a_cloud_is_told_by_its_lowest_median_and_highest():
+def test_a_cloud_is_represented_by_its_lowest_median_and_highest():
     data = cloud()
     chosen = representatives(data, 6)
     sizes = data["peak_amplitude"].values[:, 0, 0]
