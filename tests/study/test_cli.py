@@ -141,7 +141,7 @@ def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
     assert_refused(
         again, "--out must name a folder without results, but", "holds 'results.nc'. Name another", "--overwrite", "--resume"
     )
-    assert "Nothing is left to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
+    assert "Nothing to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
     assert_refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
     one_mass.write_text(quick.replace("[0.5]", "[0.6]"))
     assert_refused(
