@@ -1,11 +1,14 @@
 # make setup    environment in .venv, from requirements.lock      make check   format, lint, types, spelling, documentation
-# make demo     the single blade with two dampers                 make ci      check + test: what the continuous integration runs
-# make test     all tests and examples                            make lock    renew requirements.lock (needs uv)
+# make demo     the single blade with two dampers                 make ci      check + test-all + a part of test-rounding: what the continuous integration runs
+# make test     the tests and examples without the slow ones      make lock    renew requirements.lock (needs uv)
+# make test-all   all tests: killed runs, Dask, full disks, whole studies too
+# make test-times   the tests of make test with their processor time; one that takes more than ten seconds fails
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
 # make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
+# make measures   how the source is cut up: lengths of functions, helpers used once, constants, arguments
 # make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
 
 PYTHON ?= python3
@@ -17,14 +20,15 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-test test-rounding ci demo robustness: export OPENBLAS_NUM_THREADS = 1
-test test-rounding ci: export OMP_NUM_THREADS = 1
-test test-rounding ci: export MKL_NUM_THREADS = 1
+TESTING := test test-all test-times test-rounding ci
+$(TESTING) demo robustness: export OPENBLAS_NUM_THREADS = 1
+$(TESTING): export OMP_NUM_THREADS = 1
+$(TESTING): export MKL_NUM_THREADS = 1
 
 # The lower bounds of pyproject.toml in an environment of their own, and what touches every dependency. Newer dependencies of
 # these old packages warn; that is theirs, so warnings are no errors here.
 OLDEST := build/oldest
-OLDEST_TESTS := tests/study/test_faults.py tests/study/test_cli.py tests/results tests/report tests/structure tests/physics tests/robustness
+OLDEST_TESTS := tests/study/test_faults.py tests/cli/test_cli.py tests/results tests/report tests/structure tests/physics tests/robustness
 
 test-oldest:
 	$(PYTHON) -m venv $(OLDEST)
@@ -33,7 +37,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: test-oldest test-rounding setup bench demo test check format reference docs ci lock clean robustness verify-system verify
+.PHONY: $(TESTING) test-oldest setup bench demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -47,8 +51,17 @@ $(STAMP): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/stickslip demo --overwrite
 
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=ci
+QUICK := -m "not slow and not verify and not system"
+
 test: setup
-	$(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=ci
+	$(PYTEST) $(QUICK)
+
+test-all: setup
+	$(PYTEST)
+
+test-times: setup
+	$(PYTEST) $(QUICK) --cpu-limit 10
 
 # The kernels of the oldest processor are compiled anew: a minute of computing more, the first time.
 test-rounding: setup
@@ -61,6 +74,9 @@ verify-system: setup
 
 robustness: setup
 	$(BIN)/python -m robustness.run $(CASES)
+
+measures:
+	$(PYTHON) tools/measures.py
 
 verify: export OPENBLAS_NUM_THREADS = 1
 verify: setup
@@ -88,7 +104,7 @@ reference: setup
 docs: setup
 	$(BIN)/sphinx-build -b html docs docs/_build/html
 
-ci: check test
+ci: check test-all
 	$(BIN)/python tests/rounding.py part -n $(JOBS) --hypothesis-profile=ci
 
 lock:

@@ -18,10 +18,10 @@ from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 ROOT = Path(__file__).parents[1]
 
 NUMERICAL = (
-    *("harmonic", "physics", "laws", "performance", "variability", "time_domain", "structure", "analyses", "disks", "robustness"),
+    *("harmonic", "physics", "laws", "time_domain", "structure", "analyses", "disks", "robustness"),
     *("dampers", "measurement", "rigs"),
 )
-PART = ("harmonic", "physics", "structure", "performance/test_following.py")
+PART = ("harmonic", "physics", "structure", "analyses/performance/test_following.py")
 """Where rounding decided in the past; a few minutes for two processors."""
 
 BEYOND_AVX2 = [name for name in __cpu_dispatch__ if __cpu_features__[name] and ("AVX512" in name or name == "X86_V4")]
@@ -88,8 +88,7 @@ def main(which: str, options: list[str]) -> int:
         return 0
     ends = {others[0], others[-1]}
     if which == "part":
-        quick = ["-m", "not slow and not verify and not system", *options]
-        failed = [name for name in others if name in ends and not passes(name, PART, quick)]
+        failed = [name for name in others if name in ends and not passes(name, PART, options)]
     else:
         failed = [name for name in others if not (shows(name) and passes(name, [""] if name in ends else NUMERICAL, options))]
     sys.stdout.write(f"\nRounding of {', '.join(others)} at hand; failed with that of: {', '.join(failed) or 'none'}.\n")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
-from dampers.test_damper_cycle import random_case
+from analyses.damper_alone.test_damper_cycle import random_case
 
 from stickslip.analyses.damper_alone.cycle import damper_cycle
 from stickslip.contact.iwan import Iwan

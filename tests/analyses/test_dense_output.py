@@ -1,22 +1,16 @@
 """Curves at frequencies of the user's choice: against curves solved exactly there, closed forms, and a finer continuation."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
 
 import stickslip as ss
+from robustness.problems import random_case
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import StepControl
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.refine import refined
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from robustness.problems import random_case
 
 RIGS = {
     "one mass": (ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 0.5, 7),

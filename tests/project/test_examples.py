@@ -42,7 +42,13 @@ PINNED: dict[str, tuple[str, float, float]] = {
 }
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+SLOW = {"design_of_two_dampers.py"}
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] if path.name in SLOW else [], id=path.stem) for path in EXAMPLES],
+)
 def test_example(path, monkeypatch, tmp_path):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.chdir(tmp_path)

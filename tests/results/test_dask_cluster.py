@@ -25,6 +25,12 @@ from stickslip.checks import InputError
 from stickslip.cli import app
 
 needs_dask = pytest.mark.skipif(not dask_cluster.installed(), reason='needs distributed: pip install "stickslip[dask]"')
+
+
+def on_a_cluster(test):
+    return pytest.mark.slow(needs_dask(test))
+
+
 TESTS = Path(__file__).parents[1]
 NOBODY = "tcp://127.0.0.1:1"
 STUDY = """
@@ -84,7 +90,7 @@ def cluster(tmp_path_factory):
     started.end()
 
 
-@needs_dask
+@on_a_cluster
 def test_a_study_gives_the_same_results_bit_by_bit(cluster, tmp_path):
     """The command waits for the workers that are still starting."""
     (tmp_path / "study.toml").write_text(STUDY)
@@ -124,7 +130,7 @@ class KillsOne:
                 os.kill(self.process, signal.SIGKILL)
 
 
-@needs_dask
+@on_a_cluster
 def test_a_killed_worker_costs_only_what_it_was_computing(cluster, tmp_path):
     cluster.add_workers(1)
     work = LoggedCases(str(tmp_path / "log"), 12, 0.3)
@@ -139,7 +145,7 @@ def test_a_killed_worker_costs_only_what_it_was_computing(cluster, tmp_path):
     assert again <= {case for case, process in began if process == killer.process}
 
 
-@needs_dask
+@on_a_cluster
 def test_a_case_that_ends_its_workers_is_named(tmp_path):
     own = LocalCluster(tmp_path, allowed_failures=0)
     try:
@@ -175,7 +181,7 @@ def error_of(process):
         process.kill()
 
 
-@needs_dask
+@on_a_cluster
 def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, tmp_path):
     (tmp_path / "own").mkdir()
     own = LocalCluster(tmp_path / "own")
@@ -200,7 +206,7 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
     assert 2 <= before < kept(tmp_path) < 400
 
 
-@needs_dask
+@on_a_cluster
 def test_a_scheduler_lost_while_a_worker_prepares(tmp_path):
     own = LocalCluster(tmp_path)
     work = SlowToPrepare(str(tmp_path / "log"), 1, 0.0)

@@ -2,17 +2,12 @@
 
 import dataclasses
 import itertools
-import sys
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import stickslip as ss
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from robustness import limits
 from robustness.ill_posed import ILL_POSED, IllPosed, respond
 from robustness.page import ClassResult, ResonanceResult, page

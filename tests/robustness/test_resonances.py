@@ -1,15 +1,9 @@
 """A witness of `make robustness`: every resonance of lightly damped structures is found, beside exact and solved peaks."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import stickslip as ss
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
 from robustness import problems
 from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, linear_peaks, random_case, solved_peaks
 from stickslip.harmonic.balance import HarmonicBalance

@@ -85,7 +85,6 @@ def test_stress_along_a_curve_of_a_rubbing_cantilever():
     np.testing.assert_allclose(data.stress_mean[0, 1], one.stress[:, :, 0, 0], rtol=1e-12)
 
 
-@pytest.mark.slow
 def test_mean_stress_of_the_single_blade_equals_a_static_solution_of_its_elements():
     """Under the mean contact forces of a rubbing point, the unreduced finite elements carry the recovered mean stress."""
     rig = ss.rigs.single_blade()

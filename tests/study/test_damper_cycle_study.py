@@ -127,6 +127,7 @@ def test_every_steady_cycle_from_a_study(tmp_path, capsys):
     assert (tmp_path / "out" / "figures" / "damper_cycles.png").stat().st_size > 10_000
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_an_evolution_from_a_study(tmp_path):
     (tmp_path / "study.toml").write_text(EVOLUTION_TEMPLATE.replace("steps = 500 ", "steps = 100 "))
     found = finished(tmp_path / "study.toml", tmp_path / "out")
@@ -161,6 +162,7 @@ def test_a_measured_motion_drives_the_damper(tmp_path, periods, more):
     np.testing.assert_allclose(motion.samples(150), expected, atol=1e-11)
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_a_changed_table_is_computed_anew(tmp_path):
     table(tmp_path / "cycle.csv")
     first = finished(measured_study(tmp_path), tmp_path / "out")

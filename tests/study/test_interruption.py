@@ -17,6 +17,7 @@ from stickslip.results import open_results
 
 resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
 
+pytestmark = pytest.mark.slow
 needs_proc = pytest.mark.skipif(sys.platform != "linux", reason="lists processes as Linux does")
 LEVELS = [round(level, 3) for level in np.geomspace(0.3, 2.0, 8).tolist()]
 STUDY = f"""

@@ -11,6 +11,8 @@ from stickslip.results import open_results
 
 DATA = Path(__file__).parents[1] / "data"
 
+pytestmark = pytest.mark.usefixtures("unsaved_figures")
+
 
 def chain_stiffness(masses, last=0.0):
     K = 2.0 * np.eye(masses) - np.eye(masses, k=1) - np.eye(masses, k=-1)

@@ -54,7 +54,7 @@ starts = 1
 def run(folder, analysis="forced_response", quantity="inertance", measure="amplitude", levels=LEVEL, more=""):
     study = folder / "study.toml"
     study.write_text(STUDY.format(analysis=analysis, quantity=quantity, measure=measure, levels=levels) + more)
-    result = CliRunner().invoke(app, ["run", str(study), "--out", str(folder / "out")])
+    result = CliRunner().invoke(app, ["run", str(study), "--out", str(folder / "out"), "--workers", "1"])
     assert result.exit_code == 0, result.output
     return ss.open_results(folder / "out" / "results.nc"), result.output
 
@@ -102,13 +102,15 @@ def test_an_unknown_quantity_is_refused(tmp_path):
     assert "speed" in result.output
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_samples_and_bounds_take_the_quantity_of_the_sweep(tmp_path):
     samples, output = run(tmp_path, "response_samples", "velocity", "rms", more="[response_samples]\ncount = 3\n")
     assert samples.peak_amplitude.attrs["units"] == "m/s"
     assert "root mean square of the velocity" in output
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "study.toml").write_text(BOUNDS)
-    result = CliRunner().invoke(app, ["run", str(tmp_path / "b" / "study.toml"), "--out", str(tmp_path / "b" / "out")])
+    command = ["run", str(tmp_path / "b" / "study.toml"), "--out", str(tmp_path / "b" / "out"), "--workers", "1"]
+    result = CliRunner().invoke(app, command)
     assert result.exit_code == 0, result.output
     bounds = ss.open_results(tmp_path / "b" / "out" / "results.nc")
     assert bounds.bounds_amplitude.attrs["units"] == "m/s per unit level"

@@ -16,7 +16,7 @@ from stickslip.solve.newton import correct, fixed
 ROUNDING = 1e-9
 """Motion below this share of the largest is rounding: an output at a node."""
 
-MEAN = 0.1
+MEAN = 0.02
 """Share of the mean motion that a change of it is measured by, where that is more than the vibration: steps stay long where the
 mean of a lightly pressed body drifts by many times its vibration."""
 

@@ -98,14 +98,16 @@ def test_designs_of_the_search_are_kept_too():
     assert len(again) == len(kept)
 
 
-def test_designs_and_searches_of_their_start_states_are_the_same_side_by_side(monkeypatch):
+@pytest.mark.parametrize("side_by_side", [(2, 1), (1, 2)], ids=["designs", "searches"])
+def test_designs_and_searches_of_their_start_states_are_the_same_side_by_side(side_by_side, monkeypatch):
     monkeypatch.setattr(design_search, "WORTH", 0.0)
     conditions = conditions_of((1.0, 1.0), (0.4, 1.0), "amplitude", (1, 1), (0, 0), (1, 64))
     work = planned_design(one_mass, {"load": (1.0, 8.0)}, conditions, {}, 4)
     found = []
-    for workers in (1, 2):
-        designs = Designs(work, [], None, workers, lambda fraction, text: None, 1)
+    for workers in ((1, 1), side_by_side):
+        designs = Designs(work, [], None, workers[0], lambda fraction, text: None, 1)
         designs.at([[0.3], [0.6]])
+        designs.workers = workers[1]
         starts = AllStarts(designs, conditions.frictions)
         starts.best(2)
         found.append((starts.each, [record.place for record in designs.records]))
@@ -125,7 +127,7 @@ def test_start_states_can_only_make_it_worse():
 
     sizes = []
     for starts in (0, 2):
-        effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": starts, "samples": 64}
+        effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": starts, "search": False, "harmonics": 1, "samples": 64}
         found = ss.damper_design(wedge, {"angle": (25.0, 40.0)}, (4.0, 4.0), 0.4, **effort)
         sizes.append(found.dataset.worst_peak.values)
     assert np.all(sizes[1] >= sizes[0])

@@ -24,7 +24,7 @@ def run(arguments):
     return ended.value.code
 
 
-def test_bounds_come_with_results_report_and_figures(tmp_path):
+def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     assert run(["new", "response_bounds", study]) == 0
     text = (
@@ -44,6 +44,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path):
     table = pd.read_csv(tmp_path / "t_bounds.csv")
     np.testing.assert_allclose(table["frequency [Hz]"], [215.0, 218.5, 222.0])
     np.testing.assert_allclose(table[["lower amplitude [m]", "upper amplitude [m]"]].values.T, [low, high], rtol=1e-12)
+    monkeypatch.setattr("stickslip.plots.files.write_figure", lambda figure, path, suffix: None)
     assert run(["report", out]) == 0
 
 
@@ -58,6 +59,7 @@ def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_rat
     assert "bounds_force_ratios" not in drawn
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch, capsys):
     """Exit code 3, a sentence on the error stream and in the report, and no numbers."""
 

@@ -45,6 +45,9 @@ outputs = ["1.x"]
 """
 
 
+QUICK = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
+
+
 def stickslip_command(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
@@ -59,6 +62,7 @@ def one_mass(tmp_path):
 
 def test_a_reader_that_leaves_does_not_stop_a_run(one_mass, tmp_path):
     """As `stickslip run ... | head -1`: everything is written all the same."""
+    one_mass.write_text(QUICK)
     command = [*COMMAND, "run", str(one_mass), "--out", str(tmp_path / "out"), "--workers", "1"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     process.stdout.readline()
@@ -74,6 +78,7 @@ def test_a_reader_that_leaves_does_not_stop_a_run(one_mass, tmp_path):
     assert (tmp_path / "out" / "report.html").exists()
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_the_peaks_of_one_mass(one_mass, tmp_path):
     """Peaks of |x| and of the first harmonic, maximised over frequency to 1e-9 by an independent script of this project."""
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
@@ -89,9 +94,8 @@ def test_the_peaks_of_one_mass(one_mass, tmp_path):
     assert data.attrs["title"] == "One mass and a slider"
 
 
-def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path):
-    quick = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
-    one_mass.write_text(quick)
+def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path, monkeypatch):
+    one_mass.write_text(QUICK)
     out = tmp_path / "deep" / "out"
     result = stickslip_command("run", one_mass, "--out", out)
     assert result.exit_code == 0
@@ -100,11 +104,13 @@ def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path):
     written = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
     assert {"results.nc", "report.html", "figures/response.png", "figures/response.svg"} <= written
     (out / "report.html").unlink()
+    monkeypatch.setattr("stickslip.plots.files.write_figure", lambda figure, path, suffix: None)
     for place in (out, out / "results.nc"):
         assert stickslip_command("report", place).exit_code == 0
     assert "One mass and a slider" in (out / "report.html").read_text()
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_new_check_and_run_of_a_template(tmp_path):
     study = tmp_path / "wedge.toml"
     assert stickslip_command("new", "lumped", study).exit_code == 0
@@ -119,8 +125,9 @@ def test_new_check_and_run_of_a_template(tmp_path):
     np.testing.assert_allclose(amplitude, [4.928118e-5], rtol=1e-5)  # an independent script of this project
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_several_results_share_a_report(one_mass, tmp_path):
-    one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1"))
+    one_mass.write_text(QUICK)
     for name in ("first", "second"):
         assert stickslip_command("run", one_mass, "--out", tmp_path / "both" / name).exit_code == 0
     result = stickslip_command("report", tmp_path / "both")
@@ -131,9 +138,9 @@ def test_several_results_share_a_report(one_mass, tmp_path):
     assert "second" in text
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
-    quick = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
-    one_mass.write_text(quick)
+    one_mass.write_text(QUICK)
     out = tmp_path / "out"
     assert stickslip_command("run", one_mass, "--out", out, "--workers", 1).exit_code == 0
     before = (out / "results.nc").read_bytes()
@@ -143,7 +150,7 @@ def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
     )
     assert "Nothing to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
     assert_refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
-    one_mass.write_text(quick.replace("[0.5]", "[0.6]"))
+    one_mass.write_text(QUICK.replace("[0.5]", "[0.6]"))
     assert_refused(
         stickslip_command("run", one_mass, "--out", out, "--resume"), "come from another study or version", "--overwrite"
     )
@@ -163,6 +170,7 @@ def test_the_demo_overwrites_only_when_asked(tmp_path):
     )
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path):
     stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1)
     response = stickslip.ForcedResponse(stickslip.open_results(tmp_path / "out" / "results.nc"), stickslip.read_problem(one_mass))
@@ -185,6 +193,7 @@ def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path)
         stickslip.read_problem(tmp_path / "none.toml")
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_a_run_says_how_many_harmonics_auto_took_and_why(one_mass, tmp_path):
     text = ONE_MASS.replace("harmonics = 7", 'harmonics = "auto"\ntolerance = 1e-5').replace("[0.1, 0.5, 1.0, 2.0]", "[1.0]")
     one_mass.write_text(text)
@@ -272,9 +281,10 @@ def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypa
         CliRunner().invoke(app, ["--debug", "check", str(one_mass)], catch_exceptions=False)
 
 
+@pytest.mark.usefixtures("unsaved_figures")
 def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
     """Results are written all the same; scripts see the exit code."""
-    one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1"))
+    one_mass.write_text(QUICK)
     broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
     monkeypatch.setattr("stickslip.report.responses.PRESENTATION", broken)
     result = stickslip_command("run", one_mass, "--out", tmp_path / "out")
