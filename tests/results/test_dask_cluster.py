@@ -201,7 +201,7 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
     os.killpg(process.pid, signal.SIGINT)
     errors = error_of(process)
     assert process.returncode == console.INTERRUPTED, errors
-    assert "--resume goes on from there" in errors
+    assert "with --resume to continue" in errors
     assert "Traceback" not in errors
     assert 2 <= before < kept(tmp_path) < 400
 

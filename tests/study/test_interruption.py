@@ -221,7 +221,7 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(long):
     _, errors = process.communicate(timeout=120)
     assert process.returncode == console.INTERRUPTED, errors
     assert "Traceback" not in errors
-    assert "--resume goes on from there" in errors
+    assert "with --resume to continue" in errors
     nothing_left_running(process.pid)
     assert len(kept(long)) >= 3
 
