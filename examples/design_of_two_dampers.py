@@ -14,14 +14,14 @@ def rig(*, friction: float, mass: float, angle: float) -> ss.Problem:
     return ss.rigs.single_blade(92.0 * mass, damper_mass=mass, platform_angle=angle, **flat, **cylinder, **small)
 
 
-design = ss.design_damper(
+design = ss.damper_design(
     rig,
     {"mass": (0.02, 0.12), "angle": (15.0, 60.0)},  # kg, degrees
     force=(80.0, 80.0),
     friction=0.6,  # anything from 0.42 to 0.85
     constraints={"no jamming": NoJamming("angle")},
     known=[{"mass": 0.05, "angle": 45.0}],  # as built
-    starts=0,  # virgin contacts; each drawn start state beside them costs as much again, and the search of the worst one more
+    starts=0,  # virgin contacts; each sampled start state beside them costs as much again, and the search of the worst one more
     levels=1,
     designs=8,
     refinements=12,

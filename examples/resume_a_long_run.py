@@ -3,7 +3,7 @@
 import stickslip as ss
 
 chain = ss.rigs.chain(masses=6, sliders=(4, 5, 6), forced=3)
-kept = ss.FinishedFolder("unfinished")
+kept = ss.CheckpointFolder("unfinished")
 band, levels = ss.radians_per_second(0.1, 0.5), [0.5, 1.0, 2.0]
 
 
@@ -13,12 +13,12 @@ def interrupt_after_two(fraction, text):
 
 
 try:
-    ss.forced_response(chain, band, levels, finished=kept, progress=interrupt_after_two)
+    ss.forced_response(chain, band, levels, checkpoint=kept, progress=interrupt_after_two)
 except KeyboardInterrupt:
     print(f"Interrupted with {len(kept)} of {len(levels)} curves finished.")
 
 finished_before = len(kept)
-response = ss.forced_response(chain, band, levels, finished=kept)  # only the last curve is computed
+response = ss.forced_response(chain, band, levels, checkpoint=kept)  # only the last curve is computed
 whole = ss.forced_response(chain, band, levels)
 equal = response.dataset.equals(whole.dataset)
 print(f"Equal to an uninterrupted run: {equal}.")

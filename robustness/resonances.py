@@ -233,7 +233,7 @@ def solved_peaks(case: Case) -> list[Peak]:
     balance = HarmonicBalance(case.problem, HARMONICS, SAMPLES)
     omegas = _listed(case)
     first = _peaks(omegas, _solved(balance, omegas, case.level))
-    finer = np.array([*omegas, *_around([peak.omega for peak in first], case.ratio), *_between(omegas, first)])
+    finer = np.array([*omegas, *_narrow_band([peak.omega for peak in first], case.ratio), *_between(omegas, first)])
     omegas = _inside(finer, *case.ends)
     return _peaks(omegas, _solved(balance, omegas, case.level))
 
@@ -244,7 +244,7 @@ def _listed(case: Case) -> Array:
     stuck, free = limits[-1], limits[0]
     shares = np.geomspace(1e-4, 0.5, 80)
     graded = [np.concatenate([a + (b - a) * shares, b - (b - a) * shares]) for a, b in zip(free, stuck, strict=True)]
-    listed = [np.linspace(low, high, 1500), *graded, np.array([*_around(np.unique(np.concatenate(limits)), case.ratio)])]
+    listed = [np.linspace(low, high, 1500), *graded, np.array([*_narrow_band(np.unique(np.concatenate(limits)), case.ratio)])]
     return _inside(np.concatenate(listed), low, high)
 
 
@@ -256,7 +256,7 @@ def _limits(problem: Problem) -> list[Array]:
     return [np.sqrt(np.maximum(linalg.eigvalsh(K, problem.structure.M), 0.0)) for K in stiff]
 
 
-def _around(resonances: list[float] | Array, ratio: float) -> Iterator[float]:
+def _narrow_band(resonances: list[float] | Array, ratio: float) -> Iterator[float]:
     """40 frequencies to a half-width up to two of them away, farther ones up to a thousand, around fractions 1/h as well."""
     away = np.concatenate([np.arange(1, 81) / 40.0, np.geomspace(2.0, 1e3, 60)])
     for omega in resonances:

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.curve import performance_curve
-from stickslip.analyses.performance.what_matters import what_matters
+from stickslip.analyses.performance.sensitivity_indices import sensitivity_indices
 from stickslip.problem import Problem
 from stickslip.rigs import single_blade, single_mass
 from stickslip.rigs.two_semi_cylinders import DRY, OILED, two_semi_cylinders
@@ -97,7 +97,7 @@ def slopes() -> Iterator[Row]:
     def linear(**values: float) -> Problem:
         return single_mass(**values, kt=1e-9)
 
-    found = what_matters(linear, ranges, radians_per_second(0.85, 1.15), draws=2, harmonics=1).dataset
+    found = sensitivity_indices(linear, ranges, radians_per_second(0.85, 1.15), draws=2, harmonics=1).dataset
     exact = (-0.2 * (1.0 - share), -0.1 * (1.0 + share), 0.1 * (1.0 - share))
     for name, slope, value in zip(ranges, found.slope.values, exact, strict=True):
         yield relative(f"What matters, linear mass: slope of ln A by the {name} over its range", slope, value, 2e-4, CLOSED)

@@ -9,6 +9,7 @@ Band(start=480.0, stop=600.0)
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +53,7 @@ _HOME = {
     "DaskCluster": "stickslip.analyses.dask_cluster",
     "mistuned_disk": "stickslip.analyses.mistuning.disk",
     "run_in": "stickslip.analyses.mistuning.run_in",
-    "MistunedDisks": "stickslip.analyses.mistuning.population",
+    "MistunedPopulation": "stickslip.analyses.mistuning.population",
     "mistuned_response": "stickslip.analyses.mistuning.population",
     "mistuned_population": "stickslip.analyses.mistuning.population",
     "CyclicStructure": "stickslip.structure.cyclic",
@@ -81,13 +82,13 @@ _HOME = {
     "performance_curve": "stickslip.analyses.performance.curve",
     "PerformanceBand": "stickslip.analyses.performance.band",
     "performance_band": "stickslip.analyses.performance.band",
-    "Design": "stickslip.analyses.performance.design",
-    "design_damper": "stickslip.analyses.performance.design",
+    "DamperDesign": "stickslip.analyses.performance.design",
+    "damper_design": "stickslip.analyses.performance.design",
     "Parameter": "stickslip.analyses.sensitivity",
     "Sensitivity": "stickslip.analyses.sensitivity",
     "sensitivity": "stickslip.analyses.sensitivity",
-    "WhatMatters": "stickslip.analyses.performance.what_matters",
-    "what_matters": "stickslip.analyses.performance.what_matters",
+    "SensitivityIndices": "stickslip.analyses.performance.sensitivity_indices",
+    "sensitivity_indices": "stickslip.analyses.performance.sensitivity_indices",
     "PeakPath": "stickslip.analyses.performance.peak_path",
     "follow_peaks": "stickslip.analyses.performance.peak_path",
     "force_plane": "stickslip.analyses.damper_alone.force_plane",
@@ -103,7 +104,7 @@ _HOME = {
     "open_results": "stickslip.results",
     "read_problem": "stickslip.study.read",
     "save_mat": "stickslip.results_matlab",
-    "FinishedFolder": "stickslip.finished",
+    "CheckpointFolder": "stickslip.checkpoint",
     "as_quantity": "stickslip.quantities",
     "quantity_table": "stickslip.quantities",
     "peak_table": "stickslip.quantities",
@@ -119,6 +120,15 @@ _HOME = {
     "identify": "stickslip.analyses.identification.identify",
 }
 _MODULES = ("dampers", "rigs", "units")
+_RENAMED = {
+    "Design": "DamperDesign",
+    "FinishedFolder": "CheckpointFolder",
+    "MistunedDisks": "MistunedPopulation",
+    "WhatMatters": "SensitivityIndices",
+    "design_damper": "damper_design",
+    "what_matters": "sensitivity_indices",
+}
+"""Old public names, which still work for one release, with a DeprecationWarning."""
 
 __all__ = ["__version__", *_HOME, *_MODULES]
 
@@ -135,20 +145,21 @@ if TYPE_CHECKING:
     from stickslip.analyses.identification.identify import Identification, identify
     from stickslip.analyses.identification.loop_law import ContactLoop, identify_law
     from stickslip.analyses.mistuning.disk import Mistuning, Scatter, mistuned_disk
-    from stickslip.analyses.mistuning.population import MistunedDisks, mistuned_population, mistuned_response
+    from stickslip.analyses.mistuning.population import MistunedPopulation, mistuned_population, mistuned_response
     from stickslip.analyses.mistuning.run_in import run_in
     from stickslip.analyses.nodal_diameters import NodalDiameters, nodal_diameters
     from stickslip.analyses.performance.band import PerformanceBand, performance_band
     from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
-    from stickslip.analyses.performance.design import Design, design_damper
+    from stickslip.analyses.performance.design import DamperDesign, damper_design
     from stickslip.analyses.performance.peak_path import PeakPath, follow_peaks
-    from stickslip.analyses.performance.what_matters import WhatMatters, what_matters
+    from stickslip.analyses.performance.sensitivity_indices import SensitivityIndices, sensitivity_indices
     from stickslip.analyses.sensitivity import Parameter, Sensitivity, sensitivity
     from stickslip.analyses.time_response import time_response
     from stickslip.analyses.variability.bounds import ResponseBounds, response_bounds
     from stickslip.analyses.variability.freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.variability.history import ResponseHistory, response_history
     from stickslip.analyses.variability.samples import ResponseSamples, response_samples
+    from stickslip.checkpoint import CheckpointFolder
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.friction_disc import FrictionDisc
@@ -161,7 +172,6 @@ if TYPE_CHECKING:
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
     from stickslip.disk import FullDisk, TunedDisk
-    from stickslip.finished import FinishedFolder
     from stickslip.loads import BaseMotion, Force, Output
     from stickslip.measurement.cycles import whole_cycles
     from stickslip.measurement.load_removal import read_load_removal
@@ -184,6 +194,9 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name in _RENAMED:
+        warnings.warn(f"stickslip.{name} is now stickslip.{_RENAMED[name]}.", DeprecationWarning, stacklevel=2)
+        name = _RENAMED[name]
     if name in _MODULES:
         return import_module(f"stickslip.{name}")
     if name in _HOME:

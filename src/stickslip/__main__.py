@@ -1,4 +1,4 @@
-"""`python -m stickslip` is the command line."""
+"""Entry point of `python -m stickslip`, the command line."""
 
 from stickslip.cli import main
 

@@ -1,4 +1,4 @@
-"""The one place where arguments are checked, and the one way in which a fault is said.
+"""Argument checks and error messages.
 
 Every message has four parts: what is wrong, the rule, the value found and, where there is one, the remedy.
 """

@@ -1,4 +1,4 @@
-"""What the command line says and how: progress with the remaining time, messages, and one way to end on a fault."""
+"""Console output: progress with the remaining time, messages, and exit codes for errors."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ Report = Callable[[float, str], None]
 RETRY_SECONDS = 0.05
 
 WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
-"""Exit codes: wrong use or input; a fault of the program; Ctrl-C; computed, but a curve broke off."""
+"""Exit codes: wrong use or input; internal error; Ctrl-C; computed, but a curve is incomplete."""
 
 
 def say(message: str) -> None:
     """A line to the user."""
-    _tell(message, stderr=False)
+    _print(message, stderr=False)
 
 
 def warn(message: str) -> None:
     """A line on the error stream."""
-    _tell(message, stderr=True)
+    _print(message, stderr=True)
 
 
-def _tell(message: str, stderr: bool) -> None:
+def _print(message: str, stderr: bool) -> None:
     console = _console(stderr)
     try:
         console.print(message, markup=False, highlight=False, soft_wrap=True)
@@ -108,11 +108,11 @@ def _deferred_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def tell_fault(error: BaseException) -> int:
-    """Say what went wrong; returns the exit code."""
+def report_fault(error: BaseException) -> int:
+    """Report an error; returns the exit code."""
     match error:
         case KeyboardInterrupt():
-            warn("Interrupted; nothing is half written.")
+            warn("Interrupted; no file is incomplete.")
             return INTERRUPTED
         case Faults(faults=faults) if len(faults) > 1:
             warn(
@@ -127,15 +127,12 @@ def tell_fault(error: BaseException) -> int:
             return FAILED
         case OSError():
             place = f" ({error.filename})" if error.filename else ""
-            warn(f"Error: the system refused a file{place}: {error.strerror or error}.")
+            warn(f"Error: a file cannot be accessed{place}: {error.strerror or error}.")
             return WRONG_INPUT
         case MemoryError():
-            warn(
-                "Error: this needs more memory than the machine has. Fewer harmonics, samples, points, draws or "
-                "degrees of freedom need less."
-            )
+            warn("Error: out of memory. Reduce the number of harmonics, samples, points, draws or degrees of freedom.")
             return FAILED
         case _:
             what = f"{type(error).__name__}: {error}"
-            warn(f"Error inside stickslip ({what}). Please report it with what `stickslip --debug ...` says.")
+            warn(f"Error inside stickslip ({what}). Please report it with the output of `stickslip --debug ...`.")
             return FAILED

@@ -208,7 +208,7 @@ class FullDisk(Problem):
         return all(_is_circulant(matrix, self.sectors) for matrix in (self.structure.M, self.C, self.stuck_stiffness))
 
     @property
-    def falls_apart(self) -> bool:
+    def has_uncoupled_waves(self) -> bool:
         return self.tuned
 
     def waves(self, harmonic: int) -> Sequence[tuple[NDArray[np.complex128], LinearSystem]]:

@@ -1,4 +1,4 @@
-"""The compiler of the numerical kernels, and where it keeps what it compiled.
+"""Compilation and caching of the numerical kernels.
 
 numba's cache of a kernel does not notice when a kernel that it calls, in another file, has changed. The cache folder therefore
 carries a digest of all kernel sources: a change anywhere compiles anew, and an old result is never used with new code.
@@ -75,8 +75,8 @@ if "NUMBA_CACHE_DIR" not in os.environ:
 _COMPILING = "stickslip compiles its kernels, once on this machine: about a minute for the first problem. They are kept on disk."
 
 
-class _Teller(event.Listener):
-    """Says once in a process, before it begins, that kernels are compiled: nobody is to wait and not know why."""
+class _CompilationNotice(event.Listener):
+    """Warn once per process that compilation takes time."""
 
     def on_start(self, what: event.Event) -> None:
         if what.data["dispatcher"].py_func.__module__.startswith("stickslip."):
@@ -87,7 +87,7 @@ class _Teller(event.Listener):
         pass
 
 
-event.register("numba:compile", _Teller())  # type: ignore[no-untyped-call]
+event.register("numba:compile", _CompilationNotice())  # type: ignore[no-untyped-call]
 
 
 def _constant(each: Any, context: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Loads: forces along a direction, harmonic and static, and moving bases; their amplitudes may go by a power of the frequency."""
+"""Loads: harmonic and static forces along a direction, and base motion; amplitudes may scale with a power of frequency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can come of a point of a curve: data with a sentence, never a silent gap."""
+"""Outcomes of a solution point, each with its message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The problem: structure, contacts, loads and outputs, checked once. Copies with `with_...`; nothing is changed in place."""
+"""The problem: structure, contacts, loads and outputs, checked once. Immutable; `with_...` returns a changed copy."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
+from stickslip.renamed import renamed_property
 from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
@@ -86,7 +87,7 @@ class Problem:
         return f"{type(self).__name__} {self.title!r}: {', '.join(sizes)}"
 
     def _check_names(self) -> None:
-        """Every degree of freedom that a contact, a force or an output names must exist: resolving the rows says so."""
+        """Every degree of freedom that a contact, a force or an output names must exist; resolving the rows raises otherwise."""
         _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
         self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 
@@ -137,9 +138,11 @@ class Problem:
         return ratios
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """Warnings about a problem that can be computed: contacts that may defeat Newton's method where they slip or lift off."""
         return tuple(filter(None, (self._stiffness_warning(), self._friction_warning())))
+
+    doubts = renamed_property("doubts", "warnings")
 
     def _stiffness_warning(self) -> str:
         """Contacts too stiff to slip or lift off without trouble; empty without any."""
@@ -240,8 +243,8 @@ class Problem:
         return LinearSystem(self.structure.M, self.C, stiffness, self.B, self.output_rows)
 
     @property
-    def falls_apart(self) -> bool:
-        """Whether the structure consists of waves that it does not couple, `waves`."""
+    def has_uncoupled_waves(self) -> bool:
+        """Whether the structure consists of uncoupled waves, `waves`."""
         return False
 
     def waves(self, harmonic: int) -> Sequence[tuple[NDArray[np.complex128], LinearSystem]]:
@@ -262,7 +265,7 @@ class Problem:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Tells problems apart, bit by bit: sixteen hexadecimal digits of their matrices, contacts, loads and outputs."""
+        """Sixteen hexadecimal digits that identify matrices, contacts, loads and outputs bit by bit."""
         structure, digest = self.structure, sha256()
         damping = np.zeros(0) if structure.C is None else structure.C
         for array in (structure.M, structure.K, damping, self.B, self.output_rows, *contact_table(self.contacts)):

@@ -1,4 +1,4 @@
-"""Responses as engineers ask for them: displacement, velocity, acceleration; per force: receptance, mobility, inertance.
+"""Derived quantities of a response: velocity, acceleration, and per force receptance, mobility, inertance.
 
 In a stored result these are X_h (i h ω)^k, so nothing is computed again. Figures, the report and CSV tables read them here.
 """
@@ -50,7 +50,7 @@ def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.D
 def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = False) -> pd.DataFrame:
     """Every converged point of every curve as a row; amplitudes are of the first harmonic, units stand in the column names.
 
-    name: the quantity; that of the result's peaks unless given. Samples have a column `start` that tells their start states
+    name: the quantity; that of the result's peaks unless given. Samples have a column `start` with their start states
     apart.
     """
     import pandas as pd

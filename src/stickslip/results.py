@@ -1,4 +1,4 @@
-"""Results on disk: NetCDF-4, labelled, whole or not there. `save` writes what an analysis returns, `open_results` reads it back.
+"""Results files in NetCDF-4: `save` writes them atomically, `open_results` reads and checks them.
 
 No pickle: strings, numbers and attributes only, so any NetCDF or HDF5 reader opens the file.
 """
@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.checks import Faults, InputError, fault
 from stickslip.files import replacing
-from stickslip.results_schema import FILE_FORMAT, SCHEMA, check_results, labelled, stamped
+from stickslip.results_schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,6 +110,7 @@ def _encoding(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 def _plain(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset as an analysis makes it: strings of fixed width, Python numbers as attributes, no encoding of the file."""
+    dataset = dataset.rename({old: new for old, new in RENAMED_VARIABLES.items() if old in dataset})
     for name, variable in list(dataset.variables.items()):
         if variable.dtype.kind in "OT":
             dataset[name] = (variable.dims, variable.values.astype(np.str_), variable.attrs)

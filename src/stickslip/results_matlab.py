@@ -1,4 +1,4 @@
-"""Results for MATLAB: `save_mat` writes a dataset as a .mat file (version 5), which MATLAB, Octave and SciPy open.
+"""Export to MATLAB: `save_mat` writes a dataset as a .mat file (version 5).
 
 Variables keep their names and the order of their axes; real and imaginary parts become complex numbers, texts cell arrays. The
 structs `units`, `meaning` and `axes` say of each variable what it is, `about` holds title, study and versions.

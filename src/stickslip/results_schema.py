@@ -1,4 +1,4 @@
-"""The variables of a forced response, once: name, dimensions, units, meaning. Analyses build by it, files are checked by it.
+"""Schema of a forced response: names, dimensions, units and meaning of its variables.
 
 Complex amplitudes are stored with a last axis `part` (re, im), x(t) = Re Σ X_h exp(i h ω t). Cases with fewer points, and
 contacts without a direction, are padded with NaN; `outcome` 0 marks a point that is not there.
@@ -24,6 +24,10 @@ COMMON_ATTRIBUTES = ("title", "study", "stickslip_version", "file_format")
 REQUIRED_ATTRIBUTES = (*COMMON_ATTRIBUTES, "harmonics", "samples", "cpu_seconds")
 RESPONSES = ("forced_response", "response_bounds", "response_samples")
 """The analyses whose results are curves of the forced response, with the variables of `SCHEMA`; others name their own."""
+RENAMED_ANALYSES = {"what_matters": "sensitivity_indices"}
+"""Old names of analyses in results files."""
+RENAMED_VARIABLES = {"optimum_doubt": "optimum_warning"}
+"""Old names of variables in results files."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +127,7 @@ SCHEMA = (
 
 
 def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset of the schema: variables in its order, with units and long names; every fault is said at once.
+    """The dataset of the schema: variables in its order, with units and long names; all faults are reported together.
 
     variables: an array for each name of SCHEMA; coords: for each name of COORDINATES (`part` and `harmonic` may be left out);
     attrs: title, study, harmonics, samples, cpu_seconds and what else is to be kept; version and file format are added.
@@ -151,8 +155,9 @@ def stamped(dataset: xr.Dataset, analysis: str = RESPONSES[0]) -> xr.Dataset:
 
 
 def analysis_of(dataset: xr.Dataset) -> str:
-    """The analysis that a dataset came of."""
-    return str(dataset.attrs.get("analysis", RESPONSES[0]))
+    """The analysis that a dataset came of, by its name of today."""
+    name = str(dataset.attrs.get("analysis", RESPONSES[0]))
+    return RENAMED_ANALYSES.get(name, name)
 
 
 def check_results(dataset: xr.Dataset) -> None:

@@ -1,4 +1,4 @@
-"""What figures and the report read from a dataset: curves without padding, peaks with their points, contacts by direction.
+"""Views of a dataset for figures and report: curves without padding, peaks with their points, contacts by direction.
 
 Numbers stay in SI; only `level_text` makes words. `results_schema` says what the variables are.
 """

@@ -1,4 +1,4 @@
-"""Units at the edge: everything inside is SI. Constants for typing numbers in, and frequency bands.
+"""Units at the interface: constants for entering numbers, and frequency bands. Everything inside is SI.
 
 >>> 25 * N_per_um
 25000000.0

@@ -12,7 +12,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Output
 from stickslip.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.left_out import left_out, resolved
+from stickslip.solve.truncation import resolved, truncation_at
 from stickslip.units import hertz
 
 
@@ -35,16 +35,16 @@ def test_small_harmonics_agree_and_are_wrong_on_the_blade_and_the_estimate_says_
     true = amplitude(finer, resolved(finer, few[7][1]).evaluation)
     assert np.ptp(sizes) < 2.5e-3 * sizes[0]
     assert min(abs(size / true - 1.0) for size in sizes) > 0.015
-    estimates = [left_out(balance, finer, evaluation) for balance, evaluation in few.values()]
+    estimates = [truncation_at(balance, finer, evaluation) for balance, evaluation in few.values()]
     assert all(estimate.total > 8e-3 for estimate in estimates)
-    assert estimates[2].worst in (11, 12, 13)
+    assert estimates[2].largest in (11, 12, 13)
 
 
 def test_the_chosen_number_is_right_to_the_tolerance():
     rig = single_blade(4.6)
     choice = sufficient_harmonics(rig, (500.0, 580.0), [20.0], tolerance=2e-3)
     assert 13 <= choice.harmonics <= 25
-    assert choice.left_out <= 2e-3
+    assert choice.truncation_error <= 2e-3
     assert f"harmonic {choice.harmonics} at " in choice.sentence, "not the fifth, which moves most and is not enough"
     assert "near the stuck mode at" in choice.sentence
     chosen, many = point(rig, 543.45, 20.0, choice.harmonics), HarmonicBalance(rig, 31, 256)
@@ -80,8 +80,10 @@ def test_an_output_that_does_not_move_chooses_nothing():
     problem = chain_of_three()
     still = replace(problem, outputs=(*problem.outputs, Output("none", {problem.structure.dofs[0]: 1e-12})))
     alone, both = (sufficient_harmonics(each, (0.127, 0.32), [1.0], 1e-3) for each in (problem, still))
-    assert both.left_out == pytest.approx(alone.left_out, rel=1e-8)  # one more row changes the rounding of the others
-    assert replace(both, left_out=alone.left_out) == alone
+    assert both.truncation_error == pytest.approx(
+        alone.truncation_error, rel=1e-8
+    )  # one more row changes the rounding of the others
+    assert replace(both, truncation_error=alone.truncation_error) == alone
 
 
 def test_samples_that_do_not_suffice_are_said_and_too_few_refused():
@@ -96,7 +98,7 @@ def test_a_peak_that_more_harmonics_move_away_is_swept_for():
     """On a disk of the case W the peak at 3 harmonics leads to none at 8, where the curve has two peaks."""
     choice = sufficient_harmonics(lumped_blisk(case="W", engine_order=2), (140.0, 156.0), [0.4], samples=264)
     assert choice.harmonics >= 8
-    assert choice.left_out <= 2e-3
+    assert choice.truncation_error <= 2e-3
 
 
 def test_a_stuck_contact_needs_no_more_than_the_least():

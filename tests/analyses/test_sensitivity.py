@@ -233,7 +233,7 @@ def test_a_point_beside_a_slipping_peak_against_differences(slipping_peak):
         assert slopes[name][0] == pytest.approx(expected, rel=1e-5), name
 
 
-def test_a_rig_that_takes_only_some_values_is_told_from_a_wrong_value():
+def test_a_rig_that_takes_only_some_values_is_distinguished_from_a_wrong_value():
     """The value refused is not one that the user gave."""
     made = ss.forced_response(masses(**MASSES), [frequency_of("masses")])
 

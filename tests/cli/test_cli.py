@@ -148,7 +148,7 @@ def test_results_are_not_overwritten_unless_asked(one_mass, tmp_path):
     assert_refused(
         again, "--out must name a folder without results, but", "holds 'results.nc'. Name another", "--overwrite", "--resume"
     )
-    assert "Nothing is left to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
+    assert "Nothing to compute" in stickslip_command("run", one_mass, "--out", out, "--resume").output
     assert_refused(stickslip_command("run", one_mass, "--out", out, "--resume", "--overwrite"), "must not be given together")
     one_mass.write_text(QUICK.replace("[0.5]", "[0.6]"))
     assert_refused(
@@ -186,7 +186,7 @@ def test_results_and_study_of_a_run_are_a_response_in_python(one_mass, tmp_path)
     with pytest.raises(stickslip.InputError, match=r"results are of another problem: .*attrs\['study'\]"):
         other.verify_in_time(case=2, point=other.peak_point(2))
     alone = tmp_path / "alone.toml"
-    stickslip_command("new", "damper-cycle", alone)
+    stickslip_command("new", "damper_cycle", alone)
     with pytest.raises(stickslip.InputError, match="must be of a problem"):
         stickslip.read_problem(alone)
     with pytest.raises(stickslip.InputError, match="must exist"):
@@ -283,7 +283,7 @@ def test_a_fault_of_the_program_has_no_traceback_unless_asked(one_mass, monkeypa
 
 @pytest.mark.usefixtures("unsaved_figures")
 def test_a_curve_that_breaks_off_is_said(one_mass, tmp_path, monkeypatch):
-    """Results are written all the same; the exit code tells scripts."""
+    """Results are written all the same; scripts see the exit code."""
     one_mass.write_text(QUICK)
     broken = replace(PRESENTATION, failures=lambda dataset: ["force 0.5: the curve stopped at 0.2 Hz."])
     monkeypatch.setattr("stickslip.report.responses.PRESENTATION", broken)
@@ -314,7 +314,7 @@ def test_interrupted_from_the_keyboard(one_mass, tmp_path):
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=60)
     assert process.returncode == console.INTERRUPTED, errors
-    assert errors.strip().endswith("Interrupted; nothing is half written.")
+    assert errors.strip().endswith("Interrupted; no file is incomplete.")
     assert "Traceback" not in output + errors
     assert {path.name for path in (tmp_path / "out").iterdir()} <= {"unfinished"}
 

@@ -103,7 +103,7 @@ def test_start_states_travel_with_the_disk():
         lumped_blisk(sectors=6, start=TractionRatio(0.5)).full()
 
 
-def test_disks_that_differ_beyond_nodal_diameter_0_are_told_apart():
+def test_disks_that_differ_beyond_nodal_diameter_0_are_distinguished():
     disk = lumped_blisk(sectors=6)
     ring = np.zeros_like(disk.disk.stiffnesses)
     ring[1:, 0, 0] = 1e6

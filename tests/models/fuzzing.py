@@ -161,7 +161,7 @@ outputs = ["a.x", { name = "rim", direction = { "a.x" = 1.0, "b.x" = 0.5 } }]
 """
 
 
-QUICK = ("bounds", "samples", "damper-cycle", "performance", "design")
+QUICK = ("response_bounds", "response_samples", "damper_cycle", "performance_curve", "damper_design")
 """Kinds of studies whose check builds no mesh."""
 
 

@@ -104,7 +104,7 @@ def test_a_single_matrix_needs_its_counterpart(chain, tmp_path):
 
 
 def test_both_matrices_from_one_file(chain, tmp_path):
-    """The files of the letters may be one; its matrices are told apart by their names."""
+    """The files of the letters may be one; its matrices are distinguished by their names."""
     path = chain.save(tmp_path, "npz")
     structure = ss.read_structure({"M": path, "K": path})
     np.testing.assert_array_equal(structure.K, chain.K)

@@ -1,4 +1,4 @@
-"""Places by id, set and coordinates; the reduction, its cache, what it tells; what is said of a model."""
+"""Places by id, set and coordinates; the reduction, its cache, what it reports; the description of a model."""
 
 import numpy as np
 import pytest
@@ -36,23 +36,23 @@ def test_frequencies_of_the_reduced_model(clamped):
     """The lowest modes of the whole model, by a dense solver, against those of 12 kept rows and 30 modes."""
     model = ss.read_model(clamped)
     keep = {"tip": (0.01, 0.01, 0.06), "near": (0.0005, 0.0, 0.0302)}
-    told = []
-    structure = ss.read_structure(clamped, keep=keep, modes=30, progress=lambda share, text: told.append(text))
+    messages = []
+    structure = ss.read_structure(clamped, keep=keep, modes=30, progress=lambda share, text: messages.append(text))
     assert structure.dofs[:6] == ("tip.x", "tip.y", "tip.z", "near.x", "near.y", "near.z")
     whole = linalg.eigvalsh(model.K.toarray(), model.M.toarray(), subset_by_index=(0, 4))
     reduced = linalg.eigvalsh(structure.K, structure.M)[:5]
     np.testing.assert_allclose(np.sqrt(reduced), np.sqrt(whole), rtol=2e-4)
-    said = " ".join(told)
+    said = " ".join(messages)
     assert "near: node" in said
     assert "0.539 mm from the point asked for" in said  # √(0.5² + 0.2²)
     assert "the basis takes" in said
 
 
 def test_the_same_model_is_reduced_once(clamped, cache):
-    keep, told = {"tip": (0.01, 0.01, 0.06)}, []
+    keep, messages = {"tip": (0.01, 0.01, 0.06)}, []
     first = ss.read_structure(clamped, keep=keep, modes=5)
-    again = ss.read_structure(clamped, keep=keep, modes=5, progress=lambda share, text: told.append(text))
-    assert any("found in" in text for text in told)
+    again = ss.read_structure(clamped, keep=keep, modes=5, progress=lambda share, text: messages.append(text))
+    assert any("found in" in text for text in messages)
     np.testing.assert_array_equal(first.K, again.K)
     (kept,) = cache.glob("*.npz")
     kept.write_bytes(b"damaged")

@@ -1,4 +1,4 @@
-"""Energies, loss factor and shares of a forced response against closed forms; the two energy numbers tell wrong solutions."""
+"""Energies, loss factor and shares of a forced response against closed forms; the two energy numbers reveal wrong solutions."""
 
 from dataclasses import replace
 from math import pi

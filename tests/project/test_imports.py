@@ -14,7 +14,7 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("checks", "outcome", "files", "kernels"),
+    ("checks", "outcome", "files", "kernels", "renamed"),
     ("units",),
     ("structure", "contact", "loads"),
     ("dampers", "models"),
@@ -25,8 +25,8 @@ LAYERS = (
     ("measurement",),
     ("results_schema", "results_view"),
     ("quantities",),
-    ("results_told",),
-    ("results", "results_matlab", "finished"),
+    ("results_representative",),
+    ("results", "results_matlab", "checkpoint"),
     ("analyses",),
     ("plots", "study"),
     ("report",),

@@ -1,4 +1,4 @@
-"""Kernels are compiled once on a machine, and nobody waits for that without being told."""
+"""Kernels are compiled once on a machine, and and a warning says that it takes time."""
 
 import os
 import subprocess

@@ -44,7 +44,7 @@ WRONG: list[tuple[str, set[Any], tuple[Any, ...]]] = [
     ("harmonics", ALL, (*NO_COUNT, "auto", 0, -1, 10**12)),
     ("samples", ALL, (*NO_COUNT, 3, -1, 10**10)),
     ("progress", ALL, (3, TEXT)),
-    ("finished", CASES, (3, TEXT)),
+    ("checkpoint", CASES, (3, TEXT)),
     ("workers", CASES, (0, -1, TEXT, 1.5, True, NONE)),
     ("seed", DRAWN, (TEXT, NONE, -1, 0.5, 2**63, 10**23, True, LIST)),
     ("rule", DRAWN, (TEXT, LIST, NONE, 3, ["slider_offset"])),

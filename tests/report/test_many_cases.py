@@ -14,10 +14,10 @@ from stickslip.plots import FIGURES, MORE, plot
 from stickslip.plots.forced_response import figures_of
 from stickslip.plots.look import MOST_ENTRIES, PAGE
 from stickslip.plots.stress import stress_curves
-from stickslip.report.chart_data import MOST_TOLD, chart_data
+from stickslip.report.chart_data import MOST_SHOWN, chart_data
 from stickslip.report.page import page
 from stickslip.report.responses import sentences
-from stickslip.results_told import spread, told
+from stickslip.results_representative import representatives, spread
 
 MANY = 40
 BESIDE_CASES = 5  # further entries of a legend: linear curves, failures, "others"
@@ -95,7 +95,7 @@ OF_MANY = {
 }
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse", "LawChoice"),
-    *("Design", "WhatMatters", "MistunedDisks"),
+    *("DamperDesign", "SensitivityIndices", "MistunedPopulation"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}
@@ -146,16 +146,16 @@ def test_stress_at_forty_places():
     assert "4 of 40 places, the most stressed" in figure.get_suptitle().lower()
 
 
-def test_a_cloud_is_told_by_its_lowest_median_and_highest():
+def test_a_cloud_is_represented_by_its_lowest_median_and_highest():
     data = cloud()
-    chosen = told(data, 6)
+    chosen = representatives(data, 6)
     sizes = data["peak_amplitude"].values[:, 0, 0]
     order = np.argsort(sizes[:20])
     assert chosen.cases[:3] == [order[0], order[10], order[19]]
     assert 39 not in chosen.cases
     assert chosen.words == "of 20 start states those with the lowest, median and highest response"
-    assert told(data, 40).words == ""
-    assert told(levels(), 8).words == "8 of 40 force levels"
+    assert representatives(data, 40).words == ""
+    assert representatives(levels(), 8).words == "8 of 40 force levels"
 
 
 def test_places_are_spread():
@@ -176,9 +176,9 @@ def test_the_summary_is_a_few_lines():
 @pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
 def test_the_report_shows_a_few_of_many(data):
     shown = chart_data({"many": data})["results"][0]
-    assert len(shown["told"]) <= MOST_TOLD
+    assert len(shown["representatives"]) <= MOST_SHOWN
     assert 2 <= sum(case["entry"] for case in shown["cases"]) <= MOST_ENTRIES
     overview = page({"many": data}).split('id="peaks-section"')[0]
-    assert len(re.findall("<li>", overview)) <= MOST_TOLD
+    assert len(re.findall("<li>", overview)) <= MOST_SHOWN
     assert "Shown: " in overview
     json.dumps(shown)

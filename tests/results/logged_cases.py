@@ -31,7 +31,7 @@ class LoggedCases:
     def prepare(self):
         pass
 
-    def solve(self, case, tell):
+    def solve(self, case, report):
         self._write("began", case)
         time.sleep(self.seconds)
         self._write("ended", case)
@@ -61,17 +61,17 @@ class SlowToPrepare(LoggedCases):
 class Deadly(LoggedCases):
     """Case 1 ends the process that computes it."""
 
-    def solve(self, case, tell):
+    def solve(self, case, report):
         if case == 1:
             os._exit(1)
-        return super().solve(case, tell)
+        return super().solve(case, report)
 
 
 @dataclass(frozen=True)
 class KilledWhileItAnswers(LoggedCases):
     """The first process that computes case 0 is killed so many seconds after it began to send its result of 16 MB."""
 
-    def solve(self, case, tell):
+    def solve(self, case, report):
         first = not any(pair[0] == 0 for pair in self.lines("began"))
         self._write("began", case)
         if case == 0 and first:
@@ -83,7 +83,7 @@ class KilledWhileItAnswers(LoggedCases):
 class Broken(LoggedCases):
     """Case 1 is refused."""
 
-    def solve(self, case, tell):
+    def solve(self, case, report):
         if case == 1:
             raise Faults(["a", "b"])
-        return super().solve(case, tell)
+        return super().solve(case, report)

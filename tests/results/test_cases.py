@@ -8,8 +8,8 @@ from results.logged_cases import Broken, KilledWhileItAnswers
 
 import stickslip as ss
 from stickslip.analyses.cases import all_cases
+from stickslip.checkpoint import ABOUT, CheckpointFolder
 from stickslip.checks import Faults
-from stickslip.finished import ABOUT, FinishedFolder
 
 LEVELS = [0.5, 1.0, 2.0]
 BAND = ss.radians_per_second(0.5, 2.0)
@@ -25,13 +25,13 @@ def whole():
 
 
 def test_workers_change_nothing(whole):
-    told = []
+    shares = []
     side_by_side = ss.forced_response(
-        ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, workers=2, progress=lambda fraction, text: told.append(fraction)
+        ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, workers=2, progress=lambda fraction, text: shares.append(fraction)
     )
     assert bits(side_by_side) == bits(whole)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
 
 
 @pytest.mark.parametrize("done", [0, 1])
@@ -76,31 +76,31 @@ def test_wrong_workers_are_refused(workers):
 
 
 def test_progress_goes_on_while_a_curve_runs():
-    told = []
-    ss.forced_response(ss.rigs.single_mass(), BAND, 1.0, progress=lambda fraction, text: told.append(fraction))
-    assert len(set(told)) > 10
-    assert told == sorted(told)
+    shares = []
+    ss.forced_response(ss.rigs.single_mass(), BAND, 1.0, progress=lambda fraction, text: shares.append(fraction))
+    assert len(set(shares)) > 10
+    assert shares == sorted(shares)
 
 
 def test_what_is_kept_is_given_back_bit_by_bit(whole, tmp_path):
-    kept = FinishedFolder(tmp_path / "kept")
-    ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS[:2], harmonics=3, finished=kept)
+    kept = CheckpointFolder(tmp_path / "kept")
+    ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS[:2], harmonics=3, checkpoint=kept)
     assert len(kept) == 2
-    again = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, finished=FinishedFolder(tmp_path / "kept"))
+    again = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, checkpoint=CheckpointFolder(tmp_path / "kept"))
     assert bits(again) == bits(whole)
     assert len(kept) == 3
 
 
 def test_a_case_of_another_problem_is_not_given_back(whole, tmp_path):
-    kept = FinishedFolder(tmp_path)
-    ss.forced_response(ss.rigs.single_mass(mass=1.1), BAND, LEVELS, harmonics=3, finished=kept)
-    again = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, finished=kept)
+    kept = CheckpointFolder(tmp_path)
+    ss.forced_response(ss.rigs.single_mass(mass=1.1), BAND, LEVELS, harmonics=3, checkpoint=kept)
+    again = ss.forced_response(ss.rigs.single_mass(), BAND, LEVELS, harmonics=3, checkpoint=kept)
     assert bits(again) == bits(whole)
     assert len(kept) == 6
 
 
 def test_a_damaged_file_is_computed_again(tmp_path):
-    kept = FinishedFolder(tmp_path)
+    kept = CheckpointFolder(tmp_path)
     kept.save("a case", {"x": np.arange(1000.0)})
     (file,) = tmp_path.glob("*.npz")
     content = file.read_bytes()
@@ -114,11 +114,11 @@ def test_a_damaged_file_is_computed_again(tmp_path):
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):
-    FinishedFolder(tmp_path, {"study": "a", "version": "1"}).save("x", {"x": np.zeros(1)})
+    CheckpointFolder(tmp_path, {"study": "a", "version": "1"}).save("x", {"x": np.zeros(1)})
     with pytest.raises(ss.InputError, match="but the study and the version changed since"):
-        FinishedFolder(tmp_path, {"study": "b", "version": "2"})
+        CheckpointFolder(tmp_path, {"study": "b", "version": "2"})
     (tmp_path / ABOUT).write_text("{half")
-    FinishedFolder(tmp_path, {"study": "b"})
-    FinishedFolder.remove(tmp_path / "none")
-    FinishedFolder.remove(tmp_path)
+    CheckpointFolder(tmp_path, {"study": "b"})
+    CheckpointFolder.remove(tmp_path / "none")
+    CheckpointFolder.remove(tmp_path)
     assert not tmp_path.exists()

@@ -46,7 +46,7 @@ at = [152.2, 152.4]
 force_levels = [0.4]
 harmonics = 1
 samples = 24
-[mistuning]
+[mistuned_population]
 count = 3
 blade_scatter = 0.003
 """
@@ -173,7 +173,7 @@ def kept(folder):
     return len(list((folder / "out" / "unfinished").glob("[!.]*.npz")))
 
 
-def told(process):
+def error_of(process):
     """What a process that is about to end says on its error stream."""
     try:
         return process.communicate(timeout=60.0)[1]
@@ -189,19 +189,19 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
         own.add_workers(1)
         process = a_run(tmp_path, own.address)
         own.processes[0].kill()
-        errors = told(process)
+        errors = error_of(process)
     finally:
         own.end()
     before = kept(tmp_path)
     assert process.returncode == console.FAILED, errors
     assert f"the scheduler at {own.address} has gone" in errors
-    assert f"{before} finished curves are kept" in errors
+    assert f"{before} completed curves are kept" in errors
     assert "Traceback" not in errors
     process = a_run(tmp_path, cluster.address)
     os.killpg(process.pid, signal.SIGINT)
-    errors = told(process)
+    errors = error_of(process)
     assert process.returncode == console.INTERRUPTED, errors
-    assert "--resume goes on from there" in errors
+    assert "with --resume to continue" in errors
     assert "Traceback" not in errors
     assert 2 <= before < kept(tmp_path) < 400
 

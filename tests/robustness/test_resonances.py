@@ -9,8 +9,8 @@ from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, line
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.solve import continuation
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.densify import _hills
 from stickslip.solve.peak import PeakSearch
+from stickslip.solve.refine import _hills
 
 CASES = [*(("chain", seed) for seed in range(6)), *(("beam", seed) for seed in range(2))]
 

@@ -57,10 +57,10 @@ def test_a_row_without_a_diagonal_entry(chosen):
 
 
 def test_progress_names_the_solver(chosen, free):
-    told = []
+    messages = []
     kept = {f"{row}.q": row for row in (*free.numbers[0], *free.numbers[3], *free.numbers[-1])}
-    held = craig_bampton(free.M, free.K, kept, 5, lambda share, text: told.append(text))
-    assert any(text.endswith(f"rows by {chosen}") for text in told)
+    held = craig_bampton(free.M, free.K, kept, 5, lambda share, text: messages.append(text))
+    assert any(text.endswith(f"rows by {chosen}") for text in messages)
     np.testing.assert_allclose(held.frequencies, fixed_frequencies(free, list(kept.values()))[:5], rtol=1e-8)
 
 

@@ -18,7 +18,7 @@ from stickslip.solve.platform_relaxation import elements_of, relaxed_cycle
 from stickslip.study import read, templates
 from stickslip.study.damper_cycle import DamperTable
 
-KINDS = ("damper-cycle", "steady-cycles", "damper-evolution")
+KINDS = ("damper_cycle", "steady_cycles", "damper_evolution")
 TEMPLATES = [(Path(templates.__file__).parent / f"{kind}.toml").read_text() for kind in KINDS]
 TEMPLATE, STARTS_TEMPLATE, EVOLUTION_TEMPLATE = TEMPLATES
 

@@ -140,7 +140,7 @@ def assert_resumes_to_the_same(folder, whole, workers):
         arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True
     )
     assert resumed.returncode == 0, resumed.stderr
-    assert f"Going on from {len(before)} finished curves" in resumed.stdout or not before
+    assert f"Resuming from {len(before)} completed curves" in resumed.stdout or not before
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
     assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
     return len(before)
@@ -188,7 +188,7 @@ def test_killed_again_and_again(long):
 
 @pytest.mark.parametrize("limit", [10_000, 100_000, 1_000_000])
 def test_a_full_disk(folder, reference, limit):
-    """Room for no curve; for curves, but not for results.nc; for results.nc, but not for the report."""
+    """Workspace for no curve; for curves, but not for results.nc; for results.nc, but not for the report."""
 
     def little_room():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
@@ -197,8 +197,8 @@ def test_a_full_disk(folder, reference, limit):
         arguments(folder, "--workers", "1"), capture_output=True, text=True, check=False, preexec_fn=little_room
     )
     assert process.returncode == console.WRONG_INPUT, process.stderr
-    assert f"Error: the system refused a file ({folder / 'out'}" in process.stderr
-    assert ("with --resume goes on from there" in process.stderr) == (limit > 10_000)
+    assert f"Error: a file cannot be accessed ({folder / 'out'}" in process.stderr
+    assert ("with --resume to continue" in process.stderr) == (limit > 10_000)
     assert "Traceback" not in process.stderr
     assert (len(kept(folder)) == len(LEVELS)) == (limit > 10_000)
     assert (folder / "out" / "results.nc").exists() == (limit > 100_000)
@@ -206,7 +206,7 @@ def test_a_full_disk(folder, reference, limit):
     assert list((folder / "out").rglob(".*")) == []
     before = kept(folder)
     again = subprocess.run(arguments(folder, "--resume", "--workers", "1"), capture_output=True, text=True, check=True)
-    assert f"Going on from {len(before)} finished curves" in again.stdout or not before
+    assert f"Resuming from {len(before)} completed curves" in again.stdout or not before
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 
@@ -221,7 +221,7 @@ def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(long):
     _, errors = process.communicate(timeout=120)
     assert process.returncode == console.INTERRUPTED, errors
     assert "Traceback" not in errors
-    assert "--resume goes on from there" in errors
+    assert "with --resume to continue" in errors
     nothing_left_running(process.pid)
     assert len(kept(long)) >= 3
 

@@ -44,7 +44,7 @@ samples = 64
 quantity = "mobility"
 measure = "rms"
 
-[bounds]
+[response_bounds]
 objective = "peak"
 cloud = 3
 starts = 1
@@ -104,7 +104,7 @@ def test_an_unknown_quantity_is_refused(tmp_path):
 
 @pytest.mark.usefixtures("unsaved_figures")
 def test_samples_and_bounds_take_the_quantity_of_the_sweep(tmp_path):
-    samples, output = run(tmp_path, "response_samples", "velocity", "rms", more="[samples]\ncount = 3\n")
+    samples, output = run(tmp_path, "response_samples", "velocity", "rms", more="[response_samples]\ncount = 3\n")
     assert samples.peak_amplitude.attrs["units"] == "m/s"
     assert "root mean square of the velocity" in output
     (tmp_path / "b").mkdir()

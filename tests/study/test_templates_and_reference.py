@@ -19,7 +19,7 @@ TEMPLATES = Path(templates.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("forced_response", "damper-cycle")])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("forced_response", "damper_cycle")])
 def test_templates_are_sound(tmp_path, kind):
     written = write_new(kind, tmp_path / "study.toml")
     assert all(path.is_file() for path in written)
@@ -111,9 +111,13 @@ def test_every_whole_number_has_an_upper_bound():
 @pytest.mark.parametrize(
     ("kind", "change", "said"),
     [
-        ("performance", ("points = 30", "points = 10000000000000"), "points must be at most 100000, but is 10000000000000"),
-        ("what-matters", ("draws = 64", "draws = 1125899906842624"), "draws must be at most 1048576, but is 1125899906842624"),
-        ("bounds", ("seed = 0", f"seed = {10**23}"), f"seed must be at most {2**63 - 1}, but is {10**23}"),
+        ("performance_curve", ("points = 30", "points = 10000000000000"), "points must be at most 100000, but is 10000000000000"),
+        (
+            "sensitivity_indices",
+            ("draws = 64", "draws = 1125899906842624"),
+            "must be at most 1048576, but is 1125899906842624",
+        ),
+        ("response_bounds", ("seed = 0", f"seed = {10**23}"), f"seed must be at most {2**63 - 1}, but is {10**23}"),
     ],
 )
 def test_huge_counts_are_refused_at_reading(tmp_path, kind, change, said):

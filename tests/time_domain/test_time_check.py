@@ -92,8 +92,8 @@ def test_histories_harmonics_and_energies_belong_together(response):
     for name, history in (("response", dataset.displacement[0]), ("contact_force", dataset.force_history[0, 0])):
         parts = dataset[name].to_numpy().reshape(-1, 22, 2)[0]
         rebuilt = np.real((parts[:, 0] + 1j * parts[:, 1]) @ np.exp(2j * np.pi * turns))
-        left_out = float(np.sqrt(np.mean((rebuilt - history.to_numpy()) ** 2)))
-        assert left_out < {"response": 1e-4, "contact_force": 1e-2}[name] * float(np.abs(history).max())
+        truncation_error = float(np.sqrt(np.mean((rebuilt - history.to_numpy()) ** 2)))
+        assert truncation_error < {"response": 1e-4, "contact_force": 1e-2}[name] * float(np.abs(history).max())
     force, motion = dataset.force_history[0, 0].to_numpy(), dataset.motion_history[0, 0].to_numpy()
     loop = float(np.sum(0.5 * (force + np.roll(force, -1)) * (np.roll(motion, -1) - motion)))
     assert loop == pytest.approx(float(dataset.dissipated[0]), rel=1e-4)
@@ -122,7 +122,7 @@ def test_what_is_hardly_damped_agrees_as_far_as_it_has_settled():
     assert response.verify_in_time(0, 1, periods=60, steps_per_period=1000, tolerance=suggested).periodic
 
 
-def test_the_error_of_the_steps_is_told(response):
+def test_the_error_of_the_steps_is_reported(response):
     """Second order: what N steps leave is a third of what half of them change; 16 N are taken for exact."""
     check = response.verify_in_time(1, 1, steps_per_period=500)
     exact = response.verify_in_time(1, 1, steps_per_period=8000).time.dataset.response

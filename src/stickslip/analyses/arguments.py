@@ -1,4 +1,4 @@
-"""The arguments that several analyses have in common, checked at the front door."""
+"""Checks of arguments that several analyses share."""
 
 from __future__ import annotations
 

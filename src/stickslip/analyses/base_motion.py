@@ -1,4 +1,4 @@
-"""From motions relative to a moving base to absolute ones: X + r X_b, X_b = −A/(hω)² from the acceleration A of the base."""
+"""Conversion of motions relative to a moving base into absolute ones: X + r X_b, X_b = −A/(hω)² for a base acceleration A."""
 
 from __future__ import annotations
 

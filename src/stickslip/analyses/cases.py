@@ -1,4 +1,4 @@
-"""Many independent cases, each kept as it finishes: the one loop of the analyses.
+"""The common loop of all analyses over independent cases; completed cases go into the checkpoint.
 
 An `Executor` computes them: this process or several of this machine (`processes.py`), or a cluster (`dask_cluster.py`).
 """
@@ -9,35 +9,35 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip.analyses.processes import Processes
-from stickslip.analyses.work import Arrays, Executor, Finished, Progress, Tell, Work, Workers, told
+from stickslip.analyses.work import Arrays, Checkpoint, Executor, Progress, Report, Work, Workers, checked_progress
 from stickslip.checks import fault
 
 
 def all_cases(
     work: Work,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> list[Arrays]:
-    """The results of all cases in order: those kept by `finished`, and the others computed."""
+    """The results of all cases in order: those kept by `checkpoint`, and the others computed."""
     executor = workers if isinstance(workers, Executor) else Processes(workers)
-    if finished is not None and not isinstance(finished, Finished):
-        raise fault("finished", "must be a FinishedFolder, or have its load and save", finished)
-    told(progress)
-    results = {} if finished is None else _kept(work, finished)
+    if checkpoint is not None and not isinstance(checkpoint, Checkpoint):
+        raise fault("checkpoint", "must be a CheckpointFolder, or have its load and save", checkpoint)
+    checked_progress(progress)
+    results = {} if checkpoint is None else _kept(work, checkpoint)
     missing = [case for case in range(len(work.names)) if case not in results]
 
     def keep(case: int, arrays: Arrays) -> None:
-        if finished is not None:
-            finished.save(work.names[case], arrays)
+        if checkpoint is not None:
+            checkpoint.save(work.names[case], arrays)
         results[case] = arrays
 
     executor.compute(work, missing, keep, progress)
     return [results[case] for case in range(len(work.names))]
 
 
-def _kept(work: Work, finished: Finished) -> dict[int, Arrays]:
-    found = {case: finished.load(name) for case, name in enumerate(work.names)}
+def _kept(work: Work, checkpoint: Checkpoint) -> dict[int, Arrays]:
+    found = {case: checkpoint.load(name) for case, name in enumerate(work.names)}
     return {case: arrays for case, arrays in found.items() if arrays is not None}
 
 
@@ -64,9 +64,9 @@ class Together:
         """As the first work does."""
         next(iter(self.works.values())).prepare()
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         label, own = self.places[case]
-        return self.works[label].solve(own, tell)
+        return self.works[label].solve(own, report)
 
     def parted(self, results: Sequence[Arrays]) -> dict[str, list[Arrays]]:
         """The results of each work."""

@@ -1,4 +1,4 @@
-"""Where the rows of a problem's contacts stand in labelled arrays: by contact and by direction t1, t2, n."""
+"""Mapping from the contact rows of a problem to labelled arrays, by contact and direction t1, t2, n."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stiffness of a line contact against its load, by every formula; the source of `kn` where nothing was measured."""
+"""Stiffness of a line contact against load, by several formulas; a source of `kn` without measurements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cases on a Dask cluster (optional: pip install "stickslip[dask]"): an executor as the processes of one machine are.
+"""Executor for cases on a Dask cluster (optional: pip install "stickslip[dask]").
 
 The scheduler keeps how to make the work and each case, so a worker that is lost costs what it was computing: others do that
 again. Results are fetched as they come; what is fetched is kept here and needs no worker any more.
@@ -71,15 +71,15 @@ class DaskCluster:
             futures = {client.submit(_solve, made, case, stickslip.__version__, pure=False): case for case in cases}
             done = 0
 
-            def tell() -> None:
+            def report() -> None:
                 progress(done / len(cases), f"{done} of {len(cases)} done, {_count(client)} workers of {self.address}")
 
-            for future, arrays in self._as_they_come(client, {future: work.words[futures[future]] for future in futures}, tell):
+            for future, arrays in self._as_they_come(client, {future: work.words[futures[future]] for future in futures}, report):
                 keep(futures[future], arrays)
                 done += 1
-                tell()
+                report()
 
-    def _as_they_come(self, client: Any, words: Mapping[Any, str], tell: Callable[[], None]) -> Iterator[tuple[Any, Arrays]]:
+    def _as_they_come(self, client: Any, words: Mapping[Any, str], report: Callable[[], None]) -> Iterator[tuple[Any, Arrays]]:
         """Futures with their results, as they are done. With no worker left, waits for one.
 
         A result whose worker has gone with it is computed again; nothing else waits for that.
@@ -90,7 +90,7 @@ class DaskCluster:
             if client.status != "running":
                 raise self._gone()
             if not ready:
-                tell()
+                report()
                 sleep(POLL)
             for future in ready:
                 try:
@@ -201,4 +201,4 @@ def _same_version(version: str) -> None:
 
 
 def _untold(fraction: float) -> None:
-    """Workers tell what they have finished, not how far they are."""
+    """Workers report completed cases, not the progress within one."""

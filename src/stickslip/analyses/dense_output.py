@@ -1,4 +1,4 @@
-"""A forced response at frequencies of the user's choice: between its solved points interpolated and checked, or solved."""
+"""Forced response at user-chosen frequencies: interpolated between solved points and checked, or solved."""
 
 from __future__ import annotations
 

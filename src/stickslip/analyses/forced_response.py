@@ -25,7 +25,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
-from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
@@ -34,12 +34,13 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_
 from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
+from stickslip.renamed import renamed_arguments
 from stickslip.results import save
 from stickslip.results_view import measure_in, nearest_point
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.densify import densified
 from stickslip.solve.peak import TOLERANCE
+from stickslip.solve.refine import refined
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band, followed
 
@@ -130,7 +131,7 @@ class ForcedResponse:
 
         At a peak (`peak_point`) it is not the slope of the peak's height: sampled friction puts peaks on kinks, and by a
         parameter that shifts the resonance a point beside the top has another slope, even another sign. Slopes of peaks:
-        `what_matters`.
+        `sensitivity_indices`.
         """
         return point_sensitivity(self.dataset, self.problem, case, point, parameters)
 
@@ -162,6 +163,7 @@ class ForcedResponse:
         return save(self.dataset, path)
 
 
+@renamed_arguments(finished="checkpoint")
 def forced_response(
     problem: Problem,
     band: Band | Sequence[float],
@@ -174,7 +176,7 @@ def forced_response(
     quantity: str = "displacement",
     measure: str = "amplitude",
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ForcedResponse:
     """Steady response X_h(ω) of M q̈ + C q̇ + K q + Bᵀ f(B q) = p over a band, by harmonic balance.
@@ -189,16 +191,16 @@ def forced_response(
     quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
     the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
-    its work under `if __name__ == "__main__":`), or a `DaskCluster`. finished: keeps the curve of each force level as soon as it
-    is there, and gives it back to an interrupted run (`stickslip.FinishedFolder`). progress(fraction, text) is called as the work
-    goes on.
+    its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
+    force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as
+    the work goes on.
 
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing")
     peaks_of = measure_of(quantity, measure)
     work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of)
-    curves = all_cases(work, finished, workers, progress)
+    curves = all_cases(work, checkpoint, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
 
@@ -268,14 +270,14 @@ class ForcedResponseWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one force level."""
         started = time.process_time()
         omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
         level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure
-        curve = solve_curve(self.balance, omegas, level, self.exactly, tell, peak_tolerance=tolerance, measure=measure)
+        curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         if not self.exactly:
-            curve = densified(self.balance, curve)
+            curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
         errors = truncation_errors(self.balance, curve)
@@ -294,7 +296,7 @@ class ForcedResponseWork:
         attrs["harmonics_chosen"] = self.choice
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)
-        ends = (low, high) if low < high else _around(low)
+        ends = (low, high) if low < high else _narrow_band(low)
         with threadpool_limits(1, user_api="blas"):
             dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure), self.problem)
         errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
@@ -323,5 +325,5 @@ def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:
     return levels
 
 
-def _around(frequency: float) -> tuple[float, float]:
+def _narrow_band(frequency: float) -> tuple[float, float]:
     return 0.9 * frequency, 1.1 * frequency

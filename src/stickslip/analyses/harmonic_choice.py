@@ -1,4 +1,4 @@
-"""How many harmonics and samples are enough: raised at the peaks until what is left out no longer matters, with the reason."""
+"""Automatic choice of harmonics and samples: both are raised until the truncation error at the peaks is small."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stickslip.checks import InputError, between, fault, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.solve.curve import solve_curve
-from stickslip.solve.left_out import LeftOut, enough_beyond, left_out, resolved
+from stickslip.solve.truncation import Truncation, enough_beyond, resolved, truncation_at
 
 FIRST, MOST = 3, 63
 SAMPLES_PER_HARMONIC = 8
@@ -20,17 +20,17 @@ MOVES = 1e-6
 """Amplitude of an output, relative to the largest, below which its peaks choose nothing."""
 
 NEAR = 0.1
-"""Relative distance within which a harmonic is said to be near a mode."""
+"""Relative distance within which a harmonic counts as near a mode."""
 MOST_SAMPLES = 8192
 
 
 @dataclass(frozen=True)
 class HarmonicChoice:
-    """H and Nt that suffice; left_out: the estimate that remains at the worst peak; what asked for H, and for more samples."""
+    """H and Nt that suffice; truncation_error: the estimate that remains; what required H, and more samples."""
 
     harmonics: int
     samples: int
-    left_out: float
+    truncation_error: float
     harmonic: str
     sampling: str = ""
 
@@ -65,7 +65,7 @@ def sufficient_harmonics(
             "A curve with few harmonics must exist to choose their number from, but none was found in the band. "
             "Give `harmonics` as a number."
         )
-    choice = max(choices, key=lambda choice: (choice.harmonics, choice.left_out))
+    choice = max(choices, key=lambda choice: (choice.harmonics, choice.truncation_error))
     finest = max(choices, key=lambda choice: (choice.samples, choice.sampling != ""))
     return replace(choice, samples=finest.samples, sampling=finest.sampling)
 
@@ -108,7 +108,7 @@ def _raised(
         H = balance.highest
         beyond = enough_beyond(H)
         finer = HarmonicBalance(problem, beyond, max(samples, SAMPLES_PER_HARMONIC * beyond))
-        estimate = left_out(balance, finer, evaluation)
+        estimate = truncation_at(balance, finer, evaluation)
         Nt = max(samples, SAMPLES_PER_HARMONIC * H)
         if estimate.total <= tolerance:
             return HarmonicChoice(H, Nt, estimate.total, f"{H} harmonics: {reason}"), evaluation
@@ -154,10 +154,10 @@ def _sampled(problem: Problem, choice: HarmonicChoice, evaluation: Evaluation, t
     return replace(choice, sampling=most) if error else choice
 
 
-def _reason(problem: Problem, estimate: LeftOut, evaluation: Evaluation, tolerance: float) -> str:
+def _reason(problem: Problem, estimate: Truncation, evaluation: Evaluation, tolerance: float) -> str:
     """The highest harmonic that alone would miss the tolerance, or the one that misses most, and what it would have done."""
     alone = np.flatnonzero(estimate.share > tolerance)
-    harmonic = int(alone[-1]) + 1 if alone.size else estimate.worst
+    harmonic = int(alone[-1]) + 1 if alone.size else estimate.largest
     unit = evaluation.point.omega / (2.0 * np.pi)
     modes = problem.frequencies(stuck=True)
     nearest = float(modes[np.argmin(np.abs(modes - harmonic * unit))])

@@ -1,4 +1,4 @@
-"""Peaks of another quantity than the one that a forced response was computed for: searched and solved between its points."""
+"""Peaks of a quantity other than the computed one, searched and solved between the points of a forced response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Independent cases by processes of this machine.
+"""Execution of independent cases in parallel processes of this machine.
 
 Each process has a pipe of its own. Python's `ProcessPoolExecutor` shares one among all: a process killed while it writes a result
 leaves half a message there, and the pool waits for the other half for ever.
@@ -32,7 +32,7 @@ POLL = 0.1
 
 @dataclass(frozen=True)
 class Processes:
-    """Cases side by side in processes of this machine; one alone is this process."""
+    """Cases in parallel processes of this machine; with one worker, runs in-process."""
 
     workers: int = 1
 
@@ -50,12 +50,12 @@ def _here(work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> N
     """One case after the other in this process."""
     for number, case in enumerate(cases):
 
-        def tell(fraction: float, number: int = number, words: str = work.words[case]) -> None:
+        def report(fraction: float, number: int = number, words: str = work.words[case]) -> None:
             progress((number + _fraction(fraction)) / len(cases), words)
 
-        tell(0.0)
+        report(0.0)
         with threadpool_limits(1, user_api="blas"):
-            arrays = work.solve(case, tell)
+            arrays = work.solve(case, report)
         keep(case, arrays)
 
 
@@ -172,13 +172,13 @@ def _receive(pipe: connection.Connection, cases: queue.Queue[int]) -> None:
 def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception:
     """The result of a case, or the error it ended with and where."""
 
-    def tell(fraction: float) -> None:
+    def report(fraction: float) -> None:
         fractions[case] = _fraction(fraction)
 
     try:
-        arrays = work.solve(case, tell)
+        arrays = work.solve(case, report)
     except Exception as error:
         error.add_note("In a process of its own:\n" + "".join(traceback.format_exception(error)))
         return error
-    tell(1.0)
+    report(1.0)
     return arrays

@@ -1,4 +1,4 @@
-"""From solved curves to the labelled dataset of a forced response: arrays of each curve, then all of them padded and stacked.
+"""Labelled dataset of a forced response: arrays of each curve, padded and stacked.
 
 The arrays of one curve are what processes send back and what is kept on disk while a run goes on.
 """

@@ -1,4 +1,4 @@
-"""Derivatives of the response at a point with respect to any parameter of a problem: stiffness, friction, mass, geometry."""
+"""Derivatives of the response with respect to any parameter of a problem: stiffness, friction, mass, geometry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Solved points of a forced response as the solver had them, from what its dataset keeps."""
+"""Solver states of a forced response, restored from its dataset."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ REMEDY = (
 class SolvedPoints:
     """The converged points of a dataset; `balance`: the one that solved them.
 
-    Whether `problem` is theirs, the points themselves tell: they solve its balance, by the motion that is kept.
+    Whether they belong to `problem` is checked with the points themselves: the stored motion must solve its balance.
     """
 
     def __init__(self, dataset: xr.Dataset, problem: Problem) -> None:

@@ -1,4 +1,4 @@
-"""Stress at the places of a `StressRecovery`: over the period of one point of a forced response, and along its curves."""
+"""Stress at the places of a `StressRecovery`: over one period at a solved point, and along response curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The referee: a solved point of a forced response integrated in time from its own state, and how far the two are apart."""
+"""Verification of a solved point by time integration from its own state, with the difference of the two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the harmonics that a curve leaves out would change at its highest peaks: an estimate for every result, and its warning."""
+"""Truncation error at the highest peaks of a curve: an estimate for every result, and its warning."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.curve import Curve
 from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.left_out import enough_beyond, truncation_error
+from stickslip.solve.truncation import enough_beyond, truncation_error
 
 ALLOWED = 0.004
 """The estimate above which a curve comes with a warning: the change by many more harmonics was up to 2.3

@@ -1,4 +1,4 @@
-"""What an analysis of many independent cases states (`Work`), and who computes and keeps them.
+"""Interfaces of analyses with independent cases: the work, its executor and its checkpoint.
 
 What a case gives are plain arrays, which travel between machines and to disk.
 """
@@ -14,7 +14,7 @@ from stickslip.checks import fault
 
 Arrays = Mapping[str, NDArray[Any]]
 Progress = Callable[[float, str], None]
-Tell = Callable[[float], None]
+Report = Callable[[float], None]
 """Called with the fraction of a case that is done."""
 Keep = Callable[[int, Arrays], None]
 """Called with a case and its result as soon as it is solved."""
@@ -34,13 +34,13 @@ class Work(Protocol):
     def prepare(self) -> None:
         """Compile what the processes then load, once."""
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The result of a case."""
 
 
 @runtime_checkable
-class Finished(Protocol):
-    """Keeps results of finished cases, so that an interrupted analysis goes on where it stopped."""
+class Checkpoint(Protocol):
+    """Keeps the results of completed cases, so that an interrupted analysis can resume."""
 
     def load(self, name: str) -> Arrays | None:
         """The kept result, or None."""
@@ -57,8 +57,8 @@ class Executor(Protocol):
         """Solve the cases in any order; each is handed to `keep`, in this process, as soon as it is solved."""
 
 
-def told(progress: Progress) -> Progress:
-    """`progress`, refused unless it can be told."""
+def checked_progress(progress: Progress) -> Progress:
+    """`progress`, refused unless it can be called."""
     if not callable(progress):
         raise fault("progress", "must be a function of the share done and a text", progress)
     return progress

@@ -1,4 +1,4 @@
-"""The application: its options, and how a command ends on a fault. Everything heavy loads inside the commands: help is quick."""
+"""The command-line application: global options and exit codes. Heavy imports stay inside the commands, so help is fast."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import stickslip
-from stickslip.console import say, tell_fault
+from stickslip.console import report_fault, say
 
 if TYPE_CHECKING:
     pass
@@ -41,7 +41,7 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
         except (Exception, KeyboardInterrupt) as error:
             if isinstance(error, typer.Exit) or ctx.obj:
                 raise
-            raise typer.Exit(tell_fault(error)) from None
+            raise typer.Exit(report_fault(error)) from None
 
     return with_messages
 

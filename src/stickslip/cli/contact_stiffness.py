@@ -1,4 +1,4 @@
-"""The command on the stiffness of a contact from geometry: contact-stiffness."""
+"""The command `contact-stiffness`: contact stiffness from geometry."""
 
 from __future__ import annotations
 

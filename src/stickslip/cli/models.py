@@ -1,4 +1,4 @@
-"""The command on finite-element models: info."""
+"""The command `info`: description of a finite-element model."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def info(
     from stickslip.models.describe import describe
     from stickslip.models.read import read_model
 
-    with progress("Model") as tell, warnings.catch_warnings():
+    with progress("Model") as report, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the description says the same
-        tell(0.0, "reading")
+        report(0.0, "reading")
         found = read_model(model, units=units, names=names)
-        tell(0.3, f"modes of {found.size} rows")
+        report(0.3, f"modes of {found.size} rows")
         description = describe(found, modes)
     say(str(description))

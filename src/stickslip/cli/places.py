@@ -1,4 +1,4 @@
-"""Where results lie, and whether they may be written there."""
+"""Output folders, and checks before anything in them is overwritten."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def writable_folder(folder: Path) -> Path:
 
 
 def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: bool) -> Path:
-    """The folder for results of these names; refused when it holds such results already, unless told what to do with them."""
+    """The folder for results of these names; refused if it already holds some and neither `resume` nor `overwrite` is given."""
     if resume and overwrite:
         raise fault("--resume and --overwrite", "must not be given together", "both", "Leave one out.")
     written = [folder / name / "results.nc" for name in names] + [folder / "report.html"]

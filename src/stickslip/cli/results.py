@@ -1,4 +1,4 @@
-"""Commands on results: report and export."""
+"""Commands on results: `report` and `export`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands on studies: demo, new, check, run and identify. Finished curves are kept until everything is written."""
+"""Commands on studies: `demo`, `new`, `check`, `run` and `identify`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stickslip.analyses.dask_cluster import DaskCluster
-    from stickslip.finished import FinishedFolder
+    from stickslip.checkpoint import CheckpointFolder
     from stickslip.study import Job
     from stickslip.study.run import Run
 
@@ -28,7 +28,7 @@ DEMO_MASSES = (2.6, 4.6, 6.6)
 FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
 
 
-Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run of the same study stopped.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Resume an interrupted run of the same study.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results that DIR holds.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Curves computed side by side; the number of cores unless given.")]
 Scheduler = Annotated[
@@ -78,26 +78,30 @@ def new(
         str,
         typer.Argument(
             help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
-            "disk), mistuning (many of them), bounds or samples (start states), performance, band or what-matters (damper "
-            "performance curves, their spread and its causes), design (of a damper), damper-cycle, steady-cycles or "
-            "damper-evolution (a damper alone), identification (of contact parameters)."
+            "disk), mistuned_population (many of them), response_bounds or response_samples (start states), performance_curve, "
+            "performance_band or sensitivity_indices (damper performance, its spread and the causes of that), damper_design, "
+            "damper_cycle, steady_cycles or damper_evolution (a damper alone), identification (of contact parameters)."
         ),
     ],
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
 ) -> None:
     """Write a commented study file to begin with."""
+    from stickslip.study.renamed import TEMPLATES
     from stickslip.study.templates import write_new
 
+    if kind in TEMPLATES:
+        warn(f"`{kind}` is now called `{TEMPLATES[kind]}`; the old name will stop working.")
+        kind = TEMPLATES[kind]
     written = write_new(kind, file or Path(f"{kind}.toml"), force)
     say(f"Wrote {' and '.join(map(str, written))}. Next: stickslip run {written[0]} --out results/{written[0].stem}")
 
 
 @guarded
 def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
-    """Check a study without running it; names all its faults at once."""
+    """Check a study without running it, and list all its faults."""
     job = read_job(study)
-    say(f"{study} is sound: {job.plan.summary}.")
+    say(f"{study} is valid: {job.plan.summary}.")
 
 
 @guarded
@@ -110,7 +114,7 @@ def run(
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Compute a study: results.nc, report.html and figures. Ends with code 3 when a curve broke off before its end."""
+    """Compute a study: results.nc, report.html and figures. Exit code 3 if a curve is incomplete."""
     from stickslip.study.run import Run
 
     executor = workers or cores() if scheduler is None else cluster(scheduler, workers)
@@ -124,7 +128,7 @@ def run(
 def identify(
     ctx: typer.Context,
     loops: Annotated[list[Path], typer.Argument(help="Measured loops (CSV), one file a case.")],
-    damper: Annotated[Path, typer.Option(help="Study of an identification; its loops give way to these.")],
+    damper: Annotated[Path, typer.Option(help="Study of an identification; these loops replace its own.")],
     out: Annotated[Path, typer.Option(help="Folder of the results.")],
     law: Annotated[
         list[str] | None,
@@ -150,7 +154,7 @@ def identify(
 
 
 def cluster(address: str, workers: int | None) -> DaskCluster:
-    """The cluster at an address, which answers; with what is said of it."""
+    """Connect to the cluster at an address, and report its workers."""
     from stickslip.analyses.dask_cluster import DaskCluster
 
     if workers is not None:
@@ -166,18 +170,18 @@ def cores() -> int:
 
 
 def read_job(path: Path) -> Job:
-    """The study, with what is to be said of its model."""
+    """Read the study, and report the notes on its model."""
     from stickslip.study import read
 
-    with progress("Model") as tell:
-        job = read(path, tell)
+    with progress("Model") as report:
+        job = read(path, report)
     for note in job.notes:
         say(note)
     return job
 
 
 def carry_out(run: Run) -> None:
-    """Compute what is missing, write everything, and only then let go of the finished curves."""
+    """Compute the missing cases, write everything, then remove the checkpoint."""
     with claimed(run.folder):
         broken = computed_and_written(run)
     if broken:
@@ -190,7 +194,7 @@ def computed_and_written(run: Run) -> list[str]:
     with hint_at_resuming(kept):
         datasets = run.complete() if run.resume and not len(kept) else None
         if datasets is not None:
-            say(f"Nothing is left to compute: the results in {run.folder} are complete.")
+            say(f"Nothing to compute: the results in {run.folder} are complete.")
         else:
             say_kept(run, len(kept))
             datasets = computed(run, kept)
@@ -199,11 +203,11 @@ def computed_and_written(run: Run) -> list[str]:
     return broken
 
 
-def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
+def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
     """The results; a study that turns out to be wrong leaves nothing behind."""
     try:
-        with progress(run.words) as tell:
-            return run.computed(kept, tell)
+        with progress(run.words) as report:
+            return run.computed(kept, report)
     except InputError:
         kept.remove(kept.folder)
         if not any(run.folder.iterdir()):
@@ -214,21 +218,21 @@ def computed(run: Run, kept: FinishedFolder) -> dict[str, xr.Dataset]:
 def say_kept(run: Run, count: int) -> None:
     """What an interrupted run left and whether it is used."""
     if run.resume and count:
-        say(f"Going on from {counted(count, 'finished curve')} in {run.folder / 'unfinished'}.")
+        say(f"Resuming from {counted(count, 'completed curve')} in {run.folder / 'unfinished'}.")
     elif run.resume:
-        say(f"No finished curves in {run.folder}: computing from the start.")
+        say(f"No completed curves in {run.folder}: starting from the beginning.")
     elif count:
-        warn(f"An interrupted run left {count} finished curves; they are computed again. Stop, and add --resume to use them.")
+        warn(f"An interrupted run left {count} completed curves, which are computed again. Stop and add --resume to use them.")
 
 
 @contextmanager
-def hint_at_resuming(kept: FinishedFolder) -> Iterator[None]:
+def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
     """Whatever stops the block, say what is kept."""
     try:
         yield
     except (KeyboardInterrupt, OSError, MemoryError):
         if len(kept):
-            warn(f"{len(kept)} finished curves are kept in {kept.folder}; the same command with --resume goes on from there.")
+            warn(f"{len(kept)} completed curves are kept in {kept.folder}; run the same command with --resume to continue.")
         raise
 
 

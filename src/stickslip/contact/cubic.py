@@ -1,4 +1,4 @@
-"""Cubic spring: a spring that stiffens or softens, without friction; the example of every other code."""
+"""Cubic spring: a hardening or softening spring without friction, a common benchmark."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Iwan's law: a spread of springs and sliders under one normal load, so that a contact slips piece by piece.
+"""Iwan model: parallel springs and sliders under one normal load, for gradual slip.
 
 The modified law for a cylinder on a flat (`Hertz`), other pressures (`Parabolic`), Segalman's joint (`FourParameter`).
 """

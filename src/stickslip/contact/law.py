@@ -1,4 +1,4 @@
-"""What a contact law is: a table of parallel springs and sliders. The author of a law fills the table, nothing more.
+"""Interface of contact laws: a law is a table of parallel springs and sliders, and its author only fills the table.
 
 Normal elements:      N_e = max(k_e z + c_e, 0), summed to the normal force N of the contact.
 Friction elements:    Jenkins, a spring kt in series with a slider of limit L = μ (sum of some N_e) + L0.

@@ -1,4 +1,4 @@
-"""Microslip array: parallel macroslip elements with gaps, so that a line contact closes and slips piece by piece."""
+"""Microslip array: parallel macroslip elements with gaps, for gradual closing and slip of a line contact."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from stickslip.contact.law import Elements, FrictionElements, Law, NormalElement
 
 @dataclass(frozen=True)
 class MicroslipArray(Law):
-    """N = Σ max(kn_i (z − gap_i) + N0_i, 0), T = Σ T_i, each T_i a Jenkins element (kt_i, μ N_i). S4 equations 5 and 6.
+    """N = Σ max(kn_i (z − gap_i) + N0_i, 0), T = Σ T_i, each T_i a Jenkins element (kt_i, μ N_i).
 
     kt, kn [N/m], gaps [m], preload N0_i [N]: one entry per element. Without kn: constant loads normal_load_i [N].
-    How S4 splits its totals is not published; `from_totals` is this project's documented rule.
+
+    Equations 5 and 6 of "An Experimental and Computational Comparison of the Dynamic Response Variability in a Turbine Blade with
+    Under-Platform Dampers". That paper does not say how it distributes its totals; `from_totals` is this project's rule.
     """
 
     kt: Sequence[float]

@@ -1,4 +1,4 @@
-"""One friction element round one period, exactly, by composing clamps.
+"""Exact evaluation of one friction element over a period by composition of clamp functions.
 
 The Jenkins step T_n = clamp(T_{n−1} + kt(u_n − u_{n−1}), −L_n, +L_n) in the intercept y = T − kt u (y = −kt × slider
 position) is a pure clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n). Clamps compose to a clamp, so the period map is a

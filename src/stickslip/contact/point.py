@@ -1,4 +1,4 @@
-"""A contact: a law between two places, along directions given as coefficients of named degrees of freedom.
+"""A contact: a law between two places, with directions as coefficients of named degrees of freedom.
 
 w = frame (q_A − q_B), and f is the force with which A pushes on B along (t1, t2, n): A feels −f, B feels +f, so the
 structure's equation is M q̈ + C q̇ + K q + Bᵀ f(B q) = p. n is positive when closing. `ground` is the fixed side.

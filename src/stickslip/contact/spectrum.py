@@ -1,4 +1,4 @@
-"""How the springs of a microslip contact are spread over the displacements at which they slip: the heart of Iwan's model.
+"""Distributions of slip displacements over the springs of a microslip contact, the core of Iwan's model.
 
 Of the unit stiffness, K(s) slips up to displacement s [in units of μN/kt]; L(s) = ∫ s dK is the force it then carries and
 Q(s) = ∫ s² dK. Everything follows: virgin curve T = L + s (1 − K), loop energy W(s) = 4 (s L − Q).

@@ -1,4 +1,4 @@
-"""Where a contact starts: the explicit input behind the non-uniqueness of friction forces.
+"""Start states of friction contacts, the explicit input behind non-unique friction forces.
 
 The traction at the last sample is `clip(tau, LO, HI)`, with [LO, HI] the interval of the period map (see
 `stickslip.contact.period`). The three rules say what tau is. A value is a number for all friction elements of a
@@ -33,7 +33,11 @@ class SliderOffset:
 
 @dataclass(frozen=True)
 class TractionRatio:
-    """tau = m μN_last, `value` = m in [−1, 1] (S4 equation 9). Depends on the phase origin of the force."""
+    """tau = m μN_last, `value` = m in [−1, 1]. Depends on the phase origin of the force.
+
+    Equation 9 of "An Experimental and Computational Comparison of the Dynamic Response Variability in a Turbine Blade with
+    Under-Platform Dampers".
+    """
 
     value: Value = 0.0
     code: ClassVar[int] = 1

@@ -1,4 +1,4 @@
-"""Contact stiffness from geometry and material: a line contact of finite length, and the point contact of Mindlin.
+"""Contact stiffness from geometry and material: finite line contact and Mindlin's point contact.
 
 Where rig measurements are missing, the stiffness of a contact comes from here; `Macroslip` takes the values. Symbols: N normal
 load, L length, R radius, b half width of the contact, P = N/L. Both bodies are of one material: 1/E* = 2(1 − ν²)/E. SI

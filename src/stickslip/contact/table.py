@@ -1,4 +1,4 @@
-"""All contacts of a problem as flat arrays, the form in which the compiled kernels read them.
+"""All contacts of a problem as flat arrays for the compiled kernels.
 
 Rows of w, f and λ are (contact, direction) in the order t1, t2, n of each contact.
 """

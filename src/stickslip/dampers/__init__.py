@@ -1,4 +1,4 @@
-"""Dampers: a rigid body, contact surfaces and a centrifugal pull; one file per shape. `SHAPES` lists the shapes."""
+"""Dampers: a rigid body with contact surfaces and a centrifugal pull; one file per shape. `SHAPES` lists the shapes."""
 
 from stickslip.dampers.between_platforms import BetweenPlatforms, ElasticPlatform
 from stickslip.dampers.curved_flat import CurvedFlat

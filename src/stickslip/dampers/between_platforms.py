@@ -1,4 +1,4 @@
-"""A damper alone between two platforms, in the plane: what a damper rig is before anything moves.
+"""A damper between two platforms, in the plane: the model of a damper rig.
 
 Unknowns are the damper's x, y and rotation, and those of the right platform where it is not rigid. The left platform moves as
 prescribed, relative to the foundation of the right one.

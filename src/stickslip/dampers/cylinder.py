@@ -1,4 +1,4 @@
-"""The cylinder and the half cylinder: round towards both platforms, so that they roll."""
+"""Cylinder and half cylinder: round towards both platforms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When friction holds a damper between its platforms whatever the force: the wedging of both sides together.
+"""Jamming: the condition under which friction locks a damper between its platforms at any force.
 
 While the platforms close, the force at each side leans to its friction cone's edge. The damper slides out only while
 cot(α_R + φ_R) + cot(α_L + φ_L) > 0, that is α_L + φ_L + α_R + φ_R < 180°: H = F_C/(that sum). Beyond, it is locked.

@@ -1,4 +1,4 @@
-"""Periodic motion of the left platform relative to the right one: what drives a damper between platforms."""
+"""Periodic motion of the left platform relative to the right one, which drives a damper between platforms."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PlatformMotion:
 
     @property
     def digest(self) -> str:
-        """Tells it apart from other motions."""
+        """Identifies the motion."""
         return sha256(np.asarray(self.harmonics).tobytes()).hexdigest()[:12]
 
     def samples(self, steps: int) -> Array:

@@ -1,4 +1,4 @@
-"""Plane sections bounded by straight lines and arcs: area, centroid and second moments, hence mass and inertia of a prism.
+"""Plane sections of straight lines and arcs: area, centroid and second moments; mass and inertia of a prism.
 
 Green's theorem turns each integral over the section into one along its boundary, run counter-clockwise: A = ½ ∮ (x dy − y dx),
 ∫x = ½ ∮ x² dy, ∫y = −½ ∮ y² dx, ∫x² = ⅓ ∮ x³ dy, ∫y² = −⅓ ∮ y³ dx, ∫xy = ½ ∮ x² y dy. Gauss points along each piece are

@@ -1,4 +1,4 @@
-"""What a damper shape is: dimensions that give a rigid body and the lines on which it touches the platform at either side.
+"""Interface of damper shapes: dimensions that give a rigid body and its contact lines on either side.
 
 The platforms form a roof above the damper: the left one rises to the right at `left_angle`, the right one falls at
 `right_angle`. Everything is stated in the plane x (right), y (out, along the pull), from the mass centre; z is the depth.

@@ -1,4 +1,4 @@
-"""One steady period of every contact, sample by sample: motion, force, state, slip work. For results, never for solving."""
+"""One steady period of every contact, sample by sample: motion, force, state and slip work, for results only."""
 
 from __future__ import annotations
 

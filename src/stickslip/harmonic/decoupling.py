@@ -1,4 +1,4 @@
-"""The linear structure as states that respond to a frequency each by itself, or one after the other; decomposed once.
+"""Modal states of the linear structure, decoupled or triangular, decomposed once for all frequencies.
 
 G'(s) = B (K + BᵀK_cB + s C + s² M)⁻¹ Bᵀ, s = iΩ, on the modes φ of the stuck structure, φᵀ(K + BᵀK_cB)φ = 1:
 

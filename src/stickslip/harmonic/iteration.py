@@ -1,4 +1,4 @@
-"""What one Newton iteration is made of, compiled: evaluate the balance, factorise its bordered matrix, and directions from it."""
+"""Compiled parts of a Newton iteration: evaluation, factorisation of the bordered matrix, search directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""LU factorisation by LAPACK from compiled code: the routines that SciPy brings, called without Python in between.
+"""LU factorisation by SciPy's LAPACK, called from compiled code.
 
 Matrices lie by rows, LAPACK reads them by columns: it factorises the transpose, and solves with the transpose of that.
 """

@@ -24,7 +24,7 @@ class LinearPart:
         if problem.differs_by_harmonic:
             seen = {problem.wave(h): [k for k in held if problem.wave(k) == problem.wave(h)] for h in reversed(held)}
             waves = {wave: wave_states(_waves(problem, those)) for wave, those in seen.items()}
-        elif problem.falls_apart:
+        elif problem.has_uncoupled_waves:
             waves = {problem.wave(0): wave_states(problem.waves(0))}
         else:
             waves = {problem.wave(0): states(problem.system(0))}

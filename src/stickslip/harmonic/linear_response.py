@@ -1,4 +1,4 @@
-"""The two linear limits of every curve: the structure without its contacts, and with all of them stuck."""
+"""Linear limits of a response curve: contacts absent and contacts stuck."""
 
 from __future__ import annotations
 

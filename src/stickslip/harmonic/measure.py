@@ -1,4 +1,4 @@
-"""What a peak is of: the size of an output's displacement, velocity or acceleration, with its derivatives.
+"""Measured quantities: the size of an output's displacement, velocity or acceleration, with derivatives.
 
 At a fixed motion the k-th time derivative goes by ω^k, and so does each of its sizes: ∂s/∂ω = k s/ω. Along a curve both count,
 ds = ∂s/∂X dX + k s/ω dω; that second term is why the acceleration of a resonance peaks at another frequency than its

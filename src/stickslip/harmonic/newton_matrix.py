@@ -1,4 +1,4 @@
-"""The dense system of Newton's method, on the unknown rows only, bordered by one row and column for the path parameter.
+"""Dense Newton matrix on the unknown rows, bordered by one row and column for the path parameter.
 
 J = I + E G' with E = dλ̂/dw; a held row of J is a row of the identity, so it drops out exactly. Columns: unknown harmonics of λ,
 then the parameter (ω or force level); last row: the path condition.

@@ -1,4 +1,4 @@
-"""Which harmonics a balance holds: 0..H by the number H, or a list such as 0, 1, 3, 5.
+"""Harmonics of a balance: 0..H by the number H, or a list such as 0, 1, 3, 5.
 
 Storage is always that of 0..H, H the highest, so that row h of an array is harmonic h whatever the list; motion and forces of a
 harmonic that the list leaves out are zero, and no unknowns of Newton's method.

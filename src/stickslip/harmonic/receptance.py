@@ -1,4 +1,4 @@
-"""The linear part at one frequency, compiled: motion of contacts and outputs under loads and λ, receptance, derivatives.
+"""Compiled linear part at one frequency: motion under loads and λ, receptance, and derivatives.
 
 All are sums over the states that `decoupling` found, G'(s) = shape Γ(s) receiverᵀ, s = i h ω; the gains that Γ is made of are
 computed once for each frequency.

@@ -1,4 +1,4 @@
-"""Frequencies at which a curve may have a resonance, known before it is traced.
+"""Frequencies of possible resonances, known before a curve is traced.
 
 They are the natural frequencies of the structure with all contacts stuck and without contacts, and their fractions 1/h, which
 harmonic h of a friction force excites. A lightly damped peak is so narrow that a step of the continuation can pass over it and

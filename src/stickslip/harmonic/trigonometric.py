@@ -1,4 +1,4 @@
-"""True extremes in time of a truncated Fourier series, between the samples."""
+"""Exact extremes in time of a truncated Fourier series."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contact forces of the dampers of the blade rig from the two load cells of the separator behind each.
+"""Contact forces of the blade rig's dampers from the two load cells behind each.
 
 The separator splits the force of the damper's cylinder into one part along each arm, outwards and up; its cells read them. The
 flat side carries what is left of the pull: quasi-static, for the inertia of a 50 g damper is small against the forces.

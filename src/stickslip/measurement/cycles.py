@@ -1,4 +1,4 @@
-"""From a record to cycles: the frequency, harmonics of every whole cycle, their mean and scatter; what had to be left out.
+"""Harmonics of the whole cycles of a record, with mean, scatter, frequency, and the cycles that were rejected.
 
 Each cycle is fitted by harmonics (30 unless said), which smooths it: measured displacements drive a model, and their noise
 would look like motion of the contacts. Eight harmonics are too few for kt, a single unsmoothed cycle is worse.

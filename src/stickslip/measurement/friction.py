@@ -1,4 +1,4 @@
-"""Friction coefficients from plateaux of T/N: where the ratio stands still while the contact slides, that is mu.
+"""Friction coefficients from plateaus of T/N, where the ratio stays constant while the contact slides.
 
 A ratio stands still as well while the damper rolls on a contact that does not slide: a plateau of exact forces is a lower bound
 of mu, and a start for a fit of whole loops. Zeros of the cells that are off lift it, since the higher of both senses counts.

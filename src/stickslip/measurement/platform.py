@@ -1,4 +1,4 @@
-"""The motion of a rig's platform from a table, to drive a damper between platforms as it was measured."""
+"""Measured platform motion from a table, to drive a damper between platforms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a damper rig does not measure, from what it does: left contact forces and where they act, slip, T/N, with errors.
+"""Quantities that a damper rig does not measure: left contact forces, their points of action, slip and T/N, with errors.
 
 Inertia is neglected (0.001 to 0.01 N at 5 Hz), so that the forces of both platforms and the pull balance and meet in a point.
 Rolling moves the place of the right contact by radius × rotation, micrometres against millimetres, which moments do not feel.
@@ -48,7 +48,7 @@ def damper_motion(cycles: CycleSet, distance: float, offset: float = 0.0) -> Cyc
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Of a damper between platforms: at the left the tangent from the first foot to the last, the normal into the damper and the
-    middle of the feet; at the right tangent, normal and arm (NaN with several lines: forces do not tell where theirs acts);
+    middle of the feet; at the right tangent, normal and arm (NaN with several lines: forces do not determine where theirs acts);
     distance of the feet [m]."""
 
     left_tangent: Array

@@ -1,4 +1,4 @@
-"""Records of a rig: time and signals by name, in SI, read from a table. What is wrong with a record is said here, at the door.
+"""Records of a rig: time and named signals in SI, read from a table and checked.
 
 platform_x, platform_y   motion of the left platform relative to the right one, m
 force_x, force_y         force of the damper on the right platform, from its load cells, N

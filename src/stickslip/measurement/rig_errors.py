@@ -1,4 +1,4 @@
-"""The errors of a damper rig: what its cells and lasers are worth, for synthetic records, reconstruction and fits alike."""
+"""Measurement errors of a damper rig, for synthetic records, reconstruction and fits."""
 
 from __future__ import annotations
 

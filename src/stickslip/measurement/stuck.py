@@ -1,4 +1,4 @@
-"""Contact stiffness from the slopes of a loop while every contact sticks, solved explicitly; and where that stretch is.
+"""Contact stiffness from the slopes of a loop while every contact sticks, solved explicitly.
 
 Stuck, the platforms feel K̂ = C⁻¹, C = tLtLᵀ/(2kt) + nLnLᵀ/(2kn) + 2aaᵀ/(kn f²) + tRtRᵀ/kt + nRnRᵀ/kn, a = (−dy, dx),
 (dx, dy) = R − middle of the feet, f their distance. With ρ = kn/kt and φ = kH/kV both are linear in the two compliances.
@@ -69,7 +69,9 @@ def stiffness_from_slopes(rig: BetweenPlatforms, kH: float, kV: float) -> StuckS
     singular = abs(A[0, 0] * B[1, 1] - B[0, 0] * A[1, 1]) / (A[0, 0] * B[1, 1] + B[0, 0] * A[1, 1])
     remedy = "Identify from whole loops instead, which also see the rotation."
     if singular < 1.0 / WORST_CONDITION:
-        raise InputError(f"The slopes cannot tell kt from kn: this geometry is within {singular:.1%} of a singular one. {remedy}")
+        raise InputError(
+            f"The slopes do not separate kt from kn: this geometry is within {singular:.1%} of a singular one. {remedy}"
+        )
     above, below = B[1, 1] - phi * B[0, 0], phi * A[0, 0] - A[1, 1]
     if above * below <= 0.0:
         low, high = sorted((A[1, 1] / A[0, 0], B[1, 1] / B[0, 0]))
@@ -80,7 +82,7 @@ def stiffness_from_slopes(rig: BetweenPlatforms, kH: float, kV: float) -> StuckS
     kt = kH * float(np.linalg.det(C)) / C[1, 1]
     condition = _condition(rig, kt, rho * kt)
     if condition > WORST_CONDITION:
-        raise InputError(f"The slopes cannot tell kt from kn here: condition number {condition:.3g}. {remedy}")
+        raise InputError(f"The slopes do not separate kt from kn here: condition number {condition:.3g}. {remedy}")
     return StuckStiffness(float(kt), float(rho * kt), condition)
 
 

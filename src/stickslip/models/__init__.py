@@ -1,1 +1,1 @@
-"""Finite-element models of other programs. `read.py` is the way in; one file a format turns bytes into a `Content`."""
+"""Finite-element models of other programs. Start at `read.py`; each format has one file that returns a `Content`."""

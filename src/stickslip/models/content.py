@@ -1,4 +1,4 @@
-"""What a model file holds, as it stands in the file: matrices, names, coordinates, sets. Every reader returns this."""
+"""Raw content of a model file, as every reader returns it: matrices, names, coordinates, sets."""
 
 from __future__ import annotations
 

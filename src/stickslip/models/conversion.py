@@ -1,4 +1,4 @@
-"""From the units of a file to SI, once: matrices by their rows, coordinates by their length."""
+"""Unit conversion of a model to SI: matrices by row, coordinates by length."""
 
 from __future__ import annotations
 

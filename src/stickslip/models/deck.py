@@ -1,4 +1,4 @@
-"""Input decks of Abaqus and CalculiX: nodes with their coordinates, and sets of nodes."""
+"""Input decks of Abaqus and CalculiX: node coordinates and node sets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `stickslip info MODEL` says: size, mass, extent, first modes, rigid motions, and what is odd about a model."""
+"""Description of a model for `stickslip info`: size, mass, extent, first modes, rigid motions and warnings."""
 
 from __future__ import annotations
 

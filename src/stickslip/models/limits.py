@@ -1,4 +1,4 @@
-"""What a file may ask for: its header is believed only as far as its bytes and the memory of the machine bear it out."""
+"""Limits on untrusted files: a header is accepted only if file size and memory support it."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def read(path: Path) -> Content:
 
 
 def _repeated(name: str, stored: Any, claimed: list[int]) -> tuple[str, ...]:
-    """What is to be said of entries that stand twice; `claimed`: how many entries a file of coordinates has."""
+    """A note on duplicate entries; `claimed`: how many entries a file of coordinates has."""
     number = claimed[0] - stored.nnz if claimed else 0
     return (f"{name} names places of entries again, {number} times: what stands there is added up.",) if number else ()
 

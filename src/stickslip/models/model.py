@@ -1,4 +1,4 @@
-"""A finite-element model in SI: sparse M, K, C, names of their rows, coordinates and sets of nodes; checked as it is made."""
+"""A finite-element model in SI: sparse M, K, C with names of rows, coordinates and node sets."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Model:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Tells models apart by their content: hexadecimal digits of matrices and names."""
+        """Hexadecimal digits that identify matrices and names."""
         digest = sha256("\n".join(self.dofs).encode())
         for matrix in (self.M, self.K, self.C):
             for part in () if matrix is None else (matrix.data, matrix.indices.astype(np.int64), matrix.indptr.astype(np.int64)):

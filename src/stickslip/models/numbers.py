@@ -1,4 +1,4 @@
-"""Columns of numbers in text files, read fast and without trust."""
+"""Fast, defensive parsing of number columns in text files."""
 
 from __future__ import annotations
 

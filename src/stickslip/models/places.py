@@ -1,4 +1,4 @@
-"""Places to keep when a model is reduced: a node by its id, a set of nodes by its name, or the node nearest to coordinates."""
+"""Places to keep in a reduction: a node id, a node set, or the node nearest to given coordinates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way in: `read_model` and `read_structure` take a file of any known format; the ending and the first bytes tell which.
+"""Entry points: `read_model` and `read_structure` read any known format, recognised by the file's ending and first bytes.
 
 Whatever a reader meets in a file, the answer is a model or an `InputError`. Nothing in a file is ever run.
 """
@@ -92,7 +92,7 @@ def read_structure(
     fixed-interface modes (30), and without `keep` the model is taken whole. names: a mapping file (CSV); dofs: the names
     themselves; variables: {"K": "KELAST"} where the matrices have unusual names; damping: a rule where the file has no C, or
     own_damping=False leaves that out;
-    progress(share, text) is told of long work, and where places were found.
+    progress(share, text) is called during long work, and with the places found.
     """
     system = unit_system(units)
     model = read_model(path, units=system, names=names, dofs=dofs, variables=variables, own_damping=own_damping)

@@ -1,6 +1,6 @@
-"""A model as a `Structure`: whole while it is small, by Craig-Bampton with the places that contacts, loads and outputs need.
+"""Conversion of a model to a `Structure`: complete if small, else by Craig–Bampton reduction to the places in use.
 
-A reduction is kept on disk under a name that tells its content apart, so that the same model is reduced once.
+A reduction is kept on disk under a name that identifies its content, so that the same model is reduced once.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Progress = Callable[[float, str], None]
 WHOLE_SIZE = 3000
 """Rows up to which a model is taken whole."""
 MODES = 30
-"""Fixed-interface modes when nothing is said."""
+"""Default number of fixed-interface modes."""
 
 
 def quiet(share: float, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Figures of results. `plot(result)` finds the figure of a result by the name of its class: the one late binding of the package.
+"""Figures of results. `plot(result)` looks up the figure by the class name of the result.
 
 matplotlib is imported when a figure is drawn, not before.
 """
@@ -22,10 +22,10 @@ FIGURES = {
     "NodalDiameters": "stickslip.plots.disk:nodal_diameter_diagram",
     "ContactStiffness": "stickslip.plots.contact_stiffness:stiffness_over_load",
     "PerformanceBand": "stickslip.plots.performance_curve:performance_band",
-    "Design": "stickslip.plots.design:design_space",
-    "WhatMatters": "stickslip.plots.what_matters:tornado",
+    "DamperDesign": "stickslip.plots.design:design_space",
+    "SensitivityIndices": "stickslip.plots.sensitivity_indices:tornado",
     "PerformanceCurve": "stickslip.plots.performance_curve:performance_curves",
-    "MistunedDisks": "stickslip.plots.mistuning:all_blades",
+    "MistunedPopulation": "stickslip.plots.mistuning:all_blades",
     "DamperCycle": "stickslip.plots.damper_cycle:damper_cycle",
     "SteadyCycles": "stickslip.plots.damper_cycles:damper_cycles",
     "DamperEvolution": "stickslip.plots.damper_cycles:damper_cycles",
@@ -50,7 +50,7 @@ MORE: dict[str, dict[str, str]] = {
         "loops": "stickslip.plots.bound_cycles:loops",
         "force_plane": "stickslip.plots.force_plane:force_plane",
     },
-    "MistunedDisks": {
+    "MistunedPopulation": {
         "amplification": "stickslip.plots.mistuning:amplification",
         "worst_blade": "stickslip.plots.mistuning:worst_blade",
     },

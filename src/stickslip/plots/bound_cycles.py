@@ -1,4 +1,4 @@
-"""What the contacts do at both bounds over a cycle: forces, ratio of friction to load, loops; with samples behind them."""
+"""Contact forces, friction ratios and loops over a cycle at both bounds, with samples in the background."""
 
 from __future__ import annotations
 

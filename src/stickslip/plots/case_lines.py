@@ -1,11 +1,11 @@
-"""How the curves of many cases are drawn: a colour for each force level; of start states thin lines, the median one drawn out."""
+"""Line styles for many cases: one colour per force level; start states thin, their median emphasised."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from stickslip.plots.look import level_colours
-from stickslip.results_told import is_cloud, levels_of, telling
+from stickslip.results_representative import is_cloud, levels_of, representative_starts
 from stickslip.results_view import force_text, level_text
 
 if TYPE_CHECKING:
@@ -34,5 +34,5 @@ def case_lines(dataset: xr.Dataset) -> list[Line]:
 
 def median(dataset: xr.Dataset, cases: list[int]) -> int:
     """The start state whose highest peak is the median one."""
-    found = telling(dataset, cases)
+    found = representative_starts(dataset, cases)
     return found[len(found) // 2]

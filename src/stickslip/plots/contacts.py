@@ -1,4 +1,4 @@
-"""What the contacts do: hysteresis loops at the peak, and where along the curve they stick, slip or are open."""
+"""Hysteresis loops at the peak, and contact states along the curve."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from stickslip.checks import Array
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import GREY, OPEN, PAGE, SLIP, STICK, headed, house_style, plain, state_colour
-from stickslip.results_told import spread, told
+from stickslip.results_representative import representatives, spread
 from stickslip.results_view import (
     ContactRow,
     along_curve,
@@ -33,14 +33,14 @@ MOST_CONTACTS = 8
 """Contacts in the figure of loops; of more, those with the largest loops are drawn."""
 MOST_COLUMNS = 6
 MOST_STATES = 8
-"""Cases in the figures of loops and of states; of more, `results_told.told` chooses."""
+"""Cases in the figures of loops and of states; of more, `results_representative.representatives` chooses."""
 
 
 def hysteresis_loops(dataset: xr.Dataset) -> Figure:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = contact_rows(dataset)
     shown = largest_loops(dataset, rows, MOST_CONTACTS)
-    chosen = told(dataset, MOST_COLUMNS)
+    chosen = representatives(dataset, MOST_COLUMNS)
     cases, lines = chosen.dataset.sizes["case"], case_lines(chosen.dataset)
     with house_style():
         size = (max(6.0, 1.75 * cases + 0.8), min(1.6 * max(len(shown), 1) + 0.9, PAGE))
@@ -52,8 +52,8 @@ def hysteresis_loops(dataset: xr.Dataset) -> Figure:
                 _loop(axes, chosen.dataset, case, row, line["color"])
         for axes, row in zip(panels[:, 0], shown, strict=False):
             axes.set_ylabel(plain(row.label), fontsize=8.5)
-        left_out = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
-        headed(figure, f"Loops at the highest peak{left_out}", chosen.words)
+        note = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
+        headed(figure, f"Loops at the highest peak{note}", chosen.words)
         figure.supxlabel(f"relative displacement in {length_unit(dataset).name}", fontsize=9.5)
         figure.supylabel("contact force in N", fontsize=9.5)
     return figure
@@ -63,7 +63,7 @@ def contact_states(dataset: xr.Dataset) -> Figure:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
     rows = contact_rows(dataset)
     panel = 0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
-    chosen = told(dataset, max(1, min(MOST_STATES, int((PAGE - 1.2) / panel))))
+    chosen = representatives(dataset, max(1, min(MOST_STATES, int((PAGE - 1.2) / panel))))
     dataset, cases = chosen.dataset, chosen.dataset.sizes["case"]
     with house_style():
         figure = Figure(figsize=(7.6, min(1.2 + cases * panel, PAGE)), layout="constrained")

@@ -1,4 +1,4 @@
-"""Contact motion and forces over a cycle, from bounds, samples and histories alike, per contact or summed over a surface."""
+"""Contact motion and forces over a cycle, from bounds, samples or histories, per contact or summed over a surface."""
 
 from __future__ import annotations
 

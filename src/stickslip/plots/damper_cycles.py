@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from stickslip.checks import counted
 from stickslip.plots.damper_cycle import closed
 from stickslip.plots.look import STICK, house_style, legend, plain
-from stickslip.results_told import spread
+from stickslip.results_representative import spread
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -34,14 +34,14 @@ def damper_cycles(dataset: xr.Dataset) -> Figure:
 
 
 def cycle_names(dataset: xr.Dataset) -> list[str]:
-    """What tells the cycles apart: how many starts lead to each, or its friction."""
+    """What distinguishes the cycles: how many starts lead to each, or its friction."""
     if "starts" in dataset:
         return [counted(int(count), "start") for count in dataset.starts.values]
     return [", ".join(f"{mu:g}" for mu in dict.fromkeys(row)) for row in dataset.friction.values]
 
 
 def _numbered(dataset: xr.Dataset) -> list[str]:
-    """The number of each cycle and what tells it apart: loops are found again below the bars."""
+    """The number of each cycle and what distinguishes it: the same names as below the bars."""
     return [plain(f"{number}: {name}") for number, name in zip(dataset.cycle.values, cycle_names(dataset), strict=True)]
 
 

@@ -1,4 +1,4 @@
-"""The design space: worst resonance of every design that was computed, what is allowed, the optimum, and how flat it is."""
+"""The design space: worst resonance of every computed design, the constraints, the optimum and its ranges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of a bladed disk: its mode as a picture, dampers around it, nodal diameters, Campbell diagram, mean normal loads."""
+"""Figures of a bladed disk: mode shape, dampers, nodal diameters, Campbell diagram, mean normal loads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array
 from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, headed, house_style, level_colours, plain, state_colour
-from stickslip.results_told import told
+from stickslip.results_representative import representatives
 from stickslip.results_view import level_text, levels_in_newtons
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def disk_mode_3d(dataset: xr.Dataset) -> Any:
 
 def damper_ring(dataset: xr.Dataset) -> Figure:
     """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
-    chosen = told(dataset, MOST_RINGS)
+    chosen = representatives(dataset, MOST_RINGS)
     dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
     columns = min(levels, 4)
     with house_style():

@@ -1,4 +1,4 @@
-"""Where the energy goes: dissipation along the curve and per contact at the peak, and the loss factor."""
+"""Dissipated energy along the curve and per contact at the peak, and the loss factor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.ticker import EngFormatter
 
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import CONTACTS, beside, headed, house_style, legend, plain
-from stickslip.results_told import told
+from stickslip.results_representative import representatives
 from stickslip.results_view import along_curve, dissipated, frequencies, level_text, shares_at_peak
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def dissipation(dataset: xr.Dataset) -> Figure:
             left.set_yscale("log")
         left.set(title="Dissipated by friction, all contacts", xlabel="frequency in Hz", ylabel="energy per cycle in J")
         legend(left, loc="best")
-        chosen = told(dataset, MOST_BARS)
+        chosen = representatives(dataset, MOST_BARS)
         _shares(right, chosen.dataset)
         if chosen.words:
             headed(figure, "Energy", f"shares: {chosen.words}")

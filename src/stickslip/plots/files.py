@@ -1,4 +1,4 @@
-"""Figures in files: PNG and SVG, each whole or not at all; the same data give the same files."""
+"""Figures as PNG and SVG files, reproducible and written atomically."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plane of tangential forces of a damper: limit lines of the static picture, and where the forces go at both bounds."""
+"""Plane of tangential forces of a damper: static limit lines, and the paths of the forces at both bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How free friction is along a curve: intervals of mean traction, and which contacts carry the variability."""
+"""Intervals of mean traction along a curve, and the contacts that cause the variability."""
 
 from __future__ import annotations
 

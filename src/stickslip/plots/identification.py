@@ -1,4 +1,4 @@
-"""Figures of identifications: loops measured and fitted, what is left over, the posterior, laws of a contact."""
+"""Figures of an identification: measured and fitted loops, residuals, posterior, contact laws."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip.plots.look import CONTACTS, GREY, MOST_PANELS, headed, house_style
-from stickslip.results_told import spread
+from stickslip.results_representative import spread
 
 if TYPE_CHECKING:
     import xarray as xr

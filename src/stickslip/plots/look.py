@@ -1,4 +1,4 @@
-"""The house look, once: colours that every reader can tell apart, sizes, thin frames. Figures and report draw with it."""
+"""The common style of figures and report: colours that every reader can distinguish, sizes, thin frames."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.checks import Array
-from stickslip.results_told import spread
+from stickslip.results_representative import spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

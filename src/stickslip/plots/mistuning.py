@@ -1,4 +1,4 @@
-"""Figures of mistuned disks: all blades with their envelope, the distribution of the amplification, the worst blade, the busiest
+"""Figures of mistuned disks: all blades with their envelope, distribution of the amplification, the most loaded blade and
 damper.
 """
 

@@ -25,7 +25,7 @@ from stickslip.plots.look import (
     level_colours,
     plain,
 )
-from stickslip.results_told import spread
+from stickslip.results_representative import spread
 from stickslip.results_view import measure_in, shown_unit
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _curve(top: Axes, bottom: Axes, dataset: xr.Dataset, case: int, quantity: st
     bottom.plot(x, frequency, color=colour)
     share = dataset["detached_amplitude_per_force"].values[case] / dataset["amplitude_per_force"].values[case]
     if np.isfinite(share).any() and "amplitude" in quantity:
-        top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label="apart from the curve")
+        top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label="on an isola")
     events = dataset.isel(case=case)
     swapped = np.sqrt(events["event_low"].values * events["event_high"].values)[events["event_kind"].values == "swapped"]
     for place in swapped * (x[0] / dataset["force_ratio"].values[0]):

@@ -1,4 +1,4 @@
-"""Figures of response bounds: the two curves with the cloud, range of the peak, loss factors, start states."""
+"""Figures of response bounds: both bounds with the samples, range of the peak, loss factors, start states."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def response_bounds(dataset: xr.Dataset) -> Figure:
     """Amplitude bounds against frequency, a panel per force level, with the sampled start states; of peaks, their ranges."""
     if dataset.attrs["objective"] == "peak":
         return peak_ranges(dataset)
-    cases, left_out = shown_levels(np.arange(dataset.sizes["case"]))
+    cases, note = shown_levels(np.arange(dataset.sizes["case"]))
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * len(cases)), layout="constrained")
         for case, axes in zip(cases, figure.subplots(len(cases), 1, squeeze=False, sharex=True).ravel(), strict=True):
@@ -31,7 +31,7 @@ def response_bounds(dataset: xr.Dataset) -> Figure:
             axes.set_ylabel(f"{size_label(dataset)} in {bound_unit(dataset).name}")
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")
-        headed(figure, f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}", left_out)
+        headed(figure, f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}", note)
     return figure
 
 

@@ -1,4 +1,4 @@
-"""Response curves of all force levels beside the linear curves without contacts and with stuck ones, and where their peaks go."""
+"""Response curves of all force levels between the free and stuck linear responses, with the peaks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stickslip.checks import Array, fault, nearest
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.plots.case_lines import Line, case_lines
 from stickslip.plots.look import FAILED, GREY, beside, house_style, plain
-from stickslip.results_told import is_cloud, levels_of
+from stickslip.results_representative import is_cloud, levels_of
 from stickslip.results_view import (
     along_curve_as,
     failed_points,

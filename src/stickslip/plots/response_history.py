@@ -1,4 +1,4 @@
-"""Contact forces of runs at one force level before and after a passage through others, and what the runs' peaks do."""
+"""Contact forces and peaks of runs at one force level before and after a passage through other levels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Percentiles of the response over start states as bands round the median, a panel per force level."""
+"""Percentiles of the response over start states as bands around the median, one panel per force level."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EDGES, INNER = (5.0, 95.0), (25.0, 75.0)
 def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
     """Median, quartiles and the middle nine tenths of the amplitude at each frequency, within the lowest and highest sample."""
     table, unit = percentiles(dataset, (0.0, *EDGES, *INNER, 50.0, 100.0), output), peak_unit(dataset)
-    levels, left_out = shown_levels(table["force_level"].values)
+    levels, note = shown_levels(table["force_level"].values)
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
         for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
@@ -42,5 +42,5 @@ def response_percentiles(dataset: xr.Dataset, output: int = 0) -> Figure:
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
         figure.axes[0].legend(loc="upper left")
-        headed(figure, f"Percentiles over start states: {dataset.attrs['title']}", left_out)
+        headed(figure, f"Percentiles over start states: {dataset.attrs['title']}", note)
     return figure

@@ -1,4 +1,4 @@
-"""The cloud of responses over start states, with bounds where there are some, and percentiles."""
+"""Sampled responses over start states, with bounds and percentiles where available."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Figure:
     """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
     measure, unit = measure_in(dataset), peak_unit(dataset)
-    levels, left_out = shown_levels(np.unique(dataset["force_level"].values))
+    levels, note = shown_levels(np.unique(dataset["force_level"].values))
     with house_style():
         figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
         for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
@@ -32,7 +32,7 @@ def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output
             axes.set(title=f"force {level:g}, {cases.size} start states", ylabel=f"{words_on_axis(measure)} in {unit.name}")
             axes.set_ylim(bottom=0.0)
         axes.set_xlabel("frequency in Hz")
-        headed(figure, f"Responses of one problem: {dataset.attrs['title']}", left_out)
+        headed(figure, f"Responses of one problem: {dataset.attrs['title']}", note)
     return figure
 
 

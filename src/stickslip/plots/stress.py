@@ -1,4 +1,4 @@
-"""Von Mises' stress along the curves, a panel per place, a curve per force level."""
+"""Von Mises stress along the curves, one panel per place and one line per force level."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def stress_curves(dataset: xr.Dataset) -> Figure:
     """Largest von Mises stress over the period against Hz at each place; dots mark the largest of each curve."""
     names = [str(place) for place in dataset["place"].values]
     places = most_stressed(dataset)
-    left_out = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
+    note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
     with house_style():
         figure = Figure(figsize=(7.6, 0.9 + 2.3 * len(places)), layout="constrained")
         for k, axes in zip(places, figure.subplots(len(places), 1, squeeze=False, sharex=True).ravel(), strict=True):
@@ -34,7 +34,7 @@ def stress_curves(dataset: xr.Dataset) -> Figure:
             axes.set(title=plain(names[k]), ylabel="von Mises stress in MPa", yscale="log")
         axes.set_xlabel("frequency in Hz")
         legend(figure.axes[0], loc="best", ncols=2)
-        headed(figure, f"Stress: {dataset.attrs['title']}", left_out)
+        headed(figure, f"Stress: {dataset.attrs['title']}", note)
     return figure
 
 

@@ -1,4 +1,4 @@
-"""The last period of a time integration: the outputs over time, and the loops of the contacts that move most."""
+"""Last period of a time integration: outputs over time, and loops of the contacts that move most."""
 
 from __future__ import annotations
 

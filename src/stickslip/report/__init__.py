@@ -1,4 +1,4 @@
-"""One HTML page a run, self-contained, opens offline: `write(dataset, path)`.
+"""The report: one self-contained HTML page per run that opens offline, `write(dataset, path)`.
 
 `page` lays it out, `sections` fill it, `chart_data` feeds the charts that report.js draws.
 """

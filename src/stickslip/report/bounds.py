@@ -1,4 +1,4 @@
-"""The section of response variability: bounds over the start states as a figure and a table."""
+"""Report section on response variability: bounds over the start states as a figure and a table."""
 
 from __future__ import annotations
 

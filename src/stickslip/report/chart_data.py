@@ -1,4 +1,4 @@
-"""The numbers that report.js draws, as plain lists: micrometres (or metres), hertz, newtons, joules, rounded for a screen.
+"""Data for the charts of report.js, in plain lists of rounded numbers in display units.
 
 Exact values stand in the tables of the page and in results.nc.
 """
@@ -16,7 +16,7 @@ from stickslip.harmonic.measure import QUANTITIES, Measure, Quantity
 from stickslip.outcome import Outcome
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import CONTACTS, FAILED, GREY, entries, level_colours, state_colour
-from stickslip.results_told import levels_of, told
+from stickslip.results_representative import levels_of, representatives
 from stickslip.results_view import (
     ContactRow,
     Length,
@@ -46,7 +46,7 @@ STEPS = 20
 """Shares of the period are drawn in steps of 1/STEPS: one colour for every mixture of stick, slip and open."""
 LOOP_SAMPLES = 128
 """Samples that a loop keeps where all samples of all loops would be more than `NUMBERS_OF_CYCLES`."""
-MOST_TOLD = 12
+MOST_SHOWN = 12
 """Cases whose loops, states and shares are drawn."""
 LOOPS_OF_A_POINT = 8
 """Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
@@ -114,7 +114,7 @@ def _result(label: str, dataset: xr.Dataset, metres: float, length: str) -> dict
         "largestLoop": rows.index(largest_loops(dataset, rows, 1)[0]) if rows else 0,
         "linearFrequency": rounded(dataset.linear_frequency.values, 7),
         "energyNames": names,
-        "told": told(dataset, MOST_TOLD).cases,
+        "representatives": representatives(dataset, MOST_SHOWN).cases,
         "cases": [
             _case(dataset, case, metres, peaks.metres)
             | line
@@ -224,7 +224,7 @@ def _contacts(dataset: xr.Dataset, case: int, metres: float) -> dict[str, Any]:
     slip, open_ = (along_curve(dataset, f"share_{state}", case) for state in ("slip", "open"))
     rows = contact_rows(dataset)
     samples = dataset.sizes["sample"]
-    many = 2 * MOST_TOLD * len(rows) * samples > NUMBERS_OF_CYCLES
+    many = 2 * MOST_SHOWN * len(rows) * samples > NUMBERS_OF_CYCLES
     step = max(1, samples // LOOP_SAMPLES) if many else 1
     motion, force = dataset.loop_motion.values[case, :, :, ::step] / metres, dataset.loop_force.values[case, :, :, ::step]
     return {

@@ -1,4 +1,4 @@
-"""What the data say, in sentences computed from them.
+"""Conclusions in sentences, computed from the data.
 
 Where each peak is, against the resonances with stuck and without contacts, and which force level is damped best.
 """

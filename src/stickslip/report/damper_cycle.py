@@ -1,4 +1,4 @@
-"""How a damper cycle is told: energy, rotation, states; one figure; a table by contact and the equivalent harmonic forces."""
+"""Presentation of a damper cycle: energy, rotation, states; a figure; tables of contacts and of equivalent harmonic forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How several cycles of one damper are told: those that initial states lead to, or a sequence while friction changes."""
+"""Presentation of several cycles of one damper, for sampled initial states or for changing friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the design of a damper is told."""
+"""Presentation of a damper design."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MORE = 0.1
-"""A worst peak over all start states is said to be far above that of the drawn ones from this share on."""
+"""Share by which the worst case over all start states must exceed that of the sampled ones to be reported."""
 
 FALLS, SIDES = -0.01, ("less", "more")
-"""A best design is said to lie on a slope where 1 % of a variable takes more than 0.01 % off its worst peak."""
+"""The search counts as not converged where 1 % of a variable lowers the worst peak by more than 0.01 %."""
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """The best design, how flat it is, and what matters."""
+    """The best design, how flat it is, and its caveats."""
     refused, total = int(np.count_nonzero(dataset["allowed"].values == 0)), dataset.sizes["design"]
     counts = f"{total} designs, {refused} of them {'breaks' if refused == 1 else 'break'} a constraint"
     if no_optimum(dataset):
@@ -38,7 +38,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines = [f"worst resonance of the best design{of}: {_peak(best)}"]
     if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
         more = percent(optimum / float(best["sampled_peak"]) - 1.0)
-        lines.append(f"  that is {more} more than the drawn start states tell, over which alone constraints are met")
+        lines.append(f"  that is {more} more than for the sampled start states, for which alone the constraints were checked")
     lines += [_variable(dataset, k, name) for k, name in enumerate(names)]
     lines += [f"  known design {_compared(dataset, k)}" for k in range(int(dataset.attrs.get("known", 0)))]
     lines += _caveats(dataset, best, names)
@@ -53,22 +53,22 @@ def _size(dataset: xr.Dataset, name: str) -> str:
 
 
 def _peak(design: xr.Dataset) -> str:
-    """The worst peak of a design over all start states and from those drawn; what is told of a sample is told as such."""
+    """The worst peak of a design over all start states and from those sampled, each named as what it is."""
     if not int(design["searches"]):
         return _size(design, "worst_peak")
-    return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the drawn ones)"
+    return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the sampled ones)"
 
 
 def _variable(dataset: xr.Dataset, k: int, name: str) -> str:
     """The best value of a variable, its range, and what 1 % of it does to either side."""
     value, low, high = (float(dataset[key].values[k]) for key in ("optimum", "near_low", "near_high"))
     ends = [float(dataset[key].values[k]) for key in ("low", "high")]
-    told = f"alone {low:.4g} to {high:.4g} stays within 5 %"
+    span = f"alone {low:.4g} to {high:.4g} stays within 5 %"
     if np.allclose([low, high], ends, rtol=0.0, atol=1e-9 * (ends[1] - ends[0])):
-        told = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
+        span = f"its whole range, {low:.4g} to {high:.4g}, stays within 5 %"
     slopes = zip(SIDES, dataset["sensitivity"].values[k], strict=True)
     changes = [f"1 % {side}: {slope:+.2g} %" if np.isfinite(slope) else f"{side}: not allowed" for side, slope in slopes]
-    return f"  {name} = {value:.4g}; {told}; {', '.join(changes)} (over 2 % of its range)"
+    return f"  {name} = {value:.4g}; {span}; {', '.join(changes)} (over 2 % of its range)"
 
 
 def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[str]:
@@ -80,15 +80,17 @@ def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[st
         for side, s in zip(SIDES, pair, strict=True)
         if s < FALLS
     ]
-    told, seen = [], float(best["worst_peak"])
+    caveats, seen = [], float(best["worst_peak"])
     if falls:
         ways = " or ".join(falls)
-        told.append(f"the search has not converged: {ways} lowers the worst resonance; more designs, or generations, go on")
-    if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
-        told.append(
-            f"ranges and changes are those of {_size(best, 'worst_peak')}, which the search of designs saw in the best one"
+        caveats.append(
+            f"the search has not converged: {ways} lowers the worst resonance; more designs or generations would continue it"
         )
-    return told
+    if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
+        caveats.append(
+            f"ranges and changes are those of {_size(best, 'worst_peak')}, the worst case that the search saw for that design"
+        )
+    return caveats
 
 
 def _compared(dataset: xr.Dataset, design: int) -> str:
@@ -106,7 +108,7 @@ def failures(dataset: xr.Dataset) -> list[str]:
     """That no design is allowed; each design with conditions that gave no peak, and which they are."""
     message = no_optimum(dataset)
     return ([message] if message else []) + [
-        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst may be higher"
+        f"design {', '.join(_variables(dataset, k))}: no peak solved at {_conditions(dataset, k)}; its worst case may be higher"
         for k in np.flatnonzero(dataset["failed"].values).tolist()
     ]
 
@@ -120,7 +122,7 @@ def _conditions(dataset: xr.Dataset, design: int) -> str:
     """The conditions of a design without a peak, in words."""
     cases = np.stack([dataset[f"failed_{key}"].values[design] for key in ("force", "friction", "start")], axis=-1)
     return ", ".join(
-        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'drawn start {start:.0f}'}"
+        f"force level {force:.4g} with friction {mu:.4g} from {'virgin contacts' if start == 0 else f'sampled start {start:.0f}'}"
         for force, mu, start in cases[np.isfinite(cases[:, 0])]
     )
 
@@ -131,13 +133,13 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
     table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
     table[f"worst peak [{dataset['worst_peak'].attrs['units']}]"] = dataset["worst_peak"].values
-    table["from virgin contacts and drawn starts"] = dataset["sampled_peak"].values
+    table["from virgin contacts and sampled starts"] = dataset["sampled_peak"].values
     table["over all start states, where searched"] = dataset["searched_peak"].values
     table["at Hz"] = dataset["worst_frequency"].values
     table["at force level"] = dataset["worst_force"].values
     table["at friction"] = dataset["worst_friction"].values
-    told = np.where(dataset["failed"].values > 0, "met where a peak was solved", "met")
-    table["constraints"] = np.where(dataset["allowed"].values == 1, told, "broken")
+    met = np.where(dataset["failed"].values > 0, "met where a peak was solved", "met")
+    table["constraints"] = np.where(dataset["allowed"].values == 1, met, "broken")
     table["conditions without a peak"] = dataset["failed"].values.astype(int)
     return {"designs": table.iloc[np.lexsort((dataset["worst_peak"].values, -dataset["allowed"].values))]}
 

@@ -1,4 +1,4 @@
-"""The section of a bladed disk: its mode, dampers around it, mean normal loads, nodal diameters and Campbell diagram."""
+"""Report section on a bladed disk: mode shape, dampers, mean normal loads, nodal diameters, Campbell diagram."""
 
 from __future__ import annotations
 

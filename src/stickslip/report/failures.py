@@ -1,4 +1,4 @@
-"""What failed, grouped by cause: a sentence with the count and the frequencies of each force level."""
+"""Failures grouped by cause: a sentence with count and frequencies for each force level."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _bounded(bounds: xr.Dataset, at: np.ndarray) -> str:
 
 
 def warnings_of(dataset: xr.Dataset) -> list[str]:
-    """What finished curves say beyond that they are finished, and levels whose response has no peak inside the band."""
+    """Messages of completed curves, and levels whose response has no peak inside the band."""
     sentences = []
     for case in range(dataset.sizes["case"]):
         _, _, more = str(dataset.case_message.values[case]).strip().partition(". ")

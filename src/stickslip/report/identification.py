@@ -1,4 +1,4 @@
-"""How identifications are told: parameters with intervals, how well each loop is met, warnings."""
+"""Presentation of an identification: parameters with intervals, fit of each loop, warnings."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines.append(f"{name:<6} {value:.4g}{shown}, {known}")
     if "held_out" in dataset:
         errors = zip(dataset["law"].values, dataset["held_out"].values, strict=True)
-        told = ", ".join(f"{law} {error:.3g}" for law, error in errors)
-        lines.append(f"law    {dataset.attrs['law']}; errors on loops held out, in standard deviations: {told}")
+        listed = ", ".join(f"{law} {error:.3g}" for law, error in errors)
+        lines.append(f"law    {dataset.attrs['law']}; errors on loops held out, in standard deviations: {listed}")
     lines += chain_sentences(dataset)
     return [*lines, *(f"note: {line}" for line in str(dataset.attrs["warnings"]).splitlines())]
 

@@ -1,4 +1,4 @@
-"""HTML as strings: everything from a dataset passes through `text` or `cell`, and nothing else may carry it into the page."""
+"""HTML as strings: all data enter the page through `text` or `cell`, which escape them."""
 
 from __future__ import annotations
 

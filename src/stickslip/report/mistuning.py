@@ -1,4 +1,4 @@
-"""How mistuned disks are told."""
+"""Presentation of mistuned disks."""
 
 from __future__ import annotations
 

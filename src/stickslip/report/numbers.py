@@ -1,4 +1,4 @@
-"""Numbers in words, at the edge: Hz, percent, energies with their prefix."""
+"""Numbers as text: Hz, per cent, energies with prefix."""
 
 from __future__ import annotations
 

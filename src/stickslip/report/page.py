@@ -1,4 +1,4 @@
-"""The page: sections in order, style and scripts inlined, and a content policy that lets nothing load and nothing foreign run.
+"""Assembly of the page: sections, inlined style and scripts, and a content policy that blocks external resources.
 
 The policy names the scripts of this page by their hashes, so even text that slipped through as HTML could not execute.
 """

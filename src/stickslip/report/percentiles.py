@@ -1,4 +1,4 @@
-"""The section of percentiles: what a law of the start states says about the response, as a figure and a table."""
+"""Report section on percentiles of the response over start states, as a figure and a table."""
 
 from __future__ import annotations
 

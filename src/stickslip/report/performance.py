@@ -1,4 +1,4 @@
-"""How performance curves are told."""
+"""Presentation of performance curves."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"F_C/F_E = {one['optimum_ratio']:.4g} and {one['optimum_frequency']:.5g} Hz; "
             f"within 10 % of it from {ends[0]} to {ends[1]}"
         )
-        if doubt := str(dataset["optimum_doubt"].values[case]):
-            lines[-1] += f"; {doubt}"
+        if warning := str(dataset["optimum_warning"].values[case]):
+            lines[-1] += f"; {warning}"
         lines += [f"  {name}: {words}" for words in _detached(dataset, case)]
         lines += [f"  {name}: {words}" for words in _happened(dataset, case)]
     return lines
@@ -47,16 +47,16 @@ _OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency",
 
 
 def _detached(dataset: xr.Dataset, case: int) -> list[str]:
-    """Where higher peaks lie apart from the curve."""
+    """Where higher peaks lie on isolas."""
     heights, ratios = dataset["detached_amplitude_per_force"].values[case], dataset["force_ratio"].values
     units = dataset["detached_amplitude_per_force"].attrs["units"]
-    apart = ratios[np.isfinite(heights)]
-    if not apart.size:
+    isolas = ratios[np.isfinite(heights)]
+    if not isolas.size:
         return []
-    where = f"{apart[0]:.4g}" if apart.size == 1 else f"{apart[0]:.4g} to {apart[-1]:.4g}"
+    where = f"{isolas[0]:.4g}" if isolas.size == 1 else f"{isolas[0]:.4g} to {isolas[-1]:.4g}"
     return [
-        f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units)}, lie on a curve apart, which no sweep "
-        "meets; they do not count, and may be unstable (a time simulation tells)"
+        f"F_C/F_E {where}: higher peaks, up to {size_text(np.nanmax(heights), units)}, lie on an isola that "
+        "sweeps miss; they are not counted and may be unstable (a time simulation shows)"
     ]
 
 
@@ -64,13 +64,13 @@ KINDS = ("born", "ended", "merged", "swapped")
 
 
 def _happened(dataset: xr.Dataset, case: int) -> list[str]:
-    """What happened to peaks along a curve, gathered in one sentence; the table tells each of them."""
+    """What happened to peaks along a curve, in one sentence; the table lists each event."""
     kinds = dataset["event_kind"].values[case]
     if not np.any(kinds):
         return []
     counts = ", ".join(f"{np.count_nonzero(kinds == kind)} {kind}" for kind in KINDS if np.any(kinds == kind))
     low, high = np.nanmin(dataset["event_low"].values[case]), np.nanmax(dataset["event_high"].values[case])
-    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}, each in the table of the report"]
+    return [f"F_C/F_E {low:.4g} to {high:.4g}: peaks {counts}; the report lists each of them"]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -121,7 +121,7 @@ def _points(dataset: xr.Dataset) -> pd.DataFrame:
                     "relative to no contacts": float(at["normalised_amplitude"]),
                     "contacts": REGIONS[int(region)] if np.isfinite(region) else "",
                     "loss factor": float(at["loss_factor"]),
-                    f"apart from the curve [{units}]": float(at["detached_amplitude_per_force"]),
+                    f"on an isola [{units}]": float(at["detached_amplitude_per_force"]),
                 }
             )
     return pd.DataFrame(rows)

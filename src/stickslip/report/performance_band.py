@@ -1,4 +1,4 @@
-"""How the band of a performance curve over the start states is told."""
+"""Presentation of the band of a performance curve over the start states."""
 
 from __future__ import annotations
 

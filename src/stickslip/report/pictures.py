@@ -1,4 +1,4 @@
-"""Figures as pictures inside the page."""
+"""Figures embedded in the page."""
 
 from __future__ import annotations
 

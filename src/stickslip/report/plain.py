@@ -1,4 +1,4 @@
-"""The sections of a page without a script: what came out in sentences, figures as pictures, tables, what failed.
+"""Sections of a page without scripts: conclusions, figures as pictures, tables, failures.
 
 An analysis fills them through its `Presentation`.
 """

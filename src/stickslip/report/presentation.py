@@ -1,4 +1,4 @@
-"""How the results of an analysis are told: one `Presentation` each, by which console, report, figures and tables go.
+"""Presentations: how console, report, figures and tables show the results of each analysis.
 
 `report/<analysis>.py` holds it as PRESENTATION; `PRESENTATIONS` lists them.
 """
@@ -29,7 +29,7 @@ PRESENTATIONS = {
     "performance_curve": "stickslip.report.performance",
     "performance_band": "stickslip.report.performance_band",
     "damper_design": "stickslip.report.design",
-    "what_matters": "stickslip.report.what_matters",
+    "sensitivity_indices": "stickslip.report.sensitivity_indices",
     "identification": "stickslip.report.identification",
     "mistuned_population": "stickslip.report.mistuning",
 }
@@ -38,7 +38,7 @@ PRESENTATIONS = {
 
 @dataclass(frozen=True)
 class Presentation:
-    """How the results of an analysis are told.
+    """How the results of an analysis are reported.
 
     title: the analysis in words, "Forced response".
     sentences: what came out, one line each, for the console and the head of the report.

@@ -17,7 +17,7 @@ const plain = text => text.replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const scheme = () => data.colours[dark.matches && !printing ? "dark" : "light"];
 const levelColours = shown => shown.cases.map(c => scheme().levels[c.levels][c.colour]);
-const told = shown => shown.told.map(i => ({ c: shown.cases[i], i }));
+const representatives = shown => shown.representatives.map(i => ({ c: shown.cases[i], i }));
 const inLegend = c => ({ name: plain(c.label), legendgroup: c.label, showlegend: c.entry, opacity: c.thin ? 0.5 : 1 });
 const perForce = (shown, unit = data.length) => `${unit}${shown.newtons ? "/N" : " per unit level"}`;
 
@@ -157,7 +157,7 @@ function drawLoops() {
   const middle = values => values.length ? (Math.max(...values) + Math.min(...values)) / 2 : 0;
   const half = values => values.length ? (Math.max(...values) - Math.min(...values)) / 2 || 1 : 1;
   const closed = values => values.length ? [...values, values[0]] : values;
-  const traces = told(shown).map(({ c, i }) => ({ c, i, loop: c.loops[row] })).filter(t => t.loop && t.loop[0].every(u => u !== null)).map(({ c, i, loop }) => {
+  const traces = representatives(shown).map(({ c, i }) => ({ c, i, loop: c.loops[row] })).filter(t => t.loop && t.loop[0].every(u => u !== null)).map(({ c, i, loop }) => {
     const [u, force] = loop.map(closed), [u0, f0, su, sf] = own ? [middle(u), middle(force), half(u), half(force)] : [0, 0, 1, 1];
     return { x: u.map(v => (v - u0) / su), y: force.map(v => (v - f0) / sf), customdata: u.map((v, k) => [v, force[k]]), mode: "lines", name: plain(c.level),
       line: { color: levelColours(shown)[i], width: 2 }, hovertemplate: `%{customdata[0]:.4g} ${data.length}, %{customdata[1]:.4g} N` };
@@ -167,7 +167,7 @@ function drawLoops() {
 }
 
 function drawStates() {
-  const shown = result(), drawn = told(shown), count = drawn.length, rows = Math.max(shown.contacts.length, 1), last = data.mixtures.length - 1;
+  const shown = result(), drawn = representatives(shown), count = drawn.length, rows = Math.max(shown.contacts.length, 1), last = data.mixtures.length - 1;
   const scale = data.mixtures.map((m, i) => [i / last, m.colour]), panel = 46 + (rows > 12 ? 10 : 16) * rows, height = count * panel + 70;
   const layout = { showlegend: false, height, margin: { l: 60, r: 16, t: 34, b: 44 }, annotations: [] };
   const traces = drawn.map(({ c }, i) => {
@@ -191,7 +191,7 @@ function drawStates() {
 }
 
 function drawEnergy() {
-  const shown = result(), colours = data.colours.contacts, drawn = told(shown).map(({ c }) => c), levels = drawn.map((c, i) => i);
+  const shown = result(), colours = data.colours.contacts, drawn = representatives(shown).map(({ c }) => c), levels = drawn.map((c, i) => i);
   const shares = shown.energyNames.map((name, k) => ({ type: "bar", orientation: "h", name: plain(name), y: levels,
     x: drawn.map(c => c.total > 0 ? 100 * c.shares[k] / c.total : null), customdata: drawn.map(c => c.shares[k]),
     marker: { color: colours[k % colours.length] }, hovertemplate: "%{x:.1f} %, %{customdata:.4g} J per cycle" }));

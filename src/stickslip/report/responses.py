@@ -1,4 +1,4 @@
-"""How forced responses are told, with bounds or samples where they have them."""
+"""Presentation of forced responses, with bounds or samples if present."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
-from stickslip.results_told import levels_of, ranked, spread, telling, words_of
+from stickslip.results_representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results_view import highest_peak, measure_in
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_LINES = 12
-"""Force levels that a summary tells of."""
+"""Force levels listed in a summary."""
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -70,7 +70,7 @@ def level_line(dataset: xr.Dataset, case: int) -> str:
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:
     """Of many start states at one force level those with the lowest, the median and the highest response."""
-    chosen = telling(dataset, cases)
+    chosen = representative_starts(dataset, cases)
     level, solved = float(dataset["force_level"][cases[0]]), len(ranked(dataset, cases))
     lines = [f"  force {level:g}, {counted(len(cases), 'start state')}, {solved} of them solved"]
     for word, case in zip(words_of(chosen), chosen, strict=True):

@@ -1,4 +1,4 @@
-"""The sections of the page, each a function from the datasets to HTML. Tables hold exact numbers in SI as data-value."""
+"""Sections of the page, each a function from datasets to HTML. Tables carry exact SI numbers in data-value."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from stickslip.checks import Array, counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
-from stickslip.report.chart_data import MOST_TOLD
+from stickslip.report.chart_data import MOST_SHOWN
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
 from stickslip.report.numbers import energy, hertz, number
-from stickslip.results_told import told
+from stickslip.results_representative import representatives
 from stickslip.results_view import (
     Length,
     converged_points,
@@ -124,7 +124,7 @@ def loops(datasets: Datasets) -> str:
         "loops",
         "Hysteresis loops",
         chart("chart-loops", "Contact force against displacement.", controls),
-        note + _left_out(datasets),
+        note + _representative_note(datasets),
     )
 
 
@@ -136,7 +136,7 @@ def states(datasets: Datasets) -> str:
     )
     note = f'<p class="note">Colours mix by the shares of the period: {key} Gaps: no convergence.</p>'
     description = "Shares of the period in stick, slip and open, per contact and frequency."
-    return section("states", "Contact states", note + _left_out(datasets), chart("chart-states", description))
+    return section("states", "Contact states", note + _representative_note(datasets), chart("chart-states", description))
 
 
 def energies(datasets: Datasets) -> str:
@@ -194,9 +194,9 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     head = f"<h3>{text(label)}</h3>" if several else ""
     cases = range(dataset.sizes["case"])
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
-    shown = told(dataset, MOST_TOLD).cases if dataset.sizes["case"] > 1 else []
+    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
     items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
-    sentences = f"{_left_out({label: dataset})}<ul>{items}</ul>" if items else ""
+    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
     if several and items:
         sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
@@ -206,9 +206,9 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     return f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(note)}</p>'
 
 
-def _left_out(datasets: Datasets) -> str:
+def _representative_note(datasets: Datasets) -> str:
     """A note on the cases that stand for all."""
-    words = dict.fromkeys(words for dataset in datasets.values() if (words := told(dataset, MOST_TOLD).words))
+    words = dict.fromkeys(words for dataset in datasets.values() if (words := representatives(dataset, MOST_SHOWN).words))
     return "".join(f'<p class="note">{text(f"Shown: {sentence}.")}</p>' for sentence in words)
 
 

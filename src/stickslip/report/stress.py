@@ -1,4 +1,4 @@
-"""The section of stress: the largest at every place, with what vibrates and what stays."""
+"""Report section on stress: the largest at every place, with its vibratory and mean parts."""
 
 from __future__ import annotations
 

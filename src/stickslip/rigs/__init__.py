@@ -1,4 +1,4 @@
-"""Ready problems. `RIGS` lists them by the name that a study file gives, `STRESS` the stress recoveries of their elements.
+"""Ready problems. `RIGS` lists them by their names in study files, `STRESS` their stress recoveries.
 
 Nothing heavy is imported here: scikit-fem loads when a rig is meshed.
 """

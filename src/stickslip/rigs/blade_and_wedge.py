@@ -1,4 +1,4 @@
-"""One blade mode and a wedge damper between its platform and a fixed one: the smallest rig on which a damper can be designed."""
+"""One blade mode with a wedge damper between its platform and a fixed one: the smallest rig for damper design."""
 
 from __future__ import annotations
 

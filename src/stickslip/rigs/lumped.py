@@ -1,4 +1,4 @@
-"""Lumped rigs, small enough to follow by hand: one mass, chains of masses, two blades with a wedge damper.
+"""Lumped rigs for hand calculation: one mass, chains of masses, two blades with a wedge damper.
 
 The chains and the single mass are the problems on which harmonic balance codes are compared and timed.
 """

@@ -1,4 +1,4 @@
-"""A bladed disk of 24 lumped sectors with a damper between all neighbours: small enough to solve whole, sector by sector.
+"""A bladed disk of 24 lumped sectors with a damper between neighbours, small enough to solve without cyclic symmetry.
 
 Case W: wedges that do not turn. Case R: cylinders that roll. Numbers of this project, computed by an independent script.
 """

@@ -1,4 +1,4 @@
-"""A damper between prescribed platforms as a problem with loads: for harmonic balance and every analysis of a `Problem`."""
+"""A damper between prescribed platforms as a `Problem`, for harmonic balance and every other analysis."""
 
 from __future__ import annotations
 

@@ -241,7 +241,7 @@ class _Tracer:
         return following
 
     def _beside(self, current: CurvePoint, following: CurvePoint, distance: float, turn: float) -> bool:
-        """Whether the point on the plane at `distance` is on the same branch, as far as the way there tells."""
+        """Whether the point on the plane at `distance` is on the same branch, as far as the step to it shows."""
         chord = current.chord(following, self.parameter)
         if chord > 1.5 * distance:
             return False

@@ -1,4 +1,4 @@
-"""One response curve at one force level: over a band, or at given frequencies reached by continuation. Says how it ended."""
+"""One response curve at one force level, over a band or at given frequencies, with its outcome."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SINGULAR = 1e-13
 class Curve:
     """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
 
-    peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `densify`
+    peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `refine`
     made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak;
     missing: of listed frequencies, the place in the list and ω of those without a point.
     """
@@ -94,7 +94,7 @@ def solve_curve(
     if begin is None and isinstance(travel, _Travel) and travel.lost is not None and start != end:
         travel = _from_the_end(balance, start, end, level, control, travel.lost) or travel
     if isinstance(travel, Outcome):
-        message = " ".join((travel.sentence, *balance.problem.doubts))
+        message = " ".join((travel.sentence, *balance.problem.warnings))
         return Curve(level, (), travel, message, start, measure=measure)
     return _with_peaks(balance, level, travel, progress, peak_tolerance, measure, (start, end))
 
@@ -172,13 +172,13 @@ def _listed(
     missing = tuple((k, frequencies[k]) for k in range(len(frequencies)) if k not in found and k not in alone)
     points = tuple(point for _, point in sorted((found | alone).items()))
     if not points:
-        message = " ".join((reason or outcome.sentence, *balance.problem.doubts))
+        message = " ".join((reason or outcome.sentence, *balance.problem.warnings))
         return Curve(level, (), outcome, message, frequencies[0], measure=measure)
     message, count = ARRIVED, len(frequencies)
     if missing:
         first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
         unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."
-        message = " ".join((unsolved, *balance.problem.doubts))
+        message = " ".join((unsolved, *balance.problem.warnings))
     elif anew and not alone:
         message = f"The curve was begun anew at {anew} of {count} frequencies. {reason}".strip()
     elif alone:
@@ -294,7 +294,7 @@ def _lost_message(problem: Problem, travel: _Travel, ends: tuple[float, float]) 
         where = f"It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest {rest}."
     else:
         where = f"Compute it {rest}."
-    return " ".join(filter(None, (travel.lost, where, *problem.doubts)))
+    return " ".join(filter(None, (travel.lost, where, *problem.warnings)))
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
@@ -319,7 +319,7 @@ def _at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Mapping[
 
 
 def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
-    """Why a point could not be solved: the same problem without its dynamic load tells whether the static state is found.
+    """Why a point could not be solved: the same problem without its dynamic load shows whether the static state is found.
 
     Where it is not, a prescribed start state is blamed only if there is one; Newton's method may have missed what exists.
     """

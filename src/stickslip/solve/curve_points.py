@@ -1,4 +1,4 @@
-"""Points of a curve with their tangents, and what lies between two of them."""
+"""Points of a curve with their tangents, and interpolation between two of them."""
 
 from __future__ import annotations
 

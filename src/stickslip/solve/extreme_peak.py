@@ -17,9 +17,9 @@ from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.extremes import Extreme, size_of, start_gradient
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PeakSearch
+from stickslip.solve.peak_solver import NoPeakError, PeakSolver, Plane, plane_at
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
 from stickslip.solve.start_space import StartSpace
-from stickslip.solve.summit import Ascent, NoSummitError, Plane, plane_at
 
 TOLERANCE = 1e-6
 """Relative amplitude to which a peak is found."""
@@ -69,13 +69,13 @@ class AtPeak:
         if not self.known:
             return self.traced(variables)
         balance = self.space.balance(self.begin.balance, variables)
-        ascent = Ascent(balance, self.output, self.measure, TOLERANCE)
+        solver = PeakSolver(balance, self.output, self.measure, TOLERANCE)
         try:
-            evaluation = self._climbed(ascent, variables)
-        except NoSummitError:
+            evaluation = self._climbed(solver, variables)
+        except NoPeakError:
             raise UnsolvedError from None
         finally:
-            self.solves += ascent.solves
+            self.solves += solver.solves
         if not self.band[0] < evaluation.point.omega < self.band[1]:
             raise UnsolvedError
         return self._at(balance, variables, evaluation)
@@ -106,12 +106,12 @@ class AtPeak:
         value, slope_of = size_of(self.output, self.measure)(balance, evaluation)
         return Extreme(variables.copy(), value, balance, evaluation), start_gradient(balance, self.space, evaluation, slope_of)
 
-    def _climbed(self, ascent: Ascent, variables: Array) -> Evaluation:
+    def _climbed(self, solver: PeakSolver, variables: Array) -> Evaluation:
         """The peak near that of the nearest known start state: at once, else by way of start states between its own and this."""
         origin, point, plane = min(self.known, key=lambda item: float(np.linalg.norm(item[0] - variables)))
         try:
-            return ascent.from_near(point, plane).evaluation
-        except NoSummitError:
+            return solver.from_near(point, plane).evaluation
+        except NoPeakError:
             way = StartSolutions(self.begin.balance, self.space, point.omega, point.level)
             way.remember(origin, point.forces)
-            return ascent.from_solved(way.solve(variables)[1]).evaluation
+            return solver.from_solved(way.solve(variables)[1]).evaluation

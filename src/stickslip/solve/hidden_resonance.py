@@ -1,4 +1,4 @@
-"""Whether a step of a curve passes over a resonance: the balance is solved at the resonances known inside it."""
+"""Detection of resonances that a continuation step passes over: the balance is solved at the known ones inside it."""
 
 from __future__ import annotations
 

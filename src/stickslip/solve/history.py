@@ -1,4 +1,4 @@
-"""A loading history: the sliders of one solved point are where the next one starts, along frequency and from level to level."""
+"""Loading history: the sliders of each solved point are the start state of the next, along frequency and between levels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A curve between its solved points: contact forces by cubics through points and tangents, each value checked or solved.
+"""Interpolation of a curve between solved points by cubics of the contact forces; each value is checked or solved.
 
 The step of Newton's method from a value to the curve estimates its error. The factors of the nearer solved point serve for
 it, so that a value costs one evaluation of the balance.
@@ -20,8 +20,8 @@ from stickslip.solve.segment import Knot, Segment, knot, segment
 FOLD_DIVISIONS = 2
 """How often a step is divided where its frequency turns, so that the fold is a solved point."""
 
-DOUBT = 2.0
-"""How many times Newton's step the error is taken to be: it is a first-order estimate, with the factors of a point nearby."""
+SAFETY = 2.0
+"""Safety factor on the error estimate, Newton's step with the factors of a point nearby: it is of first order only."""
 
 DIVISIONS = 6
 """How often a step is divided to find a point that Newton's method does not reach from the cubic."""
@@ -135,10 +135,10 @@ class Interpolation:
         return segment(part.low, middle, metric), segment(middle, part.high, metric)
 
     def _passed(self, part: Segment, metric: Metric, omega: float, divisions: int) -> list[Value]:
-        """The values at a frequency on a segment; it is divided until each solved point is the one that its cubic foretold."""
+        """The values at a frequency on a segment; it is divided until each solved point is the one that its cubic predicted."""
         places = part.crossings(omega)
         values = [self._value(part, place, omega) for place in places]
-        if all(_foretold(part, place, value, len(places)) for place, value in zip(places, values, strict=True)):
+        if all(_predicted(part, place, value, len(places)) for place, value in zip(places, values, strict=True)):
             return values
         halves = self._halves(part, metric, 0.5) if divisions else None
         if halves is None:
@@ -155,7 +155,7 @@ class Interpolation:
         return Value(correction.evaluation, 0.0, solved=True) if correction.converged else NOT_SOLVED
 
     def _error(self, part: Segment, place: float, evaluation: Evaluation) -> float:
-        """Largest share of an output's amplitude in Newton's step to the curve, and back along it to the frequency; doubted."""
+        """Largest share of an output's amplitude in Newton's step to the curve, and back along it, times the safety factor."""
         balance, point = self.balance, evaluation.point
         along, rate = part.slope(place)
         if rate == 0.0:
@@ -173,10 +173,10 @@ class Interpolation:
         outputs = slice(balance.rows, None)
         amplitudes = np.hypot(*evaluation.w[outputs, 1:3].T)
         share = np.linalg.norm(off[outputs], axis=1) / np.maximum(amplitudes, np.finfo(float).tiny)
-        return DOUBT * float(share.max())
+        return SAFETY * float(share.max())
 
 
-def _foretold(part: Segment, place: float, value: Value, places: int) -> bool:
+def _predicted(part: Segment, place: float, value: Value, places: int) -> bool:
     """Whether a value lies where its segment was to pass the frequency, and not where it passes it another time."""
     if value.evaluation is None:
         return False

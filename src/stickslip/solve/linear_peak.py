@@ -1,4 +1,4 @@
-"""The resonance peaks of the two linear limits, contacts absent and contacts stuck: what performance curves run between."""
+"""Resonance peaks of the two linear limits, contacts absent and stuck, between which performance curves run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Newton's method with a line search on the residual: the one loop in which every point of every curve is solved, compiled."""
+"""Newton's method with line search, compiled: the corrector of every point of every curve."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Sampling and stick-slip make a curve piecewise smooth: near a flat top stand many small cusps, one for each sample that an
 event passes. The search is therefore a branch and bound: slopes around an interval, and how far slopes nearby were from what
-their neighbours foretold, bound the amplitude inside it; the interval of the highest bound is divided until no bound exceeds
+their neighbours predicted, bound the amplitude inside it; the interval of the highest bound is divided until no bound exceeds
 the best point by more than the tolerance. What one search has solved serves the searches of all other outputs and measures.
 """
 
@@ -75,11 +75,11 @@ class _Sample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Interval:
-    """Two samples of one segment; doubt: how far slopes at its ends were from what their neighbours foretold."""
+    """Two samples of one segment; slope_error: how far slopes at its ends were from what their neighbours predicted."""
 
     low: _Sample
     high: _Sample
-    doubt: float = 0.0
+    slope_error: float = 0.0
 
     @property
     def width(self) -> float:
@@ -94,10 +94,10 @@ class _Interval:
 
     @property
     def steepness(self) -> float:
-        """The largest slope known in the interval; the mean slope foretells by how much it may be exceeded."""
+        """The largest slope known in the interval; the mean slope predicts by how much it may be exceeded."""
         mean = self.mean_slope
         bend = abs(mean - 0.5 * (self.low.slope + self.high.slope))
-        return max(abs(self.low.slope), abs(self.high.slope), bend, self.doubt)
+        return max(abs(self.low.slope), abs(self.high.slope), bend, self.slope_error)
 
     @property
     def height(self) -> float:
@@ -130,13 +130,13 @@ class _Interval:
         return a.place.fraction + share * (b.place.fraction - a.place.fraction)
 
     def divided(self, middle: _Sample) -> list[_Interval]:
-        """The two parts; both doubt as much as the slope in the middle differs from that of the cubic through the ends."""
+        """The two parts; the slope error of both is the difference, in the middle, to the cubic through the ends."""
         share = (middle.place.length - self.low.place.length) / self.width if self.width else 0.5
         mean = self.mean_slope
-        foretold = 6.0 * share * (1.0 - share) * mean + (1.0 - share) * (1.0 - 3.0 * share) * self.low.slope
-        foretold -= share * (2.0 - 3.0 * share) * self.high.slope
-        doubt = abs(middle.slope - foretold)
-        return [_Interval(self.low, middle, doubt), _Interval(middle, self.high, doubt)]
+        predicted = 6.0 * share * (1.0 - share) * mean + (1.0 - share) * (1.0 - 3.0 * share) * self.low.slope
+        predicted -= share * (2.0 - 3.0 * share) * self.high.slope
+        slope_error = abs(middle.slope - predicted)
+        return [_Interval(self.low, middle, slope_error), _Interval(middle, self.high, slope_error)]
 
 
 def _bound(intervals: list[_Interval], i: int) -> float:
@@ -382,8 +382,8 @@ def _slope(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: 
 
 
 def _intervals(samples: list[_Sample]) -> list[_Interval]:
-    """The intervals between samples of a segment in order; each sample between two others tells how much to doubt beside it."""
-    doubts = [0.0] * len(samples)
+    """The intervals between samples of a segment in order; each inner sample gives the slope error beside it."""
+    errors = [0.0] * len(samples)
     for i in range(1, len(samples) - 1):
-        doubts[i] = _Interval(samples[i - 1], samples[i + 1]).divided(samples[i])[0].doubt
-    return [_Interval(a, b, max(doubts[i : i + 2])) for i, (a, b) in enumerate(pairwise(samples))]
+        errors[i] = _Interval(samples[i - 1], samples[i + 1]).divided(samples[i])[0].slope_error
+    return [_Interval(a, b, max(errors[i : i + 2])) for i, (a, b) in enumerate(pairwise(samples))]

@@ -1,4 +1,4 @@
-"""All peaks of a curve by a full sweep over a band: the continuation of the curve, each local maximum climbed to its summit."""
+"""All peaks of a curve from a full sweep over a band: each local maximum of the traced curve is solved as a peak."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stickslip.solve.curve import RUN_UPS
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PROMINENCE, PeakSearch
-from stickslip.solve.summit import Ascent, NoSummitError, Summit
+from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
 
 LEAST = 0.5
 """Peaks lower than this share of the highest are left out; one that grows is met by a later sweep."""
@@ -29,10 +29,10 @@ LONGEST = 400
 """Points along which the way from a peak to an end of the band is sought."""
 
 
-def swept_summits(
+def swept_peaks(
     balance: HarmonicBalance, level: float, band: tuple[float, float], output: int, measure: Measure
-) -> tuple[list[Summit], int, int]:
-    """Summits of a measure over a band in rad/s, the points of the curve, and the solutions spent on the summits.
+) -> tuple[list[SolvedPeak], int, int]:
+    """Peaks of a measure over a band in rad/s, the points of the curve, and the solutions spent on the peaks.
 
     Raises `LostCurveError` where the curve does not reach the end of the band.
     """
@@ -40,15 +40,15 @@ def swept_summits(
     measured = [_slope(measure, point, balance.rows + output) for point in points]
     sizes = np.array([size for size, _ in measured])
     tops = [k for k in _tops([slope > 0.0 for _, slope in measured], sizes) if sizes[k] >= LEAST * sizes.max()]
-    found: list[tuple[int, Summit]] = []
+    found: list[tuple[int, SolvedPeak]] = []
     solves = 0
     for k in tops:
-        ascent = Ascent(balance, output, measure)
-        summit = _climbed(ascent, points, sizes, k)
-        found += [] if summit is None else [(k, summit)]
-        solves += ascent.solves
-    inside = [(k, summit) for k, summit in found if band[0] < summit.omega < band[1]]
-    return _prominent(Ascent(balance, output, measure), inside, sizes), len(points), solves
+        solver = PeakSolver(balance, output, measure)
+        peak = _climbed(solver, points, sizes, k)
+        found += [] if peak is None else [(k, peak)]
+        solves += solver.solves
+    inside = [(k, peak) for k, peak in found if band[0] < peak.omega < band[1]]
+    return _prominent(PeakSolver(balance, output, measure), inside, sizes), len(points), solves
 
 
 def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float]) -> list[CurvePoint]:
@@ -69,9 +69,9 @@ def swept_curve(balance: HarmonicBalance, level: float, band: tuple[float, float
     raise LostCurveError(reason)
 
 
-def reaches_an_end(balance: HarmonicBalance, summit: Summit, band: tuple[float, float]) -> bool:
+def reaches_an_end(balance: HarmonicBalance, peak: SolvedPeak, band: tuple[float, float]) -> bool:
     """Whether the curve through a peak comes to an end of the band in rad/s; a closed one turns back on both sides."""
-    first = correct(balance, summit.point, fixed("omega", summit.omega), iterations=40, halvings=12)
+    first = correct(balance, peak.point, fixed("omega", peak.omega), iterations=40, halvings=12)
     for end in band if first.converged else ():
         with suppress(LostCurveError):
             *_, last = trace(balance, first, "omega", end, StepControl(points=LONGEST))
@@ -93,42 +93,42 @@ def _tops(rising: Sequence[bool], sizes: np.ndarray) -> list[int]:
     return [k if sizes[k] >= sizes[k + 1] else k + 1 for k in turns]
 
 
-def _climbed(ascent: Ascent, points: Sequence[CurvePoint], sizes: np.ndarray, k: int) -> Summit | None:
-    """The summit of the top beside point k, from the points around it; where they climb elsewhere, from the peak between them."""
+def _climbed(solver: PeakSolver, points: Sequence[CurvePoint], sizes: np.ndarray, k: int) -> SolvedPeak | None:
+    """The peak of the top beside point k, from the points around it; where they climb elsewhere, from the peak between them."""
     around = points[max(k - AROUND, 0) : k + AROUND + 1]
 
     def near() -> Iterator[Evaluation]:
         yield from (points[beside].evaluation for beside in (k, k + 1, k - 1) if 0 <= beside < len(points))
-        search = PeakSearch(ascent.balance, around, ascent.tolerance)
-        yield from (peak.evaluation for peak in search.peaks(ascent.output, ascent.measure).points)
+        search = PeakSearch(solver.balance, around, solver.tolerance)
+        yield from (peak.evaluation for peak in search.peaks(solver.output, solver.measure).points)
 
     for start in near():
-        with suppress(NoSummitError):
-            summit = ascent.from_solved(start)
-            if not _strayed(summit, points[max(k - 1, 0) : k + 2], sizes[k]):
-                return summit
+        with suppress(NoPeakError):
+            peak = solver.from_solved(start)
+            if not _strayed(peak, points[max(k - 1, 0) : k + 2], sizes[k]):
+                return peak
     return None
 
 
-def _strayed(summit: Summit, beside: Sequence[CurvePoint], size: float) -> bool:
-    """Whether a climb went away from a top of a given size to a higher one, which may lie on a closed curve apart."""
+def _strayed(peak: SolvedPeak, beside: Sequence[CurvePoint], size: float) -> bool:
+    """Whether a climb went away from a top of a given size to a higher one, which may lie on an isola."""
     omegas = [point.point.omega for point in beside]
     span = max(omegas) - min(omegas)
-    elsewhere = not min(omegas) - span <= summit.omega <= max(omegas) + span
-    return elsewhere and summit.amplitude > STRAYED * size
+    elsewhere = not min(omegas) - span <= peak.omega <= max(omegas) + span
+    return elsewhere and peak.amplitude > STRAYED * size
 
 
-def _prominent(ascent: Ascent, found: list[tuple[int, Summit]], sizes: np.ndarray) -> list[Summit]:
+def _prominent(solver: PeakSolver, found: list[tuple[int, SolvedPeak]], sizes: np.ndarray) -> list[SolvedPeak]:
     """Of maxima between which the curve does not dip, only the highest."""
-    kept: list[tuple[int, Summit]] = []
-    for k, summit in found:
+    kept: list[tuple[int, SolvedPeak]] = []
+    for k, peak in found:
         if kept:
             last, before = kept[-1]
-            lower = min(before.amplitude, summit.amplitude)
+            lower = min(before.amplitude, peak.amplitude)
             dip = min(sizes[last : k + 1], default=lower)
-            if dip > (1.0 - PROMINENCE) * lower or ascent.one_crest(before, summit):
-                if summit.amplitude > before.amplitude:
-                    kept[-1] = (k, summit)
+            if dip > (1.0 - PROMINENCE) * lower or solver.same_peak(before, peak):
+                if peak.amplitude > before.amplitude:
+                    kept[-1] = (k, peak)
                 continue
-        kept.append((k, summit))
-    return [summit for _, summit in kept]
+        kept.append((k, peak))
+    return [peak for _, peak in kept]

@@ -1,4 +1,4 @@
-"""Steady cycles of a damper between platforms: carried round the prescribed motion until forces repeat.
+"""Steady cycles of a damper between platforms: repeated passes of the prescribed motion until the forces repeat.
 
 First the pull is laid on, with the platforms at rest; then a lead-in takes them to the start of the cycle; then cycles follow.
 Rotations are scaled inside by the distance of the contacts from the mass centre.

@@ -1,4 +1,4 @@
-"""A damper carried round cycles of prescribed platform motion: quasi-static steps, or steps in time, one compiled loop.
+"""Compiled march of a damper through cycles of platform motion, in quasi-static or dynamic steps.
 
 Quasi-static steps start from the extrapolated motion; where Newton fails, from the last one; where it fails again, the states of
 a few contacts are enumerated, and with more of them the step is taken in ever smaller parts.
@@ -14,7 +14,7 @@ from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
 from stickslip.solve.platform_states import find_states
-from stickslip.solve.platform_step import Bodies, Room, room, solve_step
+from stickslip.solve.platform_step import Bodies, Workspace, solve_step, workspace
 from stickslip.time.methods import Coefficients
 
 FINEST = 1e-3
@@ -81,7 +81,7 @@ def carry_quasi_static(
 
     A state without motion carries no load yet. few: contacts of which `find_states` can take over from Newton.
     """
-    work = room(bodies.B.shape[0], state.intercept.size, load.size)
+    work = workspace(bodies.B.shape[0], state.intercept.size, load.size)
     last = path.load[0] if np.any(state.motion) else 0.0
     for k in range(path.drive.shape[0]):
         iterations = _quasi_static_step(bodies, table, load, last, path.load[k], path.drive[k], state, work, few)
@@ -102,7 +102,7 @@ def _quasi_static_step(
     level: float,
     goal: Array,
     state: PlatformState,
-    work: Room,
+    work: Workspace,
     few: bool,
 ) -> int:
     """One step to platform part `goal` and load factor `level`, whole or in parts; Newton's iterations, −1 when it fails."""
@@ -137,7 +137,9 @@ def _quasi_static_step(
 
 
 @kernel
-def _jump(bodies: Bodies, table: ContactTable, drive: Array, right: Array, state: PlatformState, q: Array, work: Room) -> int:
+def _jump(
+    bodies: Bodies, table: ContactTable, drive: Array, right: Array, state: PlatformState, q: Array, work: Workspace
+) -> int:
     """Where no equilibrium lies near the last one, the damper snaps to another: look from starts that fill a box of the size of
     its motion under the load (a lattice of the generalised golden ratio). Returns Newton's iterations, −1 when none is found."""
     size = q.size
@@ -156,7 +158,7 @@ def _jump(bodies: Bodies, table: ContactTable, drive: Array, right: Array, state
 
 
 @kernel
-def _keep(record: Record, k: int, state: PlatformState, work: Room, iterations: int) -> None:
+def _keep(record: Record, k: int, state: PlatformState, work: Workspace, iterations: int) -> None:
     record.motion[k], record.w[k], record.force[k] = state.motion, work.w, work.force
     record.intercept[k], record.limit[k], record.iterations[k] = work.intercept, work.limit, iterations
 
@@ -166,7 +168,7 @@ def carry_in_time(
     bodies: Bodies, table: ContactTable, load: Array, path: Path, inertia: Inertia, state: PlatformState, record: Record
 ) -> int:
     """Carry the bodies along a path in equal time steps; returns the number of failed steps, and stops there."""
-    work = room(bodies.B.shape[0], state.intercept.size, load.size)
+    work = workspace(bodies.B.shape[0], state.intercept.size, load.size)
     q, before = np.empty_like(load), np.empty_like(state.intercept)
     h, (am, af, beta, gamma) = inertia.step, inertia.method
     for k in range(path.drive.shape[0]):

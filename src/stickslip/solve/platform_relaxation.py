@@ -1,4 +1,4 @@
-"""A damper between platforms by relaxation: a second scheme, which shares nothing with `platform_march` and is ten times faster.
+"""A damper between platforms by relaxation: a second method independent of `platform_march` and about ten times faster.
 
 At every position of the platform the damper moves by the stuck compliance times what is out of balance, again and again, until
 nothing is. Where the damper snaps, it arrives as well. The scheme of identifications.

@@ -1,4 +1,4 @@
-"""The equilibrium of a few macroslip contacts by looking at every combination of their states: sure, where Newton is lost.
+"""Equilibrium of a few macroslip contacts by enumeration of all contact states, a safe fallback for Newton's method.
 
 With each contact stuck, slipping either way or open, the step is a linear system; of the solutions that agree with their own
 states the one nearest to the last motion counts. 4 to the power of the contacts combinations, so for a few contacts only.

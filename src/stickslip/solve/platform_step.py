@@ -43,7 +43,7 @@ class Bodies(NamedTuple):
     share: float
 
 
-class Room(NamedTuple):
+class Workspace(NamedTuple):
     """Arrays that a step fills: w, f (rows,), intercept, limit (elements,), slopes; residual, change, trial (n,); matrix."""
 
     w: Array
@@ -58,10 +58,10 @@ class Room(NamedTuple):
 
 
 @kernel
-def room(rows: int, elements: int, size: int) -> Room:
+def workspace(rows: int, elements: int, size: int) -> Workspace:
     """Fresh arrays."""
     slopes = Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
-    return Room(
+    return Workspace(
         np.zeros(rows),
         np.zeros(rows),
         np.zeros(elements),
@@ -75,41 +75,43 @@ def room(rows: int, elements: int, size: int) -> Room:
 
 
 @kernel
-def residual_of(bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Array, room: Room) -> float:
+def residual_of(
+    bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Array, work: Workspace
+) -> float:
     """Fill w, forces, intercepts, limits, slopes and A q + φ Bᵀf − g; returns its norm."""
     rows, size = bodies.B.shape
     for r in range(rows):
         total = drive[r]
         for i in range(size):
             total += bodies.B[r, i] * q[i]
-        room.w[r] = total
-    contact_law(table, room.w, Earlier(before, room.w, room.limit), room.intercept, room.limit, room.slopes)
+        work.w[r] = total
+    contact_law(table, work.w, Earlier(before, work.w, work.limit), work.intercept, work.limit, work.slopes)
     for r in range(rows):
-        room.force[r] = room.slopes.target[r] + bodies.stiffness[r] * room.w[r]
+        work.force[r] = work.slopes.target[r] + bodies.stiffness[r] * work.w[r]
     square = 0.0
     for i in range(size):
         total = -right[i]
         for j in range(size):
             total += bodies.A[i, j] * q[j]
         for r in range(rows):
-            total += bodies.share * bodies.B[r, i] * room.force[r]
-        room.residual[i] = total
+            total += bodies.share * bodies.B[r, i] * work.force[r]
+        work.residual[i] = total
         square += total * total
     return float(np.sqrt(square))
 
 
 @kernel
-def _scale(bodies: Bodies, right: Array, room: Room) -> float:
+def _scale(bodies: Bodies, right: Array, work: Workspace) -> float:
     total = 0.0
     for i in range(right.size):
         total += right[i] * right[i]
-    for r in range(room.force.size):
-        total += room.force[r] * room.force[r] + (1e-3 * bodies.stiffness[r] * room.w[r]) ** 2
+    for r in range(work.force.size):
+        total += work.force[r] * work.force[r] + (1e-3 * bodies.stiffness[r] * work.w[r]) ** 2
     return float(np.sqrt(total) + 1e-300)
 
 
 @kernel
-def _direction(bodies: Bodies, room: Room) -> None:
+def _direction(bodies: Bodies, work: Workspace) -> None:
     """Newton's change of q; with a growing part of the stuck matrix where the tangent one is singular."""
     rows, size = bodies.B.shape
     largest = 0.0
@@ -119,54 +121,54 @@ def _direction(bodies: Bodies, room: Room) -> None:
     for _ in range(12):
         for i in range(size):
             for j in range(size):
-                room.matrix[i, j] = (bodies.A[i, j] + added * bodies.stuck[i, j]) / largest
+                work.matrix[i, j] = (bodies.A[i, j] + added * bodies.stuck[i, j]) / largest
         for r in range(rows):
-            own, coupling, n = bodies.stiffness[r] + room.slopes.own[r], room.slopes.coupling[r], bodies.normal[r]
+            own, coupling, n = bodies.stiffness[r] + work.slopes.own[r], work.slopes.coupling[r], bodies.normal[r]
             for i in range(size):
                 left = bodies.share * bodies.B[r, i] / largest
                 for j in range(size):
                     value = own * bodies.B[r, j]
                     if n >= 0 and n != r:
                         value += coupling * bodies.B[n, j]
-                    room.matrix[i, j] += left * value
+                    work.matrix[i, j] += left * value
         for i in range(size):
-            room.change[i] = -room.residual[i] / largest
-        if solve_in_place(room.matrix, room.change):
+            work.change[i] = -work.residual[i] / largest
+        if solve_in_place(work.matrix, work.change):
             return
         added = max(1e-6, 8.0 * added)
     for i in range(size):
-        room.change[i] = 0.0
+        work.change[i] = 0.0
 
 
 @kernel
-def solve_step(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, q: Array, room: Room) -> int:
+def solve_step(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, q: Array, work: Workspace) -> int:
     """Solve one step from the start in q (n,), which becomes the solution. Returns the iterations, −1 where Newton fails."""
-    size = residual_of(bodies, table, q, drive, right, before, room)
+    size = residual_of(bodies, table, q, drive, right, before, work)
     patience = PATIENCE
     for iteration in range(ITERATIONS):
-        if size <= TOLERANCE * _scale(bodies, right, room):
+        if size <= TOLERANCE * _scale(bodies, right, work):
             return iteration
-        _direction(bodies, room)
+        _direction(bodies, work)
         length, found, reduced = 1.0, size, False
-        room.trial[:] = q
+        work.trial[:] = q
         for _ in range(12):
-            q[:] = room.trial + length * room.change
-            found = residual_of(bodies, table, q, drive, right, before, room)
+            q[:] = work.trial + length * work.change
+            found = residual_of(bodies, table, q, drive, right, before, work)
             if found < (1.0 - 1e-4 * length) * size:
                 reduced = True
                 break
             length *= 0.5
         if not reduced:
-            q[:] = room.trial
-            found = residual_of(bodies, table, q, drive, right, before, room)
-            if size <= FLOOR * _scale(bodies, right, room):
+            q[:] = work.trial
+            found = residual_of(bodies, table, q, drive, right, before, work)
+            if size <= FLOOR * _scale(bodies, right, work):
                 return iteration
             patience -= 1
             if patience < 0:
                 return -1
-            _direction(bodies, room)
-            q[:] = room.trial + room.change
-            found = residual_of(bodies, table, q, drive, right, before, room)
+            _direction(bodies, work)
+            q[:] = work.trial + work.change
+            found = residual_of(bodies, table, q, drive, right, before, work)
         if not np.isfinite(found):
             return -1
         size = found

@@ -1,4 +1,4 @@
-"""Solutions at one frequency and force level as a function of the start state, each reached from a known one nearby."""
+"""Solutions at one frequency and level as a function of the start state, each reached from a known neighbour."""
 
 from __future__ import annotations
 

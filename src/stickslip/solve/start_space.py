@@ -1,4 +1,4 @@
-"""The start states of a problem as a vector of variables in [−1, 1]: which elements share one, and what ±1 means.
+"""Parametrisation of start states by variables in [−1, 1]: the elements that share one, and the meaning of ±1.
 
 Every admissible solution has its tractions at the last sample in their own [LO, HI]; slider offsets reach all of them, and so
 do traction ratios. Ratios and mean tractions take the static tangential stiffness of a stuck contact away: a body that

@@ -1,4 +1,4 @@
-"""What a solved point says about start states: the slider and the admissible interval of every friction element.
+"""Start states at a solved point: the slider and the admissible interval of every friction element.
 
 From it come the variables that describe a solution (several do, since a start state beyond the interval is clipped), and how
 wide the space of start states must be so that every solution lies in it.

@@ -1,4 +1,4 @@
-"""Time integration until the motion repeats itself: the independent referee of every frequency-domain result.
+"""Time integration to a steady state, the independent check of all frequency-domain results.
 
 It shares the structure, the contact tables and the step law with the harmonic balance, but neither harmonics nor Newton's
 method over a period. The periods are marched one by one and compared.

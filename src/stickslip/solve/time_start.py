@@ -1,4 +1,4 @@
-"""Where time integration starts: from rest, or inside a solution of the harmonic balance with its motion and its sliders.
+"""Initial conditions of a time integration: rest, or a harmonic balance solution with its sliders.
 
 Friction remembers: an element that never slips in the steady period keeps its slider where it starts, in time as in the
 harmonic balance. Starting with the sliders of a harmonic solution is what makes the two comparable where forces are not unique.

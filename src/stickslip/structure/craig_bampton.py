@@ -48,7 +48,7 @@ def craig_bampton(
 
     kept: {"NODE.DIRECTION": row in M and K}; they must hold the body (interior stiffness positive definite).
     modes: number of fixed-interface modes, lowest first; None: all (dense; massless interior motions have none).
-    progress(share, text) is told what is being done, and the memory that the factor takes.
+    progress(share, text) is called with what is being done and the memory that the factor takes.
     """
     stiffness, mass = symmetric_sparse("K", K), symmetric_sparse("M", M)
     size = stiffness.shape[0]

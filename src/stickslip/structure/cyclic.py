@@ -1,4 +1,4 @@
-"""A disk of equal sectors as the matrices of one sector, a set for each nodal diameter.
+"""A disk of equal sectors: the matrices of one sector for each nodal diameter.
 
 Sector j of N moves by u_j = u exp(−i n 2π j/N) at nodal diameter n: a wave that travels with the numbering of the sectors.
 The matrices of n are Hermitian, those of N − n their conjugates; n = 0 (all sectors alike) and n = N/2 are real.

@@ -1,4 +1,4 @@
-"""From a meshed sector to the disk: cyclic constraints between its two faces, and Craig-Bampton for each nodal diameter.
+"""Reduction of a meshed sector: cyclic constraints between its faces, and Craig–Bampton for each nodal diameter.
 
 The right face of a sector is the left face of the following one: u_right = R u_left exp(−i n 2π/N), R the rotation by 2π/N about
 z. Degrees of freedom of all sectors stand in the sector's own axes, which turn with it.

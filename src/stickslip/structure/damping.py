@@ -1,4 +1,4 @@
-"""Viscous damping of a structure: given as C, proportional, or modal on the free or on the stuck modes."""
+"""Viscous damping of a structure: a matrix C, Rayleigh damping, or modal damping on free or stuck modes."""
 
 from __future__ import annotations
 

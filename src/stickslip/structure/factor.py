@@ -1,4 +1,4 @@
-"""One factorisation of a sparse symmetric matrix: solves with it, the signs of its eigenvalues, the memory it takes.
+"""Factorisation of a sparse symmetric matrix: solutions, inertia and memory.
 
 SciPy's SuperLU does it, or, for large matrices and where the extra `fast` is installed, MKL PARDISO.
 """
@@ -30,7 +30,7 @@ def solver(rows: int) -> type[SuperLU | Pardiso]:
 class Factor:
     """A = D⁻¹ F D⁻¹ of symmetric A (n, n), D scaling its diagonal to ±1 and F factorised in an order of little fill.
 
-    negative: how many eigenvalues of A are below zero; weak: how many pivots of F are too small to be told from zero, so that A
+    negative: how many eigenvalues of A are below zero; weak: how many pivots of F are indistinguishable from zero, so that A
     is singular; megabytes: the memory of the factor, MiB.
     """
 

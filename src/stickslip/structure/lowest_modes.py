@@ -1,4 +1,4 @@
-"""The lowest modes of a large free or held body, by shift and invert; negative ones below the shift are counted."""
+"""Lowest modes of a large free or held body by shift and invert, with a count of eigenvalues below the shift."""
 
 from __future__ import annotations
 

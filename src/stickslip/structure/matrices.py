@@ -1,4 +1,4 @@
-"""A structure: M, C, K with named degrees of freedom "NODE.DIRECTION". Everything linear arrives in this form."""
+"""A structure: M, C, K with degrees of freedom named "NODE.DIRECTION". All linear models take this form."""
 
 from __future__ import annotations
 

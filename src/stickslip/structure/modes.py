@@ -1,4 +1,4 @@
-"""Natural frequencies and modes of M, K; some motions may have no mass (massless dampers) or no stiffness (free bodies)."""
+"""Natural frequencies and modes of M, K, including massless motions and rigid-body motions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Factors by MKL PARDISO, several times faster than SciPy's and smaller (optional: pip install "stickslip[fast]").
+"""Sparse factors by MKL PARDISO, faster and smaller than SciPy's (optional: pip install "stickslip[fast]").
 
 PARDISO keeps one triangle, A = L D Lᵀ with blocks of 1 and 2 in D, and counts the signs of their eigenvalues: by Sylvester's
 law these are the signs of the eigenvalues of A.
@@ -32,7 +32,7 @@ def installed() -> bool:
 class Pardiso:
     """The factor of a symmetric matrix (n, n) whose diagonal has no zeros.
 
-    negative: how many eigenvalues are below zero; weak: how many pivots are too small to be told from zero; mebibytes: of the
+    negative: how many eigenvalues are below zero; weak: how many pivots are indistinguishable from zero; mebibytes: of the
     factor.
     """
 

@@ -1,4 +1,4 @@
-"""The outer surface of a meshed sector and how it moves: what a picture of the disk and its modes needs."""
+"""Outer surface of a meshed sector and its motion, for pictures of the disk and its modes."""
 
 from __future__ import annotations
 

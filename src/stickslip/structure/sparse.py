@@ -1,4 +1,4 @@
-"""Large matrices, checked as small ones are: square, finite, symmetric. Entries are looked at where they are stored."""
+"""Checks of large sparse matrices: square, finite, symmetric."""
 
 from __future__ import annotations
 

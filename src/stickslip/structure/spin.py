@@ -1,4 +1,4 @@
-"""A body that spins: stress stiffening by the centrifugal load, and the softening that comes with it.
+"""Centrifugal stress stiffening and spin softening of a rotating body.
 
 Linear about the state of steady rotation about z at Ω: K(Ω) = K + Ω² S. Gyroscopic (Coriolis) terms are left out.
 """

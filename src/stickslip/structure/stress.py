@@ -1,4 +1,4 @@
-"""Stress inside a meshed body from the few degrees of freedom of its reduction (modal stress recovery).
+"""Stress recovery in a meshed body from the degrees of freedom of its reduced model.
 
 σ = D ε(u), u = T q: for chosen places the product is one small matrix, made once. Linear elasticity, small strains.
 """

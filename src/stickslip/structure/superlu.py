@@ -1,4 +1,4 @@
-"""Factors by SciPy's SuperLU, which is always there."""
+"""Sparse factors by SciPy's SuperLU, always available."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SMALLEST_PIVOT = 1e-13
 class SuperLU:
     """The factor L U of a symmetric matrix (n, n) whose diagonal entries are ±1, pivots taken from the diagonal.
 
-    negative: how many eigenvalues are below zero, by the signs of the pivots; weak: how many pivots are too small to be told
+    negative: how many eigenvalues are below zero, by the signs of the pivots; weak: how many pivots are indistinguishable
     from zero; mebibytes: of the factor.
     """
 

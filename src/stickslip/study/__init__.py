@@ -1,4 +1,4 @@
-"""Study files: from TOML to a problem and what to compute of it. `read` is the way in; it finds all faults of a file at once."""
+"""Study files: from TOML to a problem and its analysis. `read` is the entry point; it reports all faults of a file at once."""
 
 from stickslip.study.read import Job, job, read
 

@@ -1,4 +1,4 @@
-"""What a study file may ask for. An analysis states here how its tables become a `Plan`; reading and running go by that alone.
+"""Interface of analyses in study files: each states how its tables become a `Plan`, on which reading and running rely.
 
 `kinds.py` lists the analyses. The tables, the plan and the template of one stand together in `study/<analysis>.py`.
 """
@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, in_words
@@ -41,7 +41,7 @@ class Plan(Protocol):
 
     @property
     def content(self) -> str:
-        """Tells apart what the files that its tables name hold; "" where they name none."""
+        """Identifies the content of the files that its tables name; "" where they name none."""
         return ""
 
 
@@ -50,7 +50,7 @@ class SearchingPlan(Plan, Protocol):
     """A plan that goes on from its cases by a search, whose own cases are kept as well."""
 
     def searched(
-        self, results: Mapping[str, Sequence[Arrays]], finished: Finished, workers: Workers, progress: Progress
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
         """The labelled results of all works and of the search."""
 

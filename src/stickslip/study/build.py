@@ -1,4 +1,4 @@
-"""From the tables of a study file to the objects of a problem, in SI. Each function raises all the faults it can see."""
+"""Construction of a problem in SI from the tables of a study file; each function reports all faults that it finds."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def frequencies(table: SweepTable, units: Units) -> Band | tuple[float, ...]:
 
 
 def enough_samples(table: SweepTable) -> None:
-    """As many samples as the harmonic balance needs to tell H harmonics of a product apart."""
+    """As many samples as the harmonic balance needs to separate H harmonics of a product."""
     least = 4 * least_harmonics(table) + 2
     if table.samples < least:
         raise fault("samples", f"must be at least 4 x harmonics + 2 = {least}", table.samples, "256 is usual.")

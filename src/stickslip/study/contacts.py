@@ -1,4 +1,4 @@
-"""[[contact]] tables of a study file, and the `Contact`s they make. One model per law; `LAWS` lists them."""
+"""[[contact]] tables of a study file and the `Contact`s built from them: one model per law, listed in `LAWS`."""
 
 from __future__ import annotations
 

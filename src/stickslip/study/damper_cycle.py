@@ -1,4 +1,4 @@
-"""The cycle of a damper in a study: the tables [damper], [motion] and [cycle], and what they ask for."""
+"""Damper cycle in a study: the tables [damper], [motion] and [cycle]."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ class CyclePlan(Plan):
 
     @property
     def content(self) -> str:
-        """Tells a measured motion apart."""
+        """Identifies a measured motion."""
         return self.motion.digest
 
     @property

@@ -1,4 +1,4 @@
-"""Several cycles of a damper in a study: the tables [starts] and [evolution], and what they ask for."""
+"""Several damper cycles in a study: the tables [steady_cycles] and [damper_evolution]."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ class SteadyCyclesPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> SteadyCyclesPlan:
         """The plan of a study."""
-        table = asked.tables.get("starts") or SliderStartsTable()
+        table = asked.tables.get("steady_cycles") or SliderStartsTable()
         assert isinstance(table, SliderStartsTable)
         spread = in_si(table, asked.units)["spread"]
         return cls(SteadyCyclesWork(*rig_and_motion(asked), table.count, spread, table.seed, table.same, table.steps))
 
     @property
     def content(self) -> str:
-        """Tells a measured motion apart."""
+        """Identifies a measured motion."""
         return self.work.motion.digest
 
     @property
@@ -86,13 +86,13 @@ class EvolutionPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> EvolutionPlan:
         """The plan of a study."""
-        table = asked.tables["evolution"]
+        table = asked.tables["damper_evolution"]
         assert isinstance(table, EvolutionTable)
         return cls(EvolutionWork(*rig_and_motion(asked), tuple(table.friction), table.steps, table.cycles))
 
     @property
     def content(self) -> str:
-        """Tells a measured motion apart."""
+        """Identifies a measured motion."""
         return self.work.motion.digest
 
     @property
@@ -118,14 +118,14 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
 
 STEADY_CYCLES = Kind(
     SteadyCyclesPlan.of,
-    {"damper": DamperTable, "motion": MotionTable, "starts": SliderStartsTable},
+    {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
     required=("damper", "motion"),
     on_problem=False,
 )
 
 DAMPER_EVOLUTION = Kind(
     EvolutionPlan.of,
-    {"damper": DamperTable, "motion": MotionTable, "evolution": EvolutionTable},
-    required=("damper", "motion", "evolution"),
+    {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
+    required=("damper", "motion", "damper_evolution"),
     on_problem=False,
 )

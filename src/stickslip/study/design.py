@@ -1,4 +1,4 @@
-"""Design of a damper in a study: the table [design], a rig whose parameters are the variables."""
+"""Damper design in a study: the table [damper_design], with a rig whose parameters are the variables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
-from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import MOST, fault, nearest
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
@@ -51,7 +51,7 @@ class DesignTable(Table):
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
     friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
     starts: Annotated[
-        int, Field(ge=0, le=MOST, description="drawn start states beside virgin contacts; 0: virgin ones alone")
+        int, Field(ge=0, le=MOST, description="sampled start states beside virgin contacts; 0: virgin ones alone")
     ] = 2
     search: Annotated[
         bool,
@@ -164,7 +164,7 @@ class DesignPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> DesignPlan:
         """The plan of a study."""
-        plan = cls(DesignTable.model_validate(asked.tables["design"]))
+        plan = cls(DesignTable.model_validate(asked.tables["damper_design"]))
         _ = plan.work.conditions
         return plan
 
@@ -192,11 +192,13 @@ class DesignPlan(Plan):
         return finished_design(self.work, results[""], self.table.generations, self.table.refinements)
 
     def searched(
-        self, results: Mapping[str, Sequence[Arrays]], finished: Finished, workers: Workers, progress: Progress
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
     ) -> xr.Dataset:
         """The search goes on from the designs computed."""
         counts = self.table.generations, self.table.refinements
-        return finished_design(self.work, results[""], *counts, finished, workers, progress)
+        return finished_design(self.work, results[""], *counts, checkpoint, workers, progress)
 
 
-DAMPER_DESIGN = Kind(DesignPlan.of, {"design": DesignTable}, ("design",), {"design": known}, on_problem=False)
+DAMPER_DESIGN = Kind(
+    DesignPlan.of, {"damper_design": DesignTable}, ("damper_design",), {"damper_design": known}, on_problem=False
+)

@@ -1,4 +1,4 @@
-"""Faults of a study file, collected in one pass: what pydantic finds, said in the project's way, and what building finds."""
+"""Faults of a study file, collected in one pass from validation and construction, in a common format."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ RULES = {
 
 
 class Found:
-    """Collects the faults of one file; each is said with the place where it stands."""
+    """Collects the faults of one file, each with its location."""
 
     def __init__(self) -> None:
         self.messages: list[str] = []

@@ -1,4 +1,4 @@
-"""The kinds of values that a study file holds. Everything is strict: no text for numbers, no unknown keys, no NaN.
+"""Field types of study files. All are strict: no text for numbers, no unknown keys, no NaN.
 
 A value that may have several forms (a number or a list) is a union that looks at the form first, so that a fault is said
 about the form the author meant. The marks of such forms are in angle brackets and never reach a message.
@@ -52,7 +52,7 @@ def _places_form(value: Any) -> str:
 
 
 def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
-    """A union told apart by `form`; a form that no member has is said in the words of the union's description."""
+    """A union discriminated by `form`; a form that no member has is reported with the union's description."""
     return Discriminator(form, custom_error_type="wrong_form", custom_error_message="wrong form")
 
 

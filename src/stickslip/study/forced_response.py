@@ -1,4 +1,4 @@
-"""The forced response in a study, with the stress that a table [stress] asks for."""
+"""Forced response in a study, with the stresses of a table [stress]."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ class IdentificationPlan(Plan):
 
     @property
     def content(self) -> str:
-        """Tells the loops apart, as far as they are there."""
+        """Identifies the loops, as far as they exist."""
         files = [self.folder / name for name in (*self.table.loops, *(self.table.load_removal or ()))]
         return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
 

@@ -1,4 +1,4 @@
-"""The analyses that a study may ask for, by the name that stands in [study] analysis. A new one adds its line here."""
+"""Analyses available in study files, by their name in `[study] analysis`. Add a new one here."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from stickslip.study.forced_response import FORCED_RESPONSE
 from stickslip.study.identification import IDENTIFICATION
 from stickslip.study.mistuning import MISTUNED_POPULATION
 from stickslip.study.performance import PERFORMANCE_BAND, PERFORMANCE_CURVE
+from stickslip.study.sensitivity_indices import SENSITIVITY_INDICES
 from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
-from stickslip.study.what_matters import WHAT_MATTERS
 
 KINDS: dict[str, Kind] = {
     "forced_response": FORCED_RESPONSE,
@@ -23,7 +23,7 @@ KINDS: dict[str, Kind] = {
     "performance_curve": PERFORMANCE_CURVE,
     "performance_band": PERFORMANCE_BAND,
     "damper_design": DAMPER_DESIGN,
-    "what_matters": WHAT_MATTERS,
+    "sensitivity_indices": SENSITIVITY_INDICES,
     "identification": IDENTIFICATION,
     "mistuned_population": MISTUNED_POPULATION,
 }

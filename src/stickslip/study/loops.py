@@ -1,4 +1,4 @@
-"""Measured loops named on the command line, in place of those of a study."""
+"""Measured loops from the command line, which replace those of a study."""
 
 from __future__ import annotations
 

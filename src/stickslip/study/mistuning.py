@@ -1,4 +1,4 @@
-"""Mistuned disks in a study: the table [mistuning] and what it asks for."""
+"""Mistuned disks in a study: the table [mistuned_population]."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class MistuningPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> MistuningPlan:
         """The plan of a study."""
-        sweep, table = sweep_of(asked), MistuningTable.model_validate(asked.tables["mistuning"])
+        sweep, table = sweep_of(asked), MistuningTable.model_validate(asked.tables["mistuned_population"])
         disk = sweep.problem
         if not isinstance(disk, TunedDisk):
             raise InputError(
@@ -103,4 +103,4 @@ class MistuningPlan(Plan):
         return population_dataset(self.work, results[""])
 
 
-MISTUNED_POPULATION = Kind(MistuningPlan.of, {"mistuning": MistuningTable}, ("mistuning",))
+MISTUNED_POPULATION = Kind(MistuningPlan.of, {"mistuned_population": MistuningTable}, ("mistuned_population",))

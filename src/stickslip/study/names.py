@@ -1,4 +1,4 @@
-"""Names of degrees of freedom in a study: which do not exist, and directions as coefficients in SI."""
+"""Names of degrees of freedom in a study: detection of unknown names, and directions as coefficients in SI."""
 
 from __future__ import annotations
 

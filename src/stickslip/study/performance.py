@@ -1,4 +1,4 @@
-"""Performance curves in a study, and their band over the start states: [performance] and [performance_band]."""
+"""Performance curves in a study, and their band over the start states: [performance_curve] and [performance_band]."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class PerformancePlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> PerformancePlan:
         """The plan of a study."""
-        return cls(sweep_at_ratios(asked), PerformanceTable.model_validate(asked.tables["performance"]))
+        return cls(sweep_at_ratios(asked), PerformanceTable.model_validate(asked.tables["performance_curve"]))
 
     @property
     def summary(self) -> str:
@@ -155,5 +155,7 @@ def ratios_of(table: PerformanceTable | BandTable) -> tuple[float, ...]:
     return tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
 
 
-PERFORMANCE_CURVE = Kind(PerformancePlan.of, {"performance": PerformanceTable}, ("performance",), {"performance": ordered})
+PERFORMANCE_CURVE = Kind(
+    PerformancePlan.of, {"performance_curve": PerformanceTable}, ("performance_curve",), {"performance_curve": ordered}
+)
 PERFORMANCE_BAND = Kind(BandPlan.of, {"performance_band": BandTable}, ("performance_band",), {"performance_band": ordered})

@@ -1,4 +1,4 @@
-"""The way in: `read` turns a study file into a `Job`, or raises all the faults of the file at once."""
+"""Entry point: `read` turns a study file into a `Job`, or raises all its faults at once."""
 
 from __future__ import annotations
 
@@ -28,12 +28,13 @@ from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, owners
 from stickslip.study.names import Names, dofs_in
+from stickslip.study.renamed import with_new_names
 from stickslip.study.structure import structure as structure_of_table
 from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, StudyTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 
-Tell = tuple[Progress, list[str]]
-"""Whom to tell of long work, and the notes that gather what is to be said of the model."""
+Messages = tuple[Progress, list[str]]
+"""The progress callback for long work, and the list that collects notes on the model."""
 DEFAULT = KINDS["forced_response"]
 """By what a file is checked when its analysis is unknown."""
 
@@ -42,8 +43,8 @@ DEFAULT = KINDS["forced_response"]
 class Job:
     """What a study asks for, made ready.
 
-    `text` is the file as it stands; `content` tells apart what the files that it names hold, "" where it names none.
-    `sweep` holds the problem of an analysis of one; `notes`: what is to be said of the model, as where its places were found.
+    `text` is the file as it stands; `content` identifies what the files that it names hold, "" where it names none.
+    `sweep` holds the problem of an analysis of one; `notes` on the model, such as where its places were found.
     """
 
     title: str
@@ -93,13 +94,12 @@ def read_problem(path: str | Path) -> Problem:
 def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     """What a study asks for; paths in it count from `folder`, and `name` stands in for a missing title.
 
-    progress(share, text) is told of the reading and reduction of a large model.
+    progress(share, text) is called while a large model is read and reduced.
     """
-    document = toml(text)
+    document, notes = with_new_names(toml(text))
     kind = kind_of(document)
     found = Found()
     tables = tables_of(document, kind, found)
-    notes: list[str] = []
     if tables.study:
         found.attempt("[study]", storable, "title", tables.study.title)
     misplaced(tables, document, found)
@@ -110,7 +110,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     found.stop()
     plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.structure)))
     found.stop()
-    notes += sweep.problem.doubts if sweep else ()
+    notes += sweep.problem.warnings if sweep else ()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.title if sweep else "") or name
@@ -134,9 +134,9 @@ def kind_of(document: Mapping[str, Any]) -> Kind:
     return KINDS.get(name, DEFAULT) if isinstance(name, str) else DEFAULT
 
 
-def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell) -> Sweep | None:
+def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Sweep | None:
     """The problem, and where and how finely to compute it."""
-    problem, table = problem_of(tables, document, folder, found, tell), tables.sweep
+    problem, table = problem_of(tables, document, folder, found, messages), tables.sweep
     if table is None:
         return None
     frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units)
@@ -164,7 +164,7 @@ def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None
 
 
 def content(table: StructureTable | None, sweep: Sweep | None) -> str:
-    """Tells apart the matrices that a study brings; a rig makes its own."""
+    """Identifies the matrices that a study brings; a rig makes its own."""
     if table is None or sweep is None or table.rig is not None:
         return ""
     structure, digest = sweep.problem.structure, sha256()
@@ -173,7 +173,7 @@ def content(table: StructureTable | None, sweep: Sweep | None) -> str:
     return digest.hexdigest()
 
 
-def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell) -> Problem | None:
+def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Problem | None:
     """The problem of the [structure] table: a rig, or a model."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
@@ -181,7 +181,7 @@ def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found:
         return None
     if tables.structure.rig is not None:
         return from_rig(tables.structure, tables, document, found)
-    return from_model(tables.structure, tables, document, folder, found, tell)
+    return from_model(tables.structure, tables, document, folder, found, messages)
 
 
 def text_of(path: Path) -> str:
@@ -273,10 +273,10 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
 
 
 def from_model(
-    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, tell: Tell
+    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages
 ) -> Problem | None:
     """A problem from a model, contacts and forces."""
-    units, (progress, notes) = tables.units, tell
+    units, (progress, notes) = tables.units, messages
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     made = found.attempt("[structure]", structure_of_table, table, damping, folder, units, progress)
     structure, said = made if made else (None, ())

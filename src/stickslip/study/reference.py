@@ -1,4 +1,4 @@
-"""The reference of the study file, written from its models: every key with type, unit, default, range and meaning.
+"""Generator of the study file reference: every key with type, unit, default, range and meaning.
 
 `python -m stickslip.study.reference FILE` writes it; the documentation includes that file.
 """

@@ -1,4 +1,4 @@
-"""From jobs to saved results: every curve is kept beside the results as it finishes, until all are written.
+"""Execution of jobs up to saved results; completed cases stay in the checkpoint until everything is written.
 
 `remaining` says what an earlier run left; `computed` goes on from there.
 """
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import stickslip
 from stickslip.analyses.cases import Together, all_cases
 from stickslip.analyses.work import Progress, Workers
+from stickslip.checkpoint import CheckpointFolder
 from stickslip.checks import InputError
 from stickslip.files import sweep
-from stickslip.finished import FinishedFolder
 from stickslip.results import open_results, save, stamped
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.read import Job
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 UNFINISHED = "unfinished"
-"""Folder of finished curves in the folder of the results; it is removed when everything is written."""
+"""Folder of the checkpoint inside the folder of the results; removed when everything is written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,17 +58,17 @@ class Run:
         """`about` in one word, kept in the results."""
         return sha256(repr(sorted(self.about.items())).encode()).hexdigest()
 
-    def kept(self) -> FinishedFolder:
-        """The finished curves. Those of something else are refused by a run that resumes, and removed by any other."""
+    def kept(self) -> CheckpointFolder:
+        """The checkpoint. That of something else are refused by a run that resumes, and removed by any other."""
         sweep(self.folder)
         place = self.folder / UNFINISHED
         try:
-            return FinishedFolder(place, self.about)
+            return CheckpointFolder(place, self.about)
         except InputError:
             if self.resume:
                 raise
-            FinishedFolder.remove(place)
-            return FinishedFolder(place, self.about)
+            CheckpointFolder.remove(place)
+            return CheckpointFolder(place, self.about)
 
     def complete(self) -> dict[str, xr.Dataset] | None:
         """The results of this very run where they are all there, else None; those of another are refused."""
@@ -84,19 +84,19 @@ class Run:
             )
         return datasets if len(datasets) == len(files) else None
 
-    def computed(self, kept: FinishedFolder, progress: Progress) -> dict[str, xr.Dataset]:
+    def computed(self, kept: CheckpointFolder, progress: Progress) -> dict[str, xr.Dataset]:
         """The results of all jobs, each saved."""
         works = {name: job.plan.works for name, job in self.jobs.items()}
         together = Together({f"{name} {kind}".strip(): work for name, kinds in works.items() for kind, work in kinds.items()})
-        finished = kept if self.resume else _Anew(kept)
-        results = all_cases(together, finished, self.workers, progress)
+        checkpoint = kept if self.resume else _Anew(kept)
+        results = all_cases(together, checkpoint, self.workers, progress)
         progress(1.0, "linear curves and results.nc")
         parts, datasets = together.parted(results), {}
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
             said = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
             plan = job.plan
-            search = (finished, self.workers, progress)
+            search = (checkpoint, self.workers, progress)
             dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
             datasets[name] = stamped(dataset).assign_attrs(said)
             save(datasets[name], self.folder / name / "results.nc")
@@ -106,7 +106,7 @@ class Run:
 class _Anew:
     """Keeps, but does not give back: everything is computed."""
 
-    def __init__(self, kept: FinishedFolder) -> None:
+    def __init__(self, kept: CheckpointFolder) -> None:
         self.save = kept.save
 
     def load(self, name: str) -> None:

@@ -1,4 +1,4 @@
-"""Start rules of a study file: one rule for a contact, or one per direction; values for all, per direction or per element."""
+"""Start rules of a study file: one per contact or per direction; values for all, per direction or per element."""
 
 from __future__ import annotations
 

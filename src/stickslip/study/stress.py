@@ -1,4 +1,4 @@
-"""Stress in a study: the table [stress] of a forced response, and the recovery that it asks for."""
+"""Stress in a study: the table [stress] of a forced response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The [structure] table of a model: from a file of another program or from small matrices in the study to a `Structure` in SI."""
+"""[structure] tables with a model file or small matrices, converted to a `Structure` in SI."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes")
 def structure(
     table: StructureTable, damping: Damping | None, folder: Path, units: Units, progress: Progress
 ) -> tuple[Structure, tuple[str, ...]]:
-    """The structure of a model and what is to be said of it: where places were found, and what is implausible."""
+    """The structure of a model with notes on it: where places were found, and what is implausible."""
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
     places = None if table.keep is None else places_of(model, table.keep, own.system.metres)

@@ -1,4 +1,4 @@
-"""The other tables of a study file: [study], [structure], [damping], [[force]] and [sweep]."""
+"""Tables of a study file: [study], [structure], [damping], [[force]], [[dashpot]], [base] and [sweep]."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class StudyTable(Table):
             "performance_curve",
             "performance_band",
             "damper_design",
-            "what_matters",
+            "sensitivity_indices",
             "identification",
             "mistuned_population",
         ],

@@ -1,4 +1,4 @@
-"""Units of a study file, and their conversion to SI. Only the study layer knows that other units exist.
+"""Units of a study file and their conversion to SI, confined to the study layer.
 
 Each field of a table carries its `Dimension`; one function scales them all. Angles are in rad.
 """

@@ -1,4 +1,4 @@
-"""Response variability in a study: the tables [bounds] and [samples], and what they ask for."""
+"""Response variability in a study: the tables [response_bounds] and [response_samples]."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def law_of(table: SamplesTable) -> Law | None:
 
 
 def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
-    """The curves from drawn start states, where and as finely as the forced response would be."""
+    """The curves from sampled start states, where and as finely as the forced response would be."""
     where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
     settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
     size = SamplesWork(*settings, np.empty((0, 0))).space_at(base.levels[0]).size
@@ -114,7 +114,7 @@ class BoundsPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> BoundsPlan:
         """The plan of a study; every key of its table has a default."""
-        table, sweep = asked.tables.get("bounds", BoundsTable()), sweep_of(asked)
+        table, sweep = asked.tables.get("response_bounds", BoundsTable()), sweep_of(asked)
         refuse_discs(sweep.problem)
         return cls(sweep, BoundsTable.model_validate(table))
 
@@ -140,7 +140,7 @@ class BoundsPlan(Plan):
 
 @dataclass(frozen=True, eq=False)
 class SamplesPlan(Plan):
-    """Curves from drawn start states."""
+    """Curves from sampled start states."""
 
     sweep: Sweep
     table: SamplesTable
@@ -148,10 +148,12 @@ class SamplesPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> SamplesPlan:
         """The plan of a study; every key of its table has a default."""
-        table = SamplesTable.model_validate(asked.tables.get("samples", SamplesTable()))
+        table = SamplesTable.model_validate(asked.tables.get("response_samples", SamplesTable()))
         sweep = sweep_of(asked)
         if table.points and isinstance(sweep.frequencies, tuple):
-            raise InputError("[samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out.")
+            raise InputError(
+                "[response_samples]: points must go with a band, but [sweep] at lists the frequencies. Leave one out."
+            )
         return cls(sweep, table)
 
     @property
@@ -172,5 +174,5 @@ class SamplesPlan(Plan):
         return work.gathered(results["samples"], said).dataset
 
 
-RESPONSE_BOUNDS = Kind(BoundsPlan.of, {"bounds": BoundsTable})
-RESPONSE_SAMPLES = Kind(SamplesPlan.of, {"samples": SamplesTable}, checks={"samples": law_of})
+RESPONSE_BOUNDS = Kind(BoundsPlan.of, {"response_bounds": BoundsTable})
+RESPONSE_SAMPLES = Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": law_of})

@@ -1,4 +1,4 @@
-"""All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the sliders of the step before.
+"""All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the previous slider positions.
 
 A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n), as in
 `stickslip.contact.period`; on a friction disc it is the step of `stickslip.contact.friction_disc`.

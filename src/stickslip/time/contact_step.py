@@ -1,4 +1,4 @@
-"""The contacts over one time step, by Newton's method on the rows that slip or open.
+"""Contact solution of one time step by Newton's method on the rows that slip or open.
 
 With w = w_free − Gλ, G the compliance of the step, the unknowns are λ = f − K_c w alone: R(λ) = λ − λ̂(w) = 0. Rows that stick
 have constant λ̂, so the dense system is as small as the number of rows that do not.

@@ -1,4 +1,4 @@
-"""Methods of time integration, as settings: Newmark and generalised-α, both in one form with four coefficients.
+"""Time integration methods as settings: Newmark and generalised-α in one form with four coefficients.
 
 M a_{n+1−αm} + C v_{n+1−αf} + K q_{n+1−αf} + Bᵀ f_{n+1−αf} = p_{n+1−αf},  x_{n+1−α} = (1 − α) x_{n+1} + α x_n,
 q_{n+1} = q_n + h v_n + h² ((½ − β) a_n + β a_{n+1}),   v_{n+1} = v_n + h ((1 − γ) a_n + γ a_{n+1}).

@@ -1,4 +1,4 @@
-"""A problem in the modes of its stuck structure, and the constant matrices of one size of time step.
+"""A problem in the modes of its stuck structure, with the constant matrices of one time step size.
 
 With q = Φη and Φᵀ(K + BᵀK_cB)Φ = I:  m η̈ + c η̇ + η = Φᵀp − Rᵀλ,  R = BΦ,  λ = f − K_c w. Massless motions have m = 0 and
 need no special case. What slips or opens enters through λ alone, so the effective matrix S of a step never changes.

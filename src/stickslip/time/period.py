@@ -1,4 +1,4 @@
-"""One period of time integration, compiled: N steps of size h, the state carried on in place, the histories filled in.
+"""One compiled period of time integration: N steps of size h, advancing the state in place and recording histories.
 
 The linear part of a step is a product with constant matrices; the contacts are solved by `stickslip.time.contact_step`.
 """

@@ -311,7 +311,7 @@ def test_contacts_that_slip_piece_by_piece(motion):
     assert line.energy != pytest.approx(plain.energy, rel=1e-4)
 
 
-def test_a_rotation_beyond_small_motions_is_told():
+def test_a_rotation_beyond_small_motions_is_reported():
     rig = laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32))
     assert "rad" not in damper_cycle(rig, in_phase(30e-6), steps=100).sentence
     assert "rad, but the theory holds up to 0.1" in damper_cycle(rig, in_phase(1.0), steps=100).sentence

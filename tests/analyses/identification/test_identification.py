@@ -154,8 +154,8 @@ def test_no_interval_is_given_where_the_refits_failed(truths):
         assert all(np.isnan(ends).all() for ends in found.intervals.values())
         assert found.warnings[0].startswith("No intervals are given: " + words)
         assert np.isnan([found.dataset.lag_error, *found.dataset.zero_error.values.ravel()]).all()
-        for told in (str(found).splitlines(), PRESENTATION.sentences(found.dataset)):
-            assert sum("no interval" in line for line in told) == len(theta) + 3
+        for lines in (str(found).splitlines(), PRESENTATION.sentences(found.dataset)):
+            assert sum("no interval" in line for line in lines) == len(theta) + 3
         assert found.plot(figure="posterior").axes
     fine = work.identification(kept | {"counts": np.array((3, 500, 0))})
     assert float(fine.dataset.lag_error) == pytest.approx(1e-4)

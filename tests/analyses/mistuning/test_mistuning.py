@@ -72,8 +72,8 @@ def test_a_disk_without_any_damper_is_linear():
         omega = 2.0 * np.pi * frequency
         X = np.linalg.solve((bare.K - omega**2 * bare.M + 1j * omega * C)[:3, :3], [0.0, 0.0, 0.4])
         assert amplitude == pytest.approx(abs(X[2]), rel=1e-9)
-    told = presentation_of(stamped(found)).sentences(found)[1]
-    assert told.endswith("(the edge of the band: a peak may lie beyond), no dampers")
+    sentence = presentation_of(stamped(found)).sentences(found)[1]
+    assert sentence.endswith("(the edge of the band: a peak may lie beyond), no dampers")
 
 
 def test_one_missing_damper_is_felt_by_its_neighbours():
@@ -100,14 +100,14 @@ def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
     assert np.isnan(found.amplification.values[failed]).all()
     assert np.isfinite(found.amplification.values[~failed]).all()
     dataset = open_results(save(stamped(found), tmp_path / "results.nc"))
-    told = presentation_of(dataset)
-    assert "failed, the first is" in told.failures(dataset)[0]
-    assert len(told.tables(dataset)["samples"]) == 4
-    assert all(draw(dataset).axes for draw in told.figures(dataset).values())
+    report = presentation_of(dataset)
+    assert "failed, the first is" in report.failures(dataset)[0]
+    assert len(report.tables(dataset)["samples"]) == 4
+    assert all(draw(dataset).axes for draw in report.figures(dataset).values())
 
 
 def test_a_study(tmp_path):
-    write_new("mistuning", tmp_path / "study.toml")
+    write_new("mistuned_population", tmp_path / "study.toml")
     work = read(tmp_path / "study.toml").plan.works[""]
     assert (work.count, work.scatter.blade, work.blade) == (20, 0.003, ("tip.t",))
     assert len(set(work.names)) == 21
@@ -125,7 +125,7 @@ def test_a_study(tmp_path):
     ],
 )
 def test_faults_of_a_study_are_said(tmp_path, before, after, words):
-    path = write_new("mistuning", tmp_path / "study.toml")[0]
+    path = write_new("mistuned_population", tmp_path / "study.toml")[0]
     text = path.read_text().replace("engine_order = 2", "" if after == "single_mass" else "engine_order = 2")
     path.write_text(text.replace(before, after, 1))
     with pytest.raises(InputError, match=words):

@@ -10,8 +10,8 @@ from stickslip.analyses.performance import design as design_module
 from stickslip.analyses.performance import design_search, worst_peak
 from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import planned_design
-from stickslip.analyses.performance.design_around import around
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
+from stickslip.analyses.performance.design_ranges import design_ranges
 from stickslip.analyses.performance.design_search import Designs
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.plots.design import design_space
@@ -28,7 +28,7 @@ def one_mass(*, friction: float, load: float) -> ss.Problem:
 def small(**changed):
     settings = {"designs": 8, "refinements": 14, "starts": 0, "harmonics": 1, "samples": 256}
     settings |= {"force": (1.0, 1.0), "levels": 1, "friction": 0.4}
-    return ss.design_damper(one_mass, {"load": (1.0, 8.0)}, **(settings | changed))
+    return ss.damper_design(one_mass, {"load": (1.0, 8.0)}, **(settings | changed))
 
 
 def test_known_friction_and_force_give_the_known_optimum():
@@ -90,11 +90,11 @@ def test_designs_of_the_search_are_kept_too():
     """Those of differential evolution, of the simplex and around the optimum, and the searches of start states."""
     kept, asked = Kept(), {"generations": 1, "refinements": 4, "designs": 4, "starts": 1, "samples": 64, "friction_factor": 1.0}
     asked["search"] = False
-    found = small(**asked, finished=kept)
+    found = small(**asked, checkpoint=kept)
     assert len([name for name in kept if name.startswith("design at")]) >= found.dataset.sizes["design"] + 2
     assert any(name.startswith("all start states") for name in kept)
     again = Kept(kept)
-    assert small(**asked, finished=again).dataset.identical(found.dataset)
+    assert small(**asked, checkpoint=again).dataset.identical(found.dataset)
     assert len(again) == len(kept)
 
 
@@ -128,7 +128,7 @@ def test_start_states_can_only_make_it_worse():
     sizes = []
     for starts in (0, 2):
         effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": starts, "search": False, "harmonics": 1, "samples": 64}
-        found = ss.design_damper(wedge, {"angle": (25.0, 40.0)}, (4.0, 4.0), 0.4, **effort)
+        found = ss.damper_design(wedge, {"angle": (25.0, 40.0)}, (4.0, 4.0), 0.4, **effort)
         sizes.append(found.dataset.worst_peak.values)
     assert np.all(sizes[1] >= sizes[0])
     assert np.any(sizes[1] > 1.001 * sizes[0])
@@ -179,7 +179,7 @@ def test_a_design_that_jams_is_refused_before_it_is_computed():
 
     limits = {"no jamming": NoJamming("angle"), "no lift-off": NoLiftOff()}
     effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "samples": 64}
-    found = ss.design_damper(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
+    found = ss.damper_design(wedge, {"angle": (58.0, 65.0)}, (4.0, 4.0), 0.8, constraints=limits, **effort)
     assert failures(found.dataset)[0].endswith("breaks no jamming. Widen the variables or the constraints.")
     assert len(made) == 1
 
@@ -238,8 +238,8 @@ def test_known_designs_are_computed_first_and_compared():
     assert found.value.values[0] == pytest.approx([7.0])
     assert found.attrs["known"] == 1
     assert found.sizes["design"] > 9
-    told = next(line for line in sentences(found) if "known design load = 7" in line)
-    assert f"{100.0 * (1.0 - float(found.optimum_peak / found.worst_peak[0])):.0f} % lower" in told
+    compared = next(line for line in sentences(found) if "known design load = 7" in line)
+    assert f"{100.0 * (1.0 - float(found.optimum_peak / found.worst_peak[0])):.0f} % lower" in compared
     labels = [text.get_text() for text in design_space(found).axes[0].get_legend().get_texts()]
     assert "known" in labels
 
@@ -284,7 +284,7 @@ def test_beside_what_cannot_be_there_is_one_slope_and_the_range_ends(edge):
     work = planned_design(make, {"load": (1.0, 8.0)}, conditions, constraints, 4)
     designs = Designs(work, [], None, 1, lambda fraction, text: None, 1)
     at, below = designs.solved([np.array([load]) for load in (3.0, 2.86)])
-    found, size = around(designs, at), float(at.place[0])
+    found, size = design_ranges(designs, at), float(at.place[0])
     rise = (float(below.place[0]) - size) / size
     assert found.slopes[0, 0] == pytest.approx(rise / (0.14 / 3.0), rel=1e-9)
     assert np.isnan(found.slopes[0, 1])
@@ -315,16 +315,16 @@ def test_a_variable_that_does_nothing_may_be_anything_and_slopes_stay_within_the
 
     settings = {"designs": 4, "refinements": 12, "starts": 0, "levels": 1, "friction_factor": 1.0, "harmonics": 1}
     known = [{"load": 3.0, "idle": 5.0}]
-    found = ss.design_damper(make, {"load": (1.0, 3.0), "idle": (-2.0, 5.0)}, (1.0, 1.0), 0.4, known=known, **settings).dataset
+    found = ss.damper_design(make, {"load": (1.0, 3.0), "idle": (-2.0, 5.0)}, (1.0, 1.0), 0.4, known=known, **settings).dataset
     assert found.optimum.values == pytest.approx([3.0, 5.0])
     assert np.isnan(found.sensitivity.values).tolist() == [[False, True], [False, True]]
     assert found.sensitivity.values[0, 0] > 0.01
     assert found.sensitivity.values[1, 0] == pytest.approx(0.0, abs=1e-9)
     assert (found.near_low.values[1], found.near_high.values[1]) == (-2.0, 5.0)
-    told = sentences(found)
-    assert any("its whole range, -2 to 5, stays within 5 %" in line for line in told)
-    assert any("it is the best" in line for line in told)
-    assert any("more: not allowed" in line for line in told)
+    lines = sentences(found)
+    assert any("its whole range, -2 to 5, stays within 5 %" in line for line in lines)
+    assert any("it is the best" in line for line in lines)
+    assert any("more: not allowed" in line for line in lines)
 
 
 @pytest.mark.parametrize("search", [False, True])
@@ -352,9 +352,9 @@ def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monk
     if not search:
         assert best != int(np.argmin(found.worst_peak.values))
         assert len(calls) < 3 * loads.size
-    told = next(line for line in sentences(found) if "known design load = 7" in line)
-    assert f"the best is {100.0 * (1.0 - over_all[best] / over_all[1]):.0f} % lower" in told
-    assert "over all start states" in told
+    compared = next(line for line in sentences(found) if "known design load = 7" in line)
+    assert f"the best is {100.0 * (1.0 - over_all[best] / over_all[1]):.0f} % lower" in compared
+    assert "over all start states" in compared
     assert "over all start states, where searched" in tables(found)["designs"]
 
 
@@ -364,7 +364,7 @@ def made_up_at(limit):
 
 def test_friction_is_no_variable():
     with pytest.raises(ss.InputError, match=r"variables must not hold friction.*within `friction_factor`"):
-        ss.design_damper(one_mass, {"friction": (0.2, 0.4)}, (1.0, 1.0), 0.4, levels=1)
+        ss.damper_design(one_mass, {"friction": (0.2, 0.4)}, (1.0, 1.0), 0.4, levels=1)
 
 
 def test_a_constraint_that_fails_is_named():
@@ -382,7 +382,7 @@ def sharp_at_the_edge(*, friction: float, load: float) -> ss.Problem:
 
 
 def test_a_search_goes_on_where_a_design_at_the_edge_cannot_be_made():
-    found = ss.design_damper(
+    found = ss.damper_design(
         sharp_at_the_edge,
         {"load": (1.0, 3.0)},
         (1.0, 1.0),
@@ -406,6 +406,8 @@ def test_what_is_kept_belongs_to_the_problem_that_made_it():
             return ss.rigs.single_mass(damping=damping, kt=KD, limit=load * friction)
 
         effort = {"levels": 1, "designs": 4, "refinements": 0, "starts": 0, "harmonics": 1, "samples": 64}
-        return float(ss.design_damper(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, finished=kept, **effort).dataset.optimum_peak)
+        return float(
+            ss.damper_design(made, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, checkpoint=kept, **effort).dataset.optimum_peak
+        )
 
     assert optimum(0.05) < 0.9 * optimum(0.01)

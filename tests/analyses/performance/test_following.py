@@ -1,4 +1,4 @@
-"""Following peaks in a parameter: against full sweeps, on kinks, and through births, deaths and swaps of peaks.
+"""ContinuedPeaks peaks in a parameter: against full sweeps, on kinks, and through births, deaths and swaps of peaks.
 
 A flat top of a sampled curve carries cusps of some 40/Nt² of its height; a followed peak may stand on another one than the swept.
 """
@@ -13,10 +13,10 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.performance_curve import performance_curves
 from stickslip.report.performance import sentences, tables
-from stickslip.solve.crest import crest_of
 from stickslip.solve.newton import correct
-from stickslip.solve.peak_sweep import swept_summits
-from stickslip.solve.summit import COARSEST, Ascent, plane_at
+from stickslip.solve.peak_band import peak_band_of
+from stickslip.solve.peak_solver import COARSEST, PeakSolver, plane_at
+from stickslip.solve.peak_sweep import swept_peaks
 from stickslip.structure.matrices import Structure
 
 CUSPS = 60.0
@@ -56,7 +56,7 @@ def two_modes(gap_between: float = 0.02) -> ss.Problem:
     return ss.Problem(structure, (slider,), forces, (ss.Output("sum", {"1.x": 1.0, "2.x": 1.0}),), "Two modes")
 
 
-def test_peaks_that_end_and_swap_are_told():
+def test_peaks_that_end_and_swap_are_reported():
     """Stuck, the first mass resonates at 1.14 rad/s, far from the second at 1.02; free at 1.0: the two peaks have merged."""
     levels = ss.units.logspace(0.02, 40.0, 40)
     path = follow_peaks(lambda level: two_modes(), levels, BAND, force=lambda level: level, harmonics=1, samples=512)
@@ -86,15 +86,15 @@ def test_a_peak_on_a_kink_is_a_one_sided_maximum(samples):
     kinks = 0
     for limit in (1.457, 1.643, 1.829):
         balance = HarmonicBalance(ss.rigs.single_mass(damping=0.01, kt=0.5, limit=limit), 1, samples)
-        for summit in swept_summits(balance, 1.0, (0.8, 1.4), 0, DISPLACEMENT_AMPLITUDE)[0]:
-            plane = plane_at(balance, summit.evaluation)
+        for peak in swept_peaks(balance, 1.0, (0.8, 1.4), 0, DISPLACEMENT_AMPLITUDE)[0]:
+            plane = plane_at(balance, peak.evaluation)
             for side in (-1.0, 1.0):
-                beside = correct(balance, summit.point, plane.at(side * 4e-3), iterations=30, halvings=10)
-                fallen = 1.0 - float(np.hypot(*beside.evaluation.w[1, 1:3])) / summit.amplitude
+                beside = correct(balance, peak.point, plane.at(side * 4e-3), iterations=30, halvings=10)
+                fallen = 1.0 - float(np.hypot(*beside.evaluation.w[1, 1:3])) / peak.amplitude
                 assert beside.converged
-                assert fallen > (0.0 if summit.on_kink else -COARSEST)
-            kinks += summit.on_kink
-            assert crest_of(Ascent(balance, 0, DISPLACEMENT_AMPLITUDE), summit).width > 0.0
+                assert fallen > (0.0 if peak.on_kink else -COARSEST)
+            kinks += peak.on_kink
+            assert peak_band_of(PeakSolver(balance, 0, DISPLACEMENT_AMPLITUDE), peak).width > 0.0
     assert kinks >= 2
 
 
@@ -130,26 +130,26 @@ def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_
 def test_no_climb_of_a_sweep_leaves_its_curve():
     """With 1024 samples a climb from 32.3 µm/N at 315.90 Hz leads to 39.7 µm/N at 316.11 Hz, on the closed curve."""
     level, ends = 60.0 / 3.0 / 2.0 ** (1.0 / 3.0), (2.0 * np.pi * 280.0, 2.0 * np.pi * 390.0)
-    found = swept_summits(
+    found = swept_peaks(
         HarmonicBalance(ss.rigs.blade_and_wedge(60.0, 35.0, 0.2), 5, 1024), level, ends, 0, DISPLACEMENT_AMPLITUDE
     )[0]
-    assert max(summit.amplitude for summit in found) / level == pytest.approx(32.768e-6, rel=1e-4)  # of a forced response
+    assert max(peak.amplitude for peak in found) / level == pytest.approx(32.768e-6, rel=1e-4)  # of a forced response
 
 
-def test_a_peak_apart_is_told_and_marked(wedge_that_lifts):
+def test_a_peak_on_an_isola_is_reported_and_marked(wedge_that_lifts):
     curve = wedge_that_lifts[1]
     highest = 1e6 * np.nanmax(curve.detached_amplitude_per_force.values)
     apart = np.isfinite(curve.detached_amplitude_per_force.values[0])
     where = " to ".join(dict.fromkeys(f"{ratio:.4g}" for ratio in curve.force_ratio.values[apart][[0, -1]]))
-    said = f"{where}: higher peaks, up to {highest:.4g} µm/N, lie on a curve apart"
+    said = f"{where}: higher peaks, up to {highest:.4g} µm/N, lie on an isola that sweeps miss"
     assert any(said in words for words in sentences(curve))
-    assert np.isfinite(tables(curve)["performance curves"]["apart from the curve [m/N]"]).sum() == apart.sum()
+    assert np.isfinite(tables(curve)["performance curves"]["on an isola [m/N]"]).sum() == apart.sum()
     legend = performance_curves(curve).axes[0].get_legend()
-    words = ["as built", "apart from the curve", "another peak is the highest"]
+    words = ["as built", "on an isola", "another peak is the highest"]
     assert sorted(text.get_text() for text in legend.get_texts()) == sorted(words)
 
 
-def test_what_happened_to_peaks_is_gathered_in_a_line_and_told_one_by_one_in_the_table(wedge_that_lifts):
+def test_what_happened_to_peaks_is_gathered_in_a_line_and_listed_one_by_one_in_the_table(wedge_that_lifts):
     curve = wedge_that_lifts[1]
     words = [str(event) for event in curve.event.values[0]]
     born = sum("appeared" in event or "split off" in event for event in words)

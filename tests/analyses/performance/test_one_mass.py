@@ -13,10 +13,10 @@ from matplotlib.colors import to_rgb
 
 import stickslip as ss
 from stickslip.analyses.performance.curve import performance_curve
-from stickslip.analyses.performance.work import _told
+from stickslip.analyses.performance.work import _event_arrays
 from stickslip.plots.performance_curve import REGION_COLOURS
 from stickslip.report.performance import sentences
-from stickslip.solve.peak_following import Follower
+from stickslip.solve.peak_continuation import PeakContinuation
 from stickslip.units import logspace
 
 KD = 0.5
@@ -110,8 +110,8 @@ def test_an_optimum_at_an_end_of_the_values_is_said_so():
 
 
 def test_an_optimum_between_curves_that_are_lost_is_said_so(monkeypatch):
-    monkeypatch.setattr(Follower, "at", lambda *arguments: None)
-    monkeypatch.setattr(Follower, "swept", lambda *arguments: None)
+    monkeypatch.setattr(PeakContinuation, "at", lambda *arguments: None)
+    monkeypatch.setattr(PeakContinuation, "swept", lambda *arguments: None)
     curve = performance_curve(mass(), [1.0, 1.5, 4.0], harmonics=1, samples=128)
     with pytest.warns(UserWarning, match="the search for the lowest peak ended, since no peak was found at F_C/F_E = "):
         best = curve.optimum()
@@ -139,15 +139,15 @@ def test_the_band_of_a_peak_against_the_closed_form():
         assert np.all(np.abs(at.frequency.values - middles) < close * widths)
 
 
-def test_events_are_told_in_the_order_of_the_ratio():
+def test_events_are_listed_in_the_order_of_the_ratio():
     """A curve may be followed downwards, or in parts from the middle."""
     events = [
         SimpleNamespace(kind="born", low=a, high=b, frequency=2.0, words=w)
         for a, b, w in ((9.0, 5.0, "c"), (1.0, 2.0, "a"), (3.0, 4.0, "b"))
     ]
-    told = _told(SimpleNamespace(events=events, checks=[], solves=0, iterations=0))
-    assert [words[-1] for words in told["event"]] == ["a", "b", "c"]
-    assert (told["event_low"].tolist(), told["event_high"].tolist()) == ([1.0, 3.0, 5.0], [2.0, 4.0, 9.0])
+    arrays = _event_arrays(SimpleNamespace(events=events, checks=[], solves=0, iterations=0))
+    assert [words[-1] for words in arrays["event"]] == ["a", "b", "c"]
+    assert (arrays["event_low"].tolist(), arrays["event_high"].tolist()) == ([1.0, 3.0, 5.0], [2.0, 4.0, 9.0])
 
 
 def test_values_far_apart_are_swept():

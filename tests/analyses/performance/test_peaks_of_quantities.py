@@ -15,7 +15,7 @@ import stickslip as ss
 from stickslip.plots import plot
 from stickslip.report.design import sentences as design_sentences
 from stickslip.report.performance import sentences, tables
-from stickslip.report.what_matters import sentences as matter_sentences
+from stickslip.report.sensitivity_indices import sentences as matter_sentences
 
 KD, C = 0.5, 0.1
 QUANTITIES = ("displacement", "velocity", "acceleration")
@@ -115,13 +115,13 @@ def test_a_design_by_its_acceleration():
         "refinements": 20,
     }
     lowest = minimize_scalar(lambda x: exact(float(x), 2)[0], bounds=(0.5, 3.0), method="bounded", options={"xatol": 1e-4})
-    found = ss.design_damper(problem, {"load": (1.0, 8.0)}, harmonics=1, samples=256, quantity="acceleration", **settings)
+    found = ss.damper_design(problem, {"load": (1.0, 8.0)}, harmonics=1, samples=256, quantity="acceleration", **settings)
     assert float(found.dataset.optimum_peak) == pytest.approx(lowest.fun, rel=1e-3)
     assert 0.4 * found.optimum["load"] == pytest.approx(lowest.x, rel=0.03)
     assert found.dataset.worst_peak.attrs["units"] == "m/s2"
     assert " m/s² over" in design_sentences(found.dataset)[0] or design_sentences(found.dataset)[0].endswith(" m/s²")
     assert "amplitude of the first harmonic of the acceleration" in design_sentences(found.dataset)[0]
-    per_force = ss.design_damper(problem, {"load": (1.0, 8.0)}, harmonics=1, samples=256, quantity="inertance", **settings)
+    per_force = ss.damper_design(problem, {"load": (1.0, 8.0)}, harmonics=1, samples=256, quantity="inertance", **settings)
     assert per_force.dataset.worst_peak.attrs["units"] == "m/s2 per unit level"
 
 
@@ -130,7 +130,7 @@ def test_slopes_of_the_inertance_are_those_of_the_exact_peaks():
         return mass(limit=limit, kd=kd)
 
     ranges = {"kd": (0.4, 0.6), "limit": (1.2, 1.8)}
-    found = ss.what_matters(problem, ranges, BAND, 2.0, draws=2, harmonics=1, samples=512, quantity="inertance").dataset
+    found = ss.sensitivity_indices(problem, ranges, BAND, 2.0, draws=2, harmonics=1, samples=512, quantity="inertance").dataset
 
     def height(kd, limit):  # under 2 N as under 1 N with half the limit
         return np.log(exact(round(0.5 * limit, 12), 2, round(kd, 12))[0])

@@ -1,4 +1,6 @@
-"""The blade with two semi-cylinders: the trends that S3 reports (sections 2 and 3), and the band over start states."""
+"""The blade with two semi-cylinders: the trends of "Effect of Variation in Contact
+Friction on the Performance of the Under-Platform Dampers" (sections 2 and 3), and the band over start states.
+"""
 
 import numpy as np
 import pytest

@@ -21,9 +21,9 @@ def design(*, friction, limit=1.0):
 SOUND = {
     ss.performance_curve: {"problem": mass(), "force_ratio": [1.0, 2.0]},
     ss.performance_band: {"problem": mass(), "force_ratio": [1.0, 2.0]},
-    ss.what_matters: {"problem_of": mass, "parameters": {"limit": (1.0, 2.0)}, "band": BAND, "draws": 2},
+    ss.sensitivity_indices: {"problem_of": mass, "parameters": {"limit": (1.0, 2.0)}, "band": BAND, "draws": 2},
     ss.follow_peaks: {"problem_of": lambda limit: mass(limit=limit), "values": [1.0, 2.0], "band": BAND},
-    ss.design_damper: {"problem_of": design, "variables": {"limit": (1.0, 2.0)}, "force": (1.0, 2.0), "friction": 0.4},
+    ss.damper_design: {"problem_of": design, "variables": {"limit": (1.0, 2.0)}, "force": (1.0, 2.0), "friction": 0.4},
 }
 NOT_WHOLE = ["s", None, 1.5, -1]
 WRONG = {
@@ -60,9 +60,9 @@ WRONG = {
 }
 OWN = {
     (ss.performance_curve, "friction"): [[], "a", -0.1, 0.0, [0.2, 0.2], math.nan],
-    (ss.design_damper, "friction"): ["a", 0.0, math.nan],
-    (ss.design_damper, "force"): [5, (2.0, 1.0), (0.0, 1.0), (1.0, 2.0, 3.0), "ab", (5.0, 5.0)],
-    (ss.what_matters, "force"): ["a", 0.0, math.nan],
+    (ss.damper_design, "friction"): ["a", 0.0, math.nan],
+    (ss.damper_design, "force"): [5, (2.0, 1.0), (0.0, 1.0), (1.0, 2.0, 3.0), "ab", (5.0, 5.0)],
+    (ss.sensitivity_indices, "force"): ["a", 0.0, math.nan],
     (ss.follow_peaks, "force"): ["a", 0.0, lambda value: "a"],
 }
 CASES = [
@@ -84,7 +84,7 @@ def test_a_wrong_argument_is_refused_in_a_sentence(analysis, name, value):
 @pytest.mark.parametrize("analysis", SOUND, ids=lambda analysis: analysis.__name__)
 def test_every_argument_has_wrong_values(analysis):
     """A new argument is to be listed above."""
-    free = {"finished", "progress", "search"}
+    free = {"checkpoint", "progress", "search"}
     tried = {name for one, name, _ in CASES if one is analysis}
     assert set(inspect.signature(analysis).parameters) - tried - free == set()
 
@@ -94,7 +94,7 @@ def test_every_argument_has_wrong_values(analysis):
     [
         lambda band: ss.performance_curve(mass(), [1.0, 2.0], band=band, harmonics=1, samples=16),
         lambda band: ss.performance_band(mass(), [1.0], band=band, cloud=0, harmonics=1, samples=16),
-        lambda band: ss.what_matters(mass, {"limit": (1.0, 2.0)}, band, draws=2, harmonics=1, samples=16),
+        lambda band: ss.sensitivity_indices(mass, {"limit": (1.0, 2.0)}, band, draws=2, harmonics=1, samples=16),
     ],
 )
 def test_a_band_without_a_resonance_is_refused(call):

@@ -26,7 +26,7 @@ def run(arguments):
 
 def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     study, out = tmp_path / "study.toml", tmp_path / "out"
-    assert run(["new", "bounds", study]) == 0
+    assert run(["new", "response_bounds", study]) == 0
     text = (
         study.read_text().replace("points = 25", "points = 3").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 8")
     )
@@ -51,7 +51,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
 def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_ratio_of_forces(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     sweep = "[sweep]\nfrequency = [0.15, 0.25]\nforce_levels = [0.3]\nharmonics = 3\nsamples = 64\n"
-    bounds = "[bounds]\npoints = 3\ncloud = 2\nstarts = 1\n"
+    bounds = "[response_bounds]\npoints = 3\ncloud = 2\nstarts = 1\n"
     study.write_text('[study]\nanalysis = "response_bounds"\n[structure]\nrig = "single_mass"\n' + sweep + bounds)
     assert run(["run", study, "--out", out, "--workers", 1]) == 0
     drawn = {path.stem for path in (out / "figures").iterdir()}
@@ -70,17 +70,17 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
 
     monkeypatch.setattr(AtFrequency, "sample", sample)
     study, out = tmp_path / "study.toml", tmp_path / "out"
-    run(["new", "bounds", study])
+    run(["new", "response_bounds", study])
     text = (
         study.read_text().replace("points = 25", "points = 2").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 4")
     )
     study.write_text(text.replace('rule = "slider_offset"', 'rule = ["traction_ratio", "virgin"]'))
     capsys.readouterr()
     assert run(["run", study, "--out", out, "--workers", 1]) == 3
-    told = capsys.readouterr()
-    assert "force 1        none found" in told.out
-    assert "no bounds at 2 of 2 frequencies. Most start states have no solution" in told.err
-    assert "4 of 5 sampled start states (80 %) have no solution" in told.err
+    printed = capsys.readouterr()
+    assert "force 1        none found" in printed.out
+    assert "no bounds at 2 of 2 frequencies. Most start states have no solution" in printed.err
+    assert "4 of 5 sampled start states (80 %) have no solution" in printed.err
     page = (out / "report.html").read_text()
     assert "4 of 5 sampled start states (80 %) have no solution" in page
     assert "Every point converged" not in page
@@ -91,7 +91,7 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
 
 def test_samples_come_as_cases_with_percentiles(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
-    assert run(["new", "samples", study]) == 0
+    assert run(["new", "response_samples", study]) == 0
     text = (
         study.read_text().replace("count = 20", "count = 3").replace("[0.5, 1.0]", "[1.0]").replace("points = 29", "points = 2")
     )
@@ -128,7 +128,7 @@ def test_samples_come_as_cases_with_percentiles(tmp_path):
 )
 def test_faults_of_samples_are_said(tmp_path, change, message):
     study = tmp_path / "study.toml"
-    run(["new", "samples", study])
+    run(["new", "response_samples", study])
     study.write_text(study.read_text().replace(*change))
     with pytest.raises(Faults, match=message):
         read(study)
@@ -147,7 +147,7 @@ def test_attached_bounds_survive_the_file(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("[bounds]", "[samples]"), "must go with analysis"),
+        (("[response_bounds]", "[response_samples]"), "must go with analysis"),
         (('objective = "amplitude"', 'objective = "energy"'), "objective must be"),
         (("points = 25", "points = 1"), "points must be"),
         (("cloud = 60", "cloud = 1000000000000000"), "cloud must be at most 100000"),
@@ -156,7 +156,7 @@ def test_attached_bounds_survive_the_file(tmp_path):
 )
 def test_faults_are_said(tmp_path, change, message):
     study = tmp_path / "study.toml"
-    run(["new", "bounds", study])
+    run(["new", "response_bounds", study])
     study.write_text(study.read_text().replace(*change))
     with pytest.raises(Faults, match=message):
         read(study)

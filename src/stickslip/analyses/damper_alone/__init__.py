@@ -1,1 +1,1 @@
-"""A damper alone between two platforms that move as prescribed."""
+"""Analyses of a damper between two platforms with prescribed motion."""

@@ -1,4 +1,4 @@
-"""The cycle of a damper alone between two platforms that move as prescribed: loops, contact forces, motion, states, energies.
+"""Steady cycle of a damper between two platforms with prescribed motion: loops, forces, motion, states and energies.
 
 `damper_cycle` computes one steady cycle; `damper_cycles.py` several of them.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, between, fault, of_kind, positive, vector
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -178,7 +178,7 @@ class CycleWork:
     def prepare(self) -> None:
         """One case needs no preparation."""
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The march of the cycle."""
         settings: dict[str, Any] = {"steps": self.steps, "method": self.method, "frequency": self.frequency}
         settings |= {"tolerance": self.tolerance, "cycles": self.most}

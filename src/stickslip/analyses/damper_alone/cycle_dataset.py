@@ -1,4 +1,4 @@
-"""A damper cycle with labels: forces, motion and its parts, states, energies and harmonics of one steady cycle."""
+"""Labelled dataset of a steady damper cycle: forces, motion, states, energies and harmonics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several cycles of one damper: every steady one that seeded initial states lead to, and a sequence while friction changes."""
+"""Several cycles of one damper: all steady cycles for sampled initial states, and a sequence with changing friction."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
-from stickslip.analyses.work import Arrays, Progress, Tell
+from stickslip.analyses.work import Arrays, Progress, Report
 from stickslip.checks import Array, InputError, between, fault, of_kind, positive, seed_of, several, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
@@ -99,7 +99,7 @@ def steady_cycles(
     """Steady quasi-static cycles from the virgin and from seeded random slider offsets, uniform in ±spread [m].
 
     spread: twice the pull over the softest tangential stiffness unless given. Cycles whose contact forces differ by less than
-    `same` of the largest count as one. workers: processes; progress(share, text) is told.
+    `same` of the largest count as one. workers: processes; progress(share, text) is called after each.
     """
     work = SteadyCyclesWork(rig, motion, starts, spread, seed, same, steps)
     return work.gathered(all_cases(work, None, workers, progress))
@@ -144,7 +144,7 @@ class SteadyCyclesWork:
         """Compile the march."""
         damper_cycle(self.rig, self.motion, steps=max(8, self.steps // 10), cycles=1)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The march from one initial state."""
         return march_arrays(damper_cycle(self.rig, self.motion, start=self.offsets[case], steps=self.steps).march)
 
@@ -180,7 +180,7 @@ def damper_evolution(
     progress: Progress = lambda fraction, text: None,
 ) -> DamperEvolution:
     """Cycles while friction changes: for each set of coefficients (a number, or one per line of contact) the last of so many
-    cycles, which starts from the state that the set before left. progress(share, text) is told."""
+    cycles, which starts from the state that the set before left. progress(share, text) is called after each."""
     work = EvolutionWork(rig, motion, several("friction", friction), steps, cycles)
     return work.gathered(all_cases(work, None, 1, progress)[0])
 
@@ -220,7 +220,7 @@ class EvolutionWork:
     def prepare(self) -> None:
         """One case needs no preparation."""
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The marches of all sets, by number."""
         start: PlatformState | float = 0.0
         found: dict[str, Any] = {}
@@ -228,7 +228,7 @@ class EvolutionWork:
             march = damper_cycle(rig, self.motion, start=start, steps=self.steps, cycles=self.cycles).march
             start = march.state
             found |= {f"{number} {key}": value for key, value in march_arrays(march).items()}
-            tell((number + 1) / len(self.rigs))
+            report((number + 1) / len(self.rigs))
         return found
 
     def gathered(self, arrays: Arrays) -> DamperEvolution:

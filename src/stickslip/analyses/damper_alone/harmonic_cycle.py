@@ -1,4 +1,4 @@
-"""The cycle of a damper between platforms by harmonic balance: the third way beside quasi-static steps and time integration."""
+"""Damper cycle by harmonic balance, beside quasi-static steps and time integration a third independent method."""
 
 from __future__ import annotations
 

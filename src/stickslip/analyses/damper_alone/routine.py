@@ -1,4 +1,4 @@
-"""The damper routine in a blade: it takes the place of the damper's body and contacts, and gives the platform harmonic forces.
+"""The damper routine in a blade model: it replaces the damper's body and contacts and returns harmonic forces on the platform.
 
 The blade moves the left platform, the neighbour's side is at rest. Its equation per harmonic is X = R (P + F(X)), R the
 receptance of the platform and F(X) the harmonics of the routine's force for the motion X: the purpose that Gola and Gastaldi

@@ -1,4 +1,4 @@
-"""How well a damper with given contact parameters explains measured cycles: the misfit that an identification makes small.
+"""Misfit between a damper model and measured cycles, which an identification minimises.
 
 The computed cycle is smoothed to the harmonics of the measured one. Gains of the channels are unknown, with a prior, the same in
 all cases; so is the lag of the forces behind the motions, and so are the zeros of the cells, one a case; lasers have no zero. All

@@ -1,4 +1,4 @@
-"""An identification with labels: parameters with intervals, replicates, and loops measured and fitted."""
+"""Labelled dataset of an identification: parameters with intervals, replicates, measured and fitted loops."""
 
 from __future__ import annotations
 

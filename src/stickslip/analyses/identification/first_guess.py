@@ -1,4 +1,4 @@
-"""First values of contact parameters, read from the loops without a model of the cycle: plateaux of T/N and stuck slopes."""
+"""Initial values of contact parameters from the loops alone: plateaus of T/N and stuck slopes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Clues:
 
 
 def clues(cases: Sequence[CycleSet], rig: BetweenPlatforms, errors: RigErrors) -> Clues:
-    """What the mean cycles show, plateaux with their errors by those of the rig; what they do not show is said in `remarks`."""
+    """What the mean cycles show, plateaux with their errors by those of the rig; what they do not show is noted in `remarks`."""
     plateaux, slopes, remarks = {}, {}, []
     directions: dict[str, list[float]] = {"x": [], "y": []}
     for case in cases:

@@ -1,4 +1,4 @@
-"""Contact parameters of a damper from its measured cycles: plateaux and slopes for a start, a search, gradients, intervals.
+"""Identification of a damper's contact parameters from measured cycles: initial guess, global search, gradients, intervals.
 
 1. Friction from plateaux of T/N, stiffness from stuck slopes, as far as the loops show them: a start, not a result.
 2. A search of the whole range (differential evolution), then least squares on whole loops of all cases at once.
@@ -90,12 +90,12 @@ class Identification:
             factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/um")
             known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
             rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
-        rows += [f"law    {self.law}, of {told(self.held_out)}"] if self.held_out else []
+        rows += [f"law    {self.law}, of {errors_by_law(self.held_out)}"] if self.held_out else []
         rows += chain_sentences(self.dataset)
         return "\n".join(rows)
 
 
-def told(held_out: Mapping[str, float]) -> str:
+def errors_by_law(held_out: Mapping[str, float]) -> str:
     """Laws with their errors on loops held out."""
     return ", ".join(f"{law} {error:.3g}" for law, error in held_out.items())
 
@@ -134,7 +134,7 @@ def identify(
     a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and for
     the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or
     one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
-    resamples: refits for the intervals; population (times unknowns), generations: of the search. progress: told the share done.
+    resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share): callback.
     """
     errors = RigErrors() if errors is None else errors
     several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
@@ -193,34 +193,34 @@ class IdentificationWork:
         unknowns = parameters(self.unknown, self.damper, self.bounds)
         return DamperFit.of(self.cases, self.damper, unknowns, self.errors, self.steps)
 
-    def solve(self, case: int, tell: Callable[[float], object]) -> Arrays:
+    def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Logarithms of the unknowns of the law that is chosen, and of their refits; errors of all laws on loops held out."""
         found = clues(self.cases, self.damper, self.errors)
         fit, seen = self.fit, np.nan
-        best, others = self._searched(fit, found, lambda share: tell(0.4 * share))
+        best, others = self._searched(fit, found, lambda share: report(0.4 * share))
         if self.errors.lag is None:
             largest = GRADUAL / (2.0 * np.pi * max(case.frequency for case in self.cases))
             seen, late = _lag_seen(fit, best), fit.with_lag(LAG_PRIOR)
             if abs(seen) > largest:
-                there = self._searched(late, found, lambda share: tell(0.4 + 0.1 * share))
+                there = self._searched(late, found, lambda share: report(0.4 + 0.1 * share))
                 seen = _lag_of(late, there[0])
                 fit, (best, others) = (late, there) if abs(seen) > largest else (fit, (best, others))
         fits = {law: fit.with_law(law) for law in LINE_LAWS if law in self.laws}
         thetas = {law: _of_law(fit, best) for law, fit in fits.items()}
         errors = {law: held_out(fit, thetas[law]) for law, fit in fits.items()} if len(fits) > 1 else {}
         law = next(law for law in fits if not errors or errors[law] <= CLOSE * min(errors.values()))
-        tell(0.6)
+        report(0.6)
         places = others if law == "macroslip" else thetas[law][None]
-        again = refits(fits[law], thetas[law], places, self.resamples, self.seed, lambda share: tell(0.6 + 0.4 * share))
+        again = refits(fits[law], thetas[law], places, self.resamples, self.seed, lambda share: report(0.6 + 0.4 * share))
         number, counts = np.array(list(LINE_LAWS).index(law)), np.array([again.lost, again.cycles, again.missing])
         held = np.array(list(errors.values()))
         again_too = {"replicates": again.values, "lags": again.lags, "zeros": again.zeros, "counts": counts}
         lag = np.array([fit.errors.lag or 0.0, seen])
         return {"theta": thetas[law], **again_too, "law": number, "held_out": held, "lag_prior": lag}
 
-    def _searched(self, fit: DamperFit, found: Clues, tell: Callable[[float], object]) -> tuple[Array, Array]:
+    def _searched(self, fit: DamperFit, found: Clues, report: Callable[[float], object]) -> tuple[Array, Array]:
         """The best of the whole range, and other minima that are about as good."""
-        return _fitted(fit, _searched(fit.steps(COARSE), found, self.population, self.generations, self.seed, tell))
+        return _fitted(fit, _searched(fit.steps(COARSE), found, self.population, self.generations, self.seed, report))
 
     def identification(self, arrays: Arrays) -> Identification:
         """The result from the arrays of `solve`."""
@@ -285,7 +285,7 @@ def held_out(fit: DamperFit, theta: Array) -> float:
 
 
 def _searched(
-    fit: DamperFit, found: Clues, population: int, generations: int, seed: int, tell: Callable[[float], object]
+    fit: DamperFit, found: Clues, population: int, generations: int, seed: int, report: Callable[[float], object]
 ) -> Array:
     """A population over the whole range, the best first, (members, unknowns); the clues are among its first members."""
     low, high = fit.bounds
@@ -295,10 +295,10 @@ def _searched(
     def height(theta: Array) -> float:
         return float(np.log1p(fit.cost(theta)))
 
-    def told(*_: Any, **__: Any) -> None:
+    def generation_done(*_: Any, **__: Any) -> None:
         nonlocal seen
         seen += 1
-        tell(seen / generations)
+        report(seen / generations)
 
     result = differential_evolution(
         height,
@@ -310,7 +310,7 @@ def _searched(
         init="sobol",
         polish=False,
         rng=seed,
-        callback=told,
+        callback=generation_done,
     )
     return np.asarray(result.population[np.argsort(result.population_energies)])
 

@@ -1,4 +1,4 @@
-"""The laws that the lines of a damper may follow in an identification, each as elements of the same totals for the relaxation.
+"""Contact laws available to an identification, each with the same total stiffness and friction.
 
 macroslip   one slider a line
 iwan        equal springs and loads, limits that fall as the half ellipse of a cylinder on a flat

@@ -1,4 +1,4 @@
-"""Which law a single contact follows, and its parameters, from measured hysteresis loops; laws are judged by held-out loops.
+"""Identification of the law and parameters of a single contact from hysteresis loops, judged by held-out loops.
 
 Every law is a set of parallel sliders of equal stiffness kt/n with limits μ N(t) w_i/n, mean w = 1:
     jenkins   w = 1, n = 1: all slips at once
@@ -194,7 +194,7 @@ def _fitted(loops: tuple[ContactLoop, ...], law: str) -> tuple[Array, Array]:
 
 
 def _remarks(loops: tuple[ContactLoop, ...], fit: LawFit) -> tuple[str, ...]:
-    """What the loops do not tell."""
+    """What the loops do not determine."""
     said = []
     reach = max(float(np.max(np.abs(loop.force)) / (fit.mu * np.max(np.asarray(loop.normal)))) for loop in loops)
     if reach < 0.95:

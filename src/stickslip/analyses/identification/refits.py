@@ -30,7 +30,7 @@ GAP_STEPS = 5
 """Gaps with which the loops themselves are fitted, to know how likely each is."""
 
 ALIKE = 2.0
-"""Costs are divided by this where they tell how likely gaps are: errors of neighbouring harmonics are alike. Minima whose costs
+"""Costs are divided by this to weigh how likely gaps are: errors of neighbouring harmonics are alike. Minima whose costs
 differ by less are about as good."""
 
 WIDE_STEP = 5e-3
@@ -93,7 +93,7 @@ class Refits:
 
     @property
     def remark(self) -> str:
-        """What is said of lost refits where intervals are given."""
+        """The note on failed refits beside the intervals."""
         if not self.lost or self.refusal:
             return ""
         return f"{self.lost} of {len(self.values) + self.lost} refits found no way down and are left out of the intervals."
@@ -168,7 +168,7 @@ def enough_steps(fit: DamperFit, theta: Array) -> DamperFit:
     return fit.steps(count) if count < own else fit
 
 
-def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, tell: Callable[[float], object]) -> Refits:
+def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, report: Callable[[float], object]) -> Refits:
     """Refits to perturbed data of a final fit theta; minima (count, unknowns): others that are about as good, to begin there."""
     coarse, generator = enough_steps(fit, theta), np.random.default_rng(seed)
     jacobian = slopes(coarse, theta)
@@ -197,7 +197,7 @@ def refits(fit: DamperFit, theta: Array, minima: Array, count: int, seed: int, t
             shifts.append(drawn.zeros(computed, again) - drawn_zeros - zeros)
         else:
             lost += 1
-        tell((number + 1) / count)
+        report((number + 1) / count)
     values = np.array(found).reshape(-1, theta.size)
     return Refits(values, lost, cycles, missing, np.array(lags), np.array(shifts).reshape(-1, *zeros.shape))
 

@@ -1,4 +1,4 @@
-"""Whether measured cycles can be those of the damper: signs, sizes and what is missing, before a fit and after it."""
+"""Plausibility checks of measured cycles before a fit and of the result after it."""
 
 from __future__ import annotations
 

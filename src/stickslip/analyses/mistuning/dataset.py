@@ -1,4 +1,4 @@
-"""The labelled results of mistuned disks, from the arrays of the tuned disk and of all samples."""
+"""Labelled dataset of mistuned disks, from the arrays of the tuned disk and of all samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A disk whose sectors are not alike: what is different in each of them, and the full disk that this makes of a tuned one."""
+"""Mistuned disks: the differences between sectors, and the full disk that they make of a tuned one."""
 
 from __future__ import annotations
 

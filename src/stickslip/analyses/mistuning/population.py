@@ -1,4 +1,4 @@
-"""Mistuned disks: the response of all blades of one disk, or of a population of them drawn at random, beside the tuned disk."""
+"""Response of one mistuned disk or of a random population of them, compared with the tuned disk."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.analyses.work import Finished, Progress, Workers
+from stickslip.analyses.work import Checkpoint, Progress, Workers
 from stickslip.checks import InputError, between, fault, of_kind, seed_of
 from stickslip.disk import TunedDisk
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import checked_harmonics
+from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ PEAK_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class MistunedDisks:
+class MistunedPopulation:
     """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the
     frequency, the envelope, the maximum of each blade, the worst blade, the amplification and the deviations drawn.
     """
@@ -49,11 +50,12 @@ def mistuned_response(
     harmonics: int | Sequence[int] = 3,
     samples: int = 96,
     **options: Any,
-) -> MistunedDisks:
+) -> MistunedPopulation:
     """The response of all blades of one mistuned disk; arguments and options as of `mistuned_population`."""
     return mistuned_population(disk, band, 1, Scatter(), mistuning, force, harmonics, samples, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def mistuned_population(
     disk: TunedDisk,
     band: Band | Sequence[float],
@@ -72,14 +74,14 @@ def mistuned_population(
     quantity: str = "displacement",
     measure: str = "amplitude",
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
-) -> MistunedDisks:
+) -> MistunedPopulation:
     """Responses of `count` disks whose sectors deviate at random, all under one engine order and one force level.
 
     mistuning: deviations that all samples share; with a pattern of the blades there and scatter of contacts alone, the samples
     are one disk mounted again and again. blade: what makes up a blade, see `mistuned_disk`. output: which output of a sector
-    is the amplitude of its blade. band, force, harmonics, samples, workers, finished, progress: see `forced_response`; at a
+    is the amplitude of its blade. band, force, harmonics, samples, workers, checkpoint, progress: see `forced_response`; at a
     list of frequencies, maxima are the largest values there. peak_tolerance: by how much maxima over a band may be too low.
     run_in: all start from the sliders of the tuned disk at its highest point (`stickslip.run_in`).
     quantity, measure: what amplitudes and their maxima are of, as for `forced_response`.
@@ -89,8 +91,8 @@ def mistuned_population(
     """
     last = (seed, blade, output, peak_tolerance, run_in, measure_of(quantity, measure))
     work = planned_population(disk, band, count, scatter, mistuning, force, harmonics, samples, *last)
-    results = all_cases(work, finished, workers, progress)
-    return MistunedDisks(population_dataset(work, results), disk)
+    results = all_cases(work, checkpoint, workers, progress)
+    return MistunedPopulation(population_dataset(work, results), disk)
 
 
 def planned_population(
@@ -115,7 +117,7 @@ def planned_population(
     count, seed, output = between("count", count, 1), seed_of(seed), between("output", output, 0, len(disk.outputs) - 1)
     of_kind("scatter", scatter, Scatter)
     base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
-    harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk tells how many are enough.")
+    harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
     own = tuple(blade_dofs(disk, blade))
     reported = replace(disk, outputs=(disk.outputs[output],))
     sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)

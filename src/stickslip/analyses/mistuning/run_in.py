@@ -1,4 +1,4 @@
-"""A tuned disk that has run before: its sliders stand where slip has brought them."""
+"""A tuned disk after running in: its sliders start where slip has moved them."""
 
 from __future__ import annotations
 

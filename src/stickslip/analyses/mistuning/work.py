@@ -14,7 +14,7 @@ from numpy.linalg import LinAlgError
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, InputError
 from stickslip.disk import FullDisk, TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
@@ -79,27 +79,27 @@ class PopulationWork:
         """Compile the kernels, or load them from disk."""
         self.sweep.prepare()
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """Amplitudes of the blades and their maxima; of a sample that fails its outcome and a sentence."""
         started = time.process_time()
         try:
             problem = self.started if case == 0 else mistuned_disk(self.started, self.mistuning(case - 1), self.blade)
-            arrays = self._solved(problem, tell)
+            arrays = self._solved(problem, report)
         except (LostCurveError, LinAlgError, InputError) as reason:
             arrays = _failed(1 if case == 0 else self.disk.sectors, str(reason))
         return {**arrays, "cpu_seconds": np.array(time.process_time() - started)}
 
-    def _solved(self, problem: Problem, tell: Tell) -> Arrays:
+    def _solved(self, problem: Problem, report: Report) -> Arrays:
         sweep = self.sweep
         balance = HarmonicBalance(problem, sweep.harmonics, sweep.samples)
         omegas = [2.0 * np.pi * frequency for frequency in sweep.frequencies]
         if sweep.exactly:
-            curve = solve_curve(balance, omegas, sweep.levels[0], True, tell)
+            curve = solve_curve(balance, omegas, sweep.levels[0], True, report)
             if curve.outcome != Outcome.CONVERGED:
                 raise LostCurveError(curve.message)
             return _blades(balance, curve.points, None, sweep.measure)
         points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
-        tell(0.3)
+        report(0.3)
         return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance), sweep.measure)
 
 
@@ -116,8 +116,8 @@ def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: Peak
                 peak[blade], highest[blade] = size, found
     place = np.array([point.point.omega for point in highest]) / (2.0 * np.pi)
     work = damper_work(balance, highest[int(peak.argmax())])
-    told = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
-    return {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place, "damper_work": work, **told}
+    status = {"outcome": np.array(int(Outcome.CONVERGED)), "message": np.array(Outcome.CONVERGED.sentence)}
+    return {"frequency": frequency, "amplitude": amplitude, "peak": peak, "peak_frequency": place, "damper_work": work, **status}
 
 
 def damper_work(balance: HarmonicBalance, point: CurvePoint) -> Array:

@@ -1,1 +1,1 @@
-"""Resonance peaks against load and design: performance curves and their band, what matters, the design of a damper."""
+"""Resonance peaks against load and design: performance curves and their band, sensitivity indices, damper design."""

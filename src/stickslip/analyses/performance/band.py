@@ -16,11 +16,12 @@ from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.analyses.work import Arrays, Finished, Progress, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import between, positive, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band
 
@@ -44,6 +45,7 @@ class PerformanceBand:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def performance_band(
     problem: Problem,
     force_ratio: ArrayLike,
@@ -61,7 +63,7 @@ def performance_band(
     harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> PerformanceBand:
     """Lowest and highest resonance peak over all start states at values of F_C/F_E; the excitation is varied.
@@ -74,7 +76,7 @@ def performance_band(
     effort = (between("cloud", cloud, 0), between("starts", starts, 0))
     search = (row, *effort, rule, share, seed_of(seed), *fineness, peak_per_force(quantity, measure))
     work = BoundsWork(problem, ends, force_levels(problem, ratios, pull), "peak", *search)
-    return PerformanceBand(band_dataset(work, ratios, all_cases(work, finished, workers, progress)), problem)
+    return PerformanceBand(band_dataset(work, ratios, all_cases(work, checkpoint, workers, progress)), problem)
 
 
 def peak_per_force(quantity: str, measure: str) -> Measure:

@@ -1,4 +1,4 @@
-"""What a design has to stand: force levels, friction coefficients and start states of its contacts."""
+"""Operating conditions of a design: force levels, friction coefficients and start states."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Case = tuple[float, float, int]
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a design has to stand: force levels ascending; friction coefficients; drawn start states and their seed; output;
+    """What a design has to stand: force levels ascending; friction coefficients; sampled start states and their seed; output;
     whether amplitudes count per force; harmonics and samples; whether all start states are searched in the worst case; what
-    amplitudes are of. Without drawn start states contacts are virgin ones, and nothing is searched.
+    amplitudes are of. Without sampled start states contacts are virgin ones, and nothing is searched.
     """
 
     forces: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""What contacts do over a steady period, in the words of performance curves: stick, microslip, slip, lift-off."""
+"""Contact states over a steady period as performance curves name them: stick, microslip, slip, lift-off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damper performance curves: resonance amplitude and frequency against F_C/F_E, the chart that dampers are designed with.
+"""Damper performance curves: resonance amplitude and frequency against F_C/F_E, the standard chart of damper design.
 
 F_C is the static pull on a damper, F_E the amplitude of the excitation. The resonance itself is followed along the ratio.
 """
@@ -17,12 +17,13 @@ from stickslip.analyses.arguments import ends_of, fineness_of, frictions_of, out
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Vary, stacked
-from stickslip.analyses.work import Arrays, Finished, Progress, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -39,12 +40,12 @@ class PerformanceCurve:
     def optimum(self, case: int = 0) -> dict[str, float]:
         """The lowest peak of a curve: ratio, size per force (SI), frequency [Hz], and the ends of the plateau.
 
-        Warns, in the words of `optimum_doubt` of the dataset, where it may not be the lowest: at an end of the values, or where
+        Warns, in the words of `optimum_warning` of the dataset, where it may not be the lowest: at an end of the values, or where
         a curve between them could not be solved.
         """
-        doubt = str(self.dataset["optimum_doubt"].values[case])
-        if doubt:
-            warnings.warn(doubt, stacklevel=2)
+        warning = str(self.dataset["optimum_warning"].values[case])
+        if warning:
+            warnings.warn(warning, stacklevel=2)
         return {name: float(self.dataset[name][case]) for name in OPTIMUM}
 
     def events(self, case: int = 0) -> list[str]:
@@ -74,6 +75,7 @@ class PerformanceCurve:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def performance_curve(
     problem: Problem,
     force_ratio: ArrayLike,
@@ -89,7 +91,7 @@ def performance_curve(
     harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> PerformanceCurve:
     """Peak amplitude and frequency of the highest resonance against F_C/F_E, for one or several friction coefficients.
@@ -105,7 +107,7 @@ def performance_curve(
     and the plateau; as for `forced_response`. `inertance` is that of the first harmonic at the same point: that point is the
     highest of the inertance only with quantity "inertance". `normalised_...` are relative to the highest peak without contacts,
     of the same measure but of the first harmonic alone. `region` indexes stick, microslip, slip, lift-off. The curve is that of
-    the peaks which a sweep of the excitation meets; where a higher one was followed onto a closed curve apart from it,
+    the peaks which a sweep of the excitation meets; where a higher one was followed onto an isola,
     `detached_amplitude_per_force` and `detached_frequency` say so (which ones are found depends on the points).
     Source: S. M. Cameron et al. (1990); the one-mass model is Griffin's (1980).
     """
@@ -116,7 +118,7 @@ def performance_curve(
     own = None if pull is None else positive("pull", pull)
     settings = (row, between("check_every", check_every, 1), *fineness_of(harmonics, samples), measure_of(quantity, measure))
     work = PerformanceWork(problem, ratios, frictions, vary, ends, own, *settings)
-    return gathered(work, all_cases(work, finished, workers, progress))
+    return gathered(work, all_cases(work, checkpoint, workers, progress))
 
 
 _POINT, _CONTACT, _BRANCH = ("case", "point"), ("case", "point", "contact"), ("case", "point", "branch")
@@ -137,8 +139,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "energy_residual": (_POINT, "1", "energy balance of the solution, relative to the input"),
     "slip_work_error": (_POINT, "1", "slip work against contact work, relative to the input"),
     "branch": (_POINT, "1", "which followed peak is the highest"),
-    "detached_frequency": (_POINT, "Hz", "frequency of a higher peak apart from the curve of a sweep"),
-    "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak apart from the curve of a sweep"),
+    "detached_frequency": (_POINT, "Hz", "frequency of a higher peak on an isola"),
+    "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak on an isola"),
     "outcome": (_POINT, "1", "what came of the point"),
     "dissipated": (_CONTACT, "J", "energy dissipated per cycle"),
     "contact_region": (_CONTACT, "1", "region of each contact: 0 stick, 1 microslip, 2 slip, 3 lift-off"),
@@ -149,7 +151,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "optimum_frequency": (("case",), "Hz", "frequency of the lowest peak"),
     "plateau_low": (("case",), "1", "F_C/F_E from which the peak is within 10 % of the lowest"),
     "plateau_high": (("case",), "1", "F_C/F_E up to which the peak is within 10 % of the lowest"),
-    "optimum_doubt": (("case",), "1", "why the optimum may not be the lowest peak"),
+    "optimum_warning": (("case",), "1", "why the optimum may not be the lowest peak"),
     "free_frequency": (("case",), "Hz", "resonance without contacts"),
     "free_amplitude_per_force": (("case",), "m/N", "peak without contacts"),
     "stuck_frequency": (("case",), "Hz", "resonance with all contacts stuck"),

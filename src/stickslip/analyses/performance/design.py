@@ -1,4 +1,4 @@
-"""Design of a damper: the variables that make the worst resonance least, over force, uncertain friction and start states."""
+"""Damper design: the variables that minimise the worst resonance over force, uncertain friction and start states."""
 
 from __future__ import annotations
 
@@ -15,23 +15,24 @@ from stickslip.analyses.arguments import made, maker, output_of, point_of, range
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
-from stickslip.analyses.performance.design_around import Around, around
 from stickslip.analyses.performance.design_constraints import Constraint
+from stickslip.analyses.performance.design_ranges import DesignRanges, design_ranges
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
-from stickslip.analyses.performance.worst_peak import Worst, searched_peak, worst_peak
-from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
+from stickslip.analyses.performance.worst_peak import WorstCase, searched_peak, worst_peak
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.rigs import single_mass
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FACTOR = 2.0
-"""Friction is uncertain by a factor of two unless said otherwise (S0: it evolves with wear)."""
+"""Default uncertainty of the friction coefficient, which evolves with wear (Gola and Gastaldi, ASME GT2014-25240)."""
 
 
 class ProblemOf(Protocol):
@@ -41,7 +42,7 @@ class ProblemOf(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class DamperDesign:
     """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
@@ -63,7 +64,8 @@ class Design:
         return plot(self, **options)
 
 
-def design_damper(
+@renamed_arguments(finished="checkpoint")
+def damper_design(
     problem_of: ProblemOf,
     variables: Mapping[str, tuple[float, float]],
     force: tuple[float, float],
@@ -86,15 +88,15 @@ def design_damper(
     harmonics: int | Sequence[int] = 3,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
-) -> Design:
+) -> DamperDesign:
     """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak.
 
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
     variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
     nominal coefficient; it may be anything within `friction_factor`, from μ/√factor to μ√factor, whose ends and middle are met.
-    starts: drawn start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
+    starts: sampled start states of the contacts beside virgin ones; with 0 contacts are virgin ones, and nothing is searched.
     search: in the worst case of every design all start states are searched as `response_bounds` does at the peak, for two to
     four times the time (`searched_peak`); a sample may miss the worst. Either way the designs computed compete over all start
     states: each that may be the best, and each known one, is searched under every friction coefficient; the optimum is the best.
@@ -106,15 +108,15 @@ def design_damper(
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
     from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
     the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst peak, as
-    this search counts it, is at most 5 % higher. What `finished` keeps is not computed again.
+    this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
     last = (search, measure_of(quantity, measure))
     conditions = conditions_of(force, (friction, friction_factor), objective, counts, numbers, fineness, *last)
     more = between("generations", generations, 0), between("refinements", refinements, 0)
     work = planned_design(problem_of, variables, conditions, constraints or {}, designs, known)
-    results = all_cases(work, finished, workers, progress)
-    return Design(finished_design(work, results, *more, finished, workers, progress))
+    results = all_cases(work, checkpoint, workers, progress)
+    return DamperDesign(finished_design(work, results, *more, checkpoint, workers, progress))
 
 
 def planned_design(
@@ -180,10 +182,10 @@ class DesignWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The worst peak of one design."""
         started = time.process_time()
-        worst = self.worst(self.points[case], tell)
+        worst = self.worst(self.points[case], report)
         place = [worst.size, worst.frequency, worst.force, worst.friction, worst.start]
         found = {
             "point": self.points[case],
@@ -198,12 +200,12 @@ class DesignWork:
         """The problem of a point of the design space."""
         return made(self.problem_of, friction=friction, **dict(zip(self.variables, map(float, point), strict=True)))
 
-    def worst(self, point: Sequence[float], tell: Tell = lambda fraction: None) -> Worst:
+    def worst(self, point: Sequence[float], report: Report = lambda fraction: None) -> WorstCase:
         """The worst peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
         with threadpool_limits(1, user_api="blas"):
             limits = dict(zip(self.limits, self.constraints, strict=True))
-            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, limits, tell)
+            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, limits, report)
 
     def searched(self, case: int, level: float, friction: float) -> float:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""
@@ -222,13 +224,13 @@ def finished_design(
     results: Sequence[Arrays],
     generations: int,
     refinements: int,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     workers: Workers = 1,
     progress: Progress = lambda fraction, text: None,
 ) -> xr.Dataset:
     """Generations and a simplex from the sampled designs, the best of all over all start states, then everything as a dataset."""
     expected = refinements + generations * len(results) + 16 * len(work.box)
-    designs = Designs(work, [Record.of(arrays) for arrays in results], finished, workers, progress, expected)
+    designs = Designs(work, [Record.of(arrays) for arrays in results], checkpoint, workers, progress, expected)
     if generations:
         evolve(designs, generations, work.conditions.seed)
     if refinements:
@@ -237,7 +239,7 @@ def finished_design(
     if not designs.best.allowed:
         return _dataset(work, designs, starts, -1, None)
     best = starts.best(work.known) if work.conditions.starts else designs.records.index(designs.best)
-    return _dataset(work, designs, starts, best, around(designs, designs.records[best]))
+    return _dataset(work, designs, starts, best, design_ranges(designs, designs.records[best]))
 
 
 def no_optimum(dataset: xr.Dataset) -> str:
@@ -255,7 +257,7 @@ def no_optimum(dataset: xr.Dataset) -> str:
     )
 
 
-def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: Around | None) -> xr.Dataset:
+def _dataset(work: DesignWork, designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> xr.Dataset:
     import xarray as xr
 
     conditions, records = work.conditions, designs.records
@@ -303,8 +305,8 @@ def _of_designs(designs: Designs, starts: AllStarts) -> dict[str, Any]:
     }
 
 
-def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: Around | None) -> dict[str, Any]:
-    """The best design and what lies around it, NaN where there is none."""
+def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: DesignRanges | None) -> dict[str, Any]:
+    """The best design with its slopes and ranges, NaN where there is none."""
     nothing = np.full(designs.low.size, np.nan)
     return {
         "optimum": nothing if near is None else designs.records[best].point,
@@ -324,12 +326,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "worst_frequency": (
         ("design",),
         "Hz",
-        "frequency of the worst resonance, from a drawn start state where the worst is a searched one",
+        "frequency of the worst resonance, from a sampled start state where the worst is a searched one",
     ),
     "worst_force": (("design",), "1", "force level of the worst resonance"),
     "worst_friction": (("design",), "1", "friction coefficient of the worst resonance"),
     "worst_start": (("design",), "1", "start state of the worst resonance, 0 virgin, -1 searched"),
-    "sampled_peak": (("design",), "", "the same from virgin contacts and drawn starts"),
+    "sampled_peak": (("design",), "", "the same from virgin contacts and sampled starts"),
     "searched_peak": (("design",), "", "the same over all start states, where they were searched"),
     "searches": (("design",), "1", "friction coefficients under which all start states were searched"),
     "failed": (("design",), "1", "conditions without a solved peak"),

@@ -1,4 +1,4 @@
-"""Constraints of damper design: no jamming, no lift-off, contact forces and pressures within limits.
+"""Constraints of damper design: no jamming, no lift-off, bounded contact forces and pressures.
 
 A constraint is a function of a `Trial` that is positive where it is met, of order one.
 """

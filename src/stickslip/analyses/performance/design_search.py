@@ -1,4 +1,4 @@
-"""Designs computed on demand, each once and kept, and the searches that ask for them: differential evolution, then a simplex."""
+"""Designs computed on demand and cached, and the searches that request them: differential evolution, then a simplex."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import differential_evolution, minimize
 
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.work import Arrays, Finished, Progress, Work, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import Array, InputError
 
 POPULATION = 5
@@ -44,7 +44,7 @@ class DesignCases(Work, Protocol):
 @dataclass(frozen=True, eq=False)
 class Record:
     """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak, and
-    what each friction coefficient gives as in `Worst`; the processor time it took [s].
+    what each friction coefficient gives as in `WorstCase`; the processor time it took [s].
     """
 
     point: Array
@@ -83,14 +83,14 @@ REFUSED = 1e6
 
 @dataclass(eq=False)
 class Designs:
-    """The designs computed so far, and more on demand: each of them once, kept by `finished`, several side by side.
+    """The designs computed so far, and more on demand: each of them once, kept by `checkpoint`, several side by side.
 
     expected: how many cases a search will ask for, about, which `progress` counts.
     """
 
     work: DesignCases
     records: list[Record]
-    finished: Finished | None
+    checkpoint: Checkpoint | None
     workers: Workers
     progress: Progress
     expected: int
@@ -133,11 +133,11 @@ class Designs:
         """The cases of a work, side by side, or given back by what keeps them."""
         count = len(work.names)
 
-        def tell(fraction: float, text: str) -> None:
+        def report(fraction: float, text: str) -> None:
             self.progress((self.done + count * fraction) / max(self.expected, self.done + count), text)
 
         few = count == 1 or (isinstance(self.workers, int) and (count - 1) * self._seconds() < WORTH)
-        results = all_cases(work, self.finished, 1 if few else self.workers, tell)
+        results = all_cases(work, self.checkpoint, 1 if few else self.workers, report)
         self.done += count
         return results
 

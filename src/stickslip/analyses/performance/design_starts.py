@@ -1,4 +1,4 @@
-"""The best of many designs over all start states of their contacts: which of them it is, searching no more than that needs."""
+"""Selection of the best design over all start states with as few searches as possible."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.analyses.performance.design_search import DesignCases, Designs
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 
 BESIDE = 2
 """Designs that are searched side by side while the best one is looked for."""
@@ -38,7 +38,7 @@ class StartsWork:
         """As designs do."""
         self.designs.prepare()
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The highest resonance over all start states of one case."""
         started = time.process_time()
         found = self.designs.searched(case, *self.cases[case])
@@ -48,7 +48,7 @@ class StartsWork:
 class AllStarts:
     """What a search of all start states finds for designs, at the force level that is worst under each friction coefficient.
 
-    each (designs, frictions, 3) as in `Worst`; done (designs, frictions): what is known, or cannot be.
+    each (designs, frictions, 3) as in `WorstCase`; done (designs, frictions): what is known, or cannot be.
     """
 
     def __init__(self, designs: Designs, frictions: Sequence[float]) -> None:
@@ -57,7 +57,7 @@ class AllStarts:
         self.done = np.isfinite(self.each[:, :, 2]) | ~np.isfinite(self.each[:, :, 1])
 
     def peak(self, design: int) -> float:
-        """The highest resonance known of a design, at least the one of its drawn start states; infinite without any."""
+        """The highest resonance known of a design, at least the one of its sampled start states; infinite without any."""
         sizes = self.each[design][:, [0, 2]]
         return float(np.nanmax(sizes)) if np.isfinite(sizes).any() else np.inf
 
@@ -81,7 +81,7 @@ class AllStarts:
             self._search([(k, self._next(k)) for k in leaders[:BESIDE] if not self.done[k].all()])
 
     def _next(self, design: int) -> int:
-        """The friction coefficient, not searched yet, under which the drawn start states give most."""
+        """The friction coefficient, not searched yet, under which the sampled start states give most."""
         return int(np.argmax(np.where(self.done[design], -np.inf, self.each[design, :, 0])))
 
     def _search(self, cases: Sequence[tuple[int, int]]) -> None:

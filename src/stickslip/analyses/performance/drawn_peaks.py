@@ -1,4 +1,4 @@
-"""Resonance peaks of a problem at drawn values of its parameters, as independent cases: the work behind `what_matters`."""
+"""Resonance peaks for sampled parameter values as independent cases, the work behind `sensitivity_indices`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from stickslip.analyses.arguments import made
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
@@ -21,8 +21,8 @@ from stickslip.harmonic.orders import Harmonics
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_sweep import swept_summits
-from stickslip.solve.summit import Ascent, NoSummitError, Summit
+from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peak_sweep import swept_peaks
 
 BLOCK = 8
 """Draws of one case; their problems differ from one another in one parameter at a time."""
@@ -76,7 +76,7 @@ class DrawsWork:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Everything that a case depends on; a function of the problem is told by what it makes of two corners."""
+        """Everything that a case depends on; a function of the problem is identified by what it returns at two corners."""
         corners = " ".join(self.problem(corner).fingerprint for corner in np.array(self.box).T)
         how = f"{self.parameters} in {self.box}, {self.band} Hz, force {self.force!r}, {self.draws} draws, seed {self.seed}"
         how += f", {self.measure.words} of output {self.output}, {self.harmonics} harmonics, {self.samples} samples"
@@ -91,11 +91,11 @@ class DrawsWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The peaks of one case."""
         started = time.process_time()
         peaks = Peaks(self)
-        arrays = peaks.in_the_middle() if case == 0 else {"peaks": peaks.drawn(self.points()[self.blocks[case - 1]], tell)}
+        arrays = peaks.in_the_middle() if case == 0 else {"peaks": peaks.drawn(self.points()[self.blocks[case - 1]], report)}
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
 
@@ -106,7 +106,7 @@ class Peaks:
         self.work = work
         self.span = np.ptp(np.array(work.box), axis=1)
         self.middle = np.mean(work.box, axis=1)
-        self.known: list[tuple[Array, Summit, Array]] = []
+        self.known: list[tuple[Array, SolvedPeak, Array]] = []
         self.origin = self._keep(self.middle, self._balance(self.middle))
 
     def in_the_middle(self) -> dict[str, Array]:
@@ -127,46 +127,46 @@ class Peaks:
         cut = 0.5 * (1.0 - share) * (high - low)
         return [self.at(_moved(self.middle, k, value), TIGHT) for value in (low + cut, high - cut)]
 
-    def drawn(self, points: Array, tell: Tell) -> Array:
+    def drawn(self, points: Array, report: Report) -> Array:
         """Amplitude and frequency at points (draws, points of a draw, parameters)."""
         found = []
         for k, draw in enumerate(points):
-            tell(k / len(points))
+            report(k / len(points))
             found.append([self.at(values) for values in draw])
         return np.array(found)
 
     def at(self, values: Array, tolerance: float | None = None) -> tuple[float, float]:
-        """Amplitude, as the work measures it, and frequency in Hz; tolerance: as for `Ascent`."""
+        """Amplitude, as the work measures it, and frequency in Hz; tolerance: as for `PeakSolver`."""
         balance = self._balance(values)
         _, near, stiffness = min(self.known, key=lambda item: float(np.linalg.norm((item[0] - values) / self.span)))
         carried = near.point.forces + (stiffness - balance.stiffness)[:, None] * near.evaluation.w[: balance.rows]
         start = type(near.point)(carried, near.omega, self.work.force)
-        ascent = Ascent(balance, self.work.output, self.work.measure, tolerance)
+        solver = PeakSolver(balance, self.work.output, self.work.measure, tolerance)
         try:
-            summit = ascent.from_near(start, near.plane)
-            self.known = [*self.known[-200:], (np.array(values), summit, balance.stiffness)]
-        except NoSummitError:
-            summit = self._keep(values, balance)
-            with suppress(NoSummitError):
-                summit = summit if tolerance is None else ascent.from_solved(summit.evaluation)
-        return summit.amplitude, summit.omega / (2.0 * np.pi)
+            peak = solver.from_near(start, near.plane)
+            self.known = [*self.known[-200:], (np.array(values), peak, balance.stiffness)]
+        except NoPeakError:
+            peak = self._keep(values, balance)
+            with suppress(NoPeakError):
+                peak = peak if tolerance is None else solver.from_solved(peak.evaluation)
+        return peak.amplitude, peak.omega / (2.0 * np.pi)
 
     def _balance(self, values: Array) -> HarmonicBalance:
         return HarmonicBalance(self.work.problem(values), self.work.harmonics, self.work.samples)
 
-    def _keep(self, values: Array, balance: HarmonicBalance) -> Summit:
+    def _keep(self, values: Array, balance: HarmonicBalance) -> SolvedPeak:
         low, high = self.work.band
         try:
             band = (2.0 * np.pi * low, 2.0 * np.pi * high)
-            found = swept_summits(balance, self.work.force, band, self.work.output, self.work.measure)[0]
+            found = swept_peaks(balance, self.work.force, band, self.work.output, self.work.measure)[0]
         except LostCurveError as lost:
             raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
         if not found:
             said = ", ".join(f"{name} = {value:g}" for name, value in zip(self.work.parameters, values, strict=True))
             raise no_resonance(balance, self.work.output, self.work.band, f" for every value of the parameters, also at {said}")
-        summit = max(found, key=lambda peak: peak.amplitude)
-        self.known.append((np.array(values), summit, balance.stiffness))
-        return summit
+        peak = max(found, key=lambda peak: peak.amplitude)
+        self.known.append((np.array(values), peak, balance.stiffness))
+        return peak
 
 
 def _moved(values: Array, k: int, value: float) -> Array:

@@ -1,4 +1,4 @@
-"""The optimum of a performance curve, its lowest peak per force, and the plateau around it: both solved between the values."""
+"""Optimum of a performance curve (lowest peak per force) and its plateau, both solved between the given values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from stickslip.checks import Array
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_following import Follower, Following, Place
+from stickslip.solve.peak_continuation import ContinuedPeaks, PeakContinuation, Place
 
 PLATEAU = 0.1
 """The plateau is where the peak is higher than at the optimum by at most this share."""
@@ -23,14 +23,14 @@ CLOSE, TRIALS = 2e-4, 40
 @dataclass(frozen=True)
 class LowestPeak:
     """F_C/F_E of the lowest peak, its amplitude per force in m/N and frequency in Hz; the ends of the plateau, NaN where the
-    values end before; doubt: why the optimum may not be the lowest, "" where none is known.
+    values end before; warning: why the optimum may not be the lowest, "" where none is known.
     """
 
     ratio: float
     amplitude_per_force: float
     frequency: float
     plateau: tuple[float, float]
-    doubt: str
+    warning: str
 
 
 class PeakBetween:
@@ -39,8 +39,8 @@ class PeakBetween:
     force_at: excitation amplitude in N at a ratio.
     """
 
-    def __init__(self, follower: Follower, found: Following, force_at: Callable[[float], float]) -> None:
-        self.follower, self.found, self.force_at = follower, found, force_at
+    def __init__(self, continuation: PeakContinuation, found: ContinuedPeaks, force_at: Callable[[float], float]) -> None:
+        self.continuation, self.found, self.force_at = continuation, found, force_at
         known = {value: place[1] for value in found.values if (place := found.highest(value)) is not None}
         self.places: dict[float, Place] = {log(value): place for value, place in known.items()}
 
@@ -48,11 +48,11 @@ class PeakBetween:
         """The peak per force, m/N, at ln(F_C/F_E); raises `LostCurveError` where no peak is found."""
         x = float(x)
         if x not in self.places:
-            place = self.follower.at(self.found, exp(x)) or self.follower.swept(exp(x))
+            place = self.continuation.at(self.found, exp(x)) or self.continuation.swept(exp(x))
             if place is None:
                 raise LostCurveError(f"no peak was found at F_C/F_E = {exp(x):.4g}")
             self.places[x] = place
-        return self.places[x].summit.amplitude / self.force_at(self.places[x].value)
+        return self.places[x].peak.amplitude / self.force_at(self.places[x].value)
 
     @property
     def known(self) -> Array:
@@ -68,25 +68,25 @@ class PeakBetween:
 def lowest_peak(peak: PeakBetween) -> LowestPeak:
     """The lowest peak, searched between the neighbours of the lowest known one, and the plateau around it."""
     values, best = peak.known, peak.lowest
-    k, doubts = int(np.searchsorted(values, best)), []
+    k, messages = int(np.searchsorted(values, best)), []
     if 0 < k < values.size - 1:
         try:
             ends = (float(values[k - 1]), float(values[k + 1]))
             minimize_scalar(peak, bounds=ends, method="bounded", options={"xatol": CLOSE, "maxiter": TRIALS})
         except LostCurveError as lost:
-            doubts.append(f"the search for the lowest peak ended, since {lost}")
+            messages.append(f"the search for the lowest peak ended, since {lost}")
     else:
-        doubts.append(f"the lowest peak is at an end of the values, F_C/F_E = {exp(best):.4g}: it may be lower beyond")
+        messages.append(f"the lowest peak is at an end of the values, F_C/F_E = {exp(best):.4g}: it may be lower beyond")
     best = peak.lowest
-    peak.places[best], crest = peak.follower.settled(peak.places[best])
+    peak.places[best], peak_band = peak.continuation.settled(peak.places[best])
     plateau = []
     for side in (-1, 1):
         try:
             plateau.append(_reached(peak, best, side))
         except LostCurveError as lost:
             plateau.append(np.nan)
-            doubts.append(f"an end of the plateau is not known, since {lost}")
-    return LowestPeak(exp(best), peak(best), crest.omega / (2.0 * np.pi), (plateau[0], plateau[1]), "; ".join(doubts))
+            messages.append(f"an end of the plateau is not known, since {lost}")
+    return LowestPeak(exp(best), peak(best), peak_band.omega / (2.0 * np.pi), (plateau[0], plateau[1]), "; ".join(messages))
 
 
 def _reached(peak: PeakBetween, best: float, side: int) -> float:

@@ -1,4 +1,4 @@
-"""Resonances followed along any parameter of a problem: force, preload, friction, stiffness, or several scaled at once."""
+"""Resonance peaks along any parameter of a problem: force, preload, friction, stiffness, or several scaled together."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stickslip.checks import between, fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
-from stickslip.solve.peak_following import Event, Follower, Following
+from stickslip.solve.peak_continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -71,27 +71,27 @@ def follow_peaks(
         return known[value]
 
     with threadpool_limits(1, user_api="blas"):
-        follower = Follower(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row, size)
-        found = follower.follow(chosen.tolist(), every, lambda fraction: progress(fraction, "following peaks"))
-        dataset = _dataset(follower, found)
+        continuation = PeakContinuation(balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), row, size)
+        found = continuation.follow(chosen.tolist(), every, lambda fraction: progress(fraction, "following peaks"))
+        dataset = _dataset(continuation, found)
     return PeakPath(dataset, tuple(found.events))
 
 
-def _dataset(follower: Follower, found: Following) -> xr.Dataset:
+def _dataset(continuation: PeakContinuation, found: ContinuedPeaks) -> xr.Dataset:
     import xarray as xr
 
-    shape, measure = (len(found.values), len(found.branches)), follower.measure
+    shape, measure = (len(found.values), len(found.branches)), continuation.measure
     arrays = {name: np.full(shape, np.nan) for name in ("frequency", "amplitude", "frequency_width", "on_kink")}
     for b, branch in enumerate(found.branches):
         for k, value in enumerate(found.values):
             if value in branch.places:
-                branch.places[value], crest = follower.settled(branch.places[value])
-                summit = branch.places[value].summit
-                amplitude = summit.amplitude / measure.per(summit.point.level)
-                row = (crest.omega / (2.0 * np.pi), amplitude, crest.width / (2.0 * np.pi), float(summit.on_kink))
+                branch.places[value], peak_band = continuation.settled(branch.places[value])
+                peak = branch.places[value].peak
+                amplitude = peak.amplitude / measure.per(peak.point.level)
+                row = (peak_band.omega / (2.0 * np.pi), amplitude, peak_band.width / (2.0 * np.pi), float(peak.on_kink))
                 for name, number in zip(arrays, row, strict=True):
                     arrays[name][k, b] = number
-    newtons = levels_are_newtons(follower.problem_of(found.values[0])[0].problem)
+    newtons = levels_are_newtons(continuation.problem_of(found.values[0])[0].problem)
     units = {"frequency": "Hz", "amplitude": measure.reported_units(newtons), "frequency_width": "Hz", "on_kink": "1"}
     data = {name: (("value", "branch"), array, {"units": units[name]}) for name, array in arrays.items()}
     highest = [place[0] if (place := found.highest(value)) is not None else -1 for value in found.values]

@@ -1,4 +1,4 @@
-"""The band in which resonances are sought, around the free and the stuck one, and what is said where it holds none."""
+"""Search band for resonances, from the free to the stuck one, and the message if it holds none."""
 
 from __future__ import annotations
 

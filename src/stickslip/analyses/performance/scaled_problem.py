@@ -1,4 +1,4 @@
-"""Copies of a problem with its friction or its preload changed as a whole, and the forces that F_C/F_E is made of."""
+"""Copies of a problem with scaled friction or preload, and the forces in F_C/F_E."""
 
 from __future__ import annotations
 

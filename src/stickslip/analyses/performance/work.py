@@ -1,4 +1,4 @@
-"""Performance curves as independent cases, one friction coefficient each: follow the peak, find the optimum, tell the states."""
+"""Performance curves as independent cases, one friction coefficient each: peak continuation, optimum and contact states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stickslip.analyses.performance.contact_regions import contact_regions, whol
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -27,10 +27,10 @@ from stickslip.harmonic.orders import Harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.solve.crest import Crest
 from stickslip.solve.linear_peak import linear_peak
-from stickslip.solve.peak_following import Follower, Following, Place
-from stickslip.solve.summit import Summit
+from stickslip.solve.peak_band import PeakBand
+from stickslip.solve.peak_continuation import ContinuedPeaks, PeakContinuation, Place
+from stickslip.solve.peak_solver import SolvedPeak
 
 Vary = Literal["force", "preload"]
 
@@ -73,13 +73,13 @@ class PerformanceWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The performance curve of one friction coefficient."""
         started = time.process_time()
         mu = self.frictions[case]
         problem = self.problem if np.isnan(mu) else with_friction(self.problem, mu)
         with threadpool_limits(1, user_api="blas"):
-            arrays = _Curve(self, problem).arrays(tell)
+            arrays = _Curve(self, problem).arrays(report)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
 
@@ -106,17 +106,19 @@ class _Curve:
             return self.nominal, self.pull / (ratio * self.unit)
         return self.balance_at(ratio), 1.0
 
-    def arrays(self, tell: Tell) -> dict[str, NDArray[Any]]:
+    def arrays(self, report: Report) -> dict[str, NDArray[Any]]:
         """Everything about the curve, by name."""
         work = self.work
         low, high = work.band or ends_of(resonance_band(self.nominal, work.output))
-        follower = Follower(self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measure)
-        found = follower.follow(work.ratios[::-1], work.every, lambda fraction: tell(0.8 * fraction))
+        continuation = PeakContinuation(
+            self.balance_and_level, (2.0 * np.pi * low, 2.0 * np.pi * high), work.output, work.measure
+        )
+        found = continuation.follow(work.ratios[::-1], work.every, lambda fraction: report(0.8 * fraction))
         arrays = self._empty(len(work.ratios), len(found.branches))
         for k in range(len(work.ratios)):
-            self._fill(arrays, k, follower, found)
-        arrays |= self._optimum(follower, found)
-        arrays |= _told(found)
+            self._fill(arrays, k, continuation, found)
+        arrays |= self._optimum(continuation, found)
+        arrays |= _event_arrays(found)
         linear = {"free": self.free, "stuck": self.stuck}
         for name, peak in linear.items():
             arrays[f"{name}_frequency"] = np.array(peak.frequency)
@@ -132,48 +134,48 @@ class _Curve:
             arrays[name] = np.full((points, branches), np.nan)
         return arrays
 
-    def _fill(self, arrays: dict[str, NDArray[Any]], k: int, follower: Follower, found: Following) -> None:
+    def _fill(self, arrays: dict[str, NDArray[Any]], k: int, continuation: PeakContinuation, found: ContinuedPeaks) -> None:
         ratio = self.work.ratios[k]
         force = self.unit * self.balance_and_level(ratio)[1]
         highest = found.highest(ratio)
         if highest is not None:
-            b, (place, crest) = highest[0], follower.settled(highest[1])
+            b, (place, peak_band) = highest[0], continuation.settled(highest[1])
             found.branches[b].places[ratio] = place
             arrays["branch"][k] = b
-            self._fill_place(arrays, k, place, crest, force)
+            self._fill_place(arrays, k, place, peak_band, force)
         for b, branch in enumerate(found.branches):
             if ratio in branch.places:
-                summit = branch.places[ratio].summit
-                arrays["branch_frequency"][k, b] = summit.omega / (2.0 * np.pi)
-                arrays["branch_amplitude_per_force"][k, b] = summit.amplitude / force
+                peak = branch.places[ratio].peak
+                arrays["branch_frequency"][k, b] = peak.omega / (2.0 * np.pi)
+                arrays["branch_amplitude_per_force"][k, b] = peak.amplitude / force
         if highest is not None:
             arrays["branch_frequency"][k, highest[0]] = arrays["frequency"][k]
         detached = found.detached(ratio)
         if detached is not None:
-            arrays["detached_frequency"][k] = detached[1].summit.omega / (2.0 * np.pi)
-            arrays["detached_amplitude_per_force"][k] = detached[1].summit.amplitude / force
+            arrays["detached_frequency"][k] = detached[1].peak.omega / (2.0 * np.pi)
+            arrays["detached_amplitude_per_force"][k] = detached[1].peak.amplitude / force
 
-    def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, crest: Crest, force: float) -> None:
-        balance, summit = self.balance_and_level(place.value)[0], place.summit
-        evaluation = summit.evaluation
+    def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, peak_band: PeakBand, force: float) -> None:
+        balance, peak = self.balance_and_level(place.value)[0], place.peak
+        evaluation = peak.evaluation
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
         energy = EnergyBalance(balance).at(evaluation, cycle)
-        per_force = summit.amplitude / force
-        frequency = crest.omega / (2.0 * np.pi)
-        harmonic, further = self._first_harmonic(summit) / force, 2 - self.work.measure.order
+        per_force = peak.amplitude / force
+        frequency = peak_band.omega / (2.0 * np.pi)
+        harmonic, further = self._first_harmonic(peak) / force, 2 - self.work.measure.order
         regions = contact_regions(balance, evaluation, cycle)
         rubbing = np.array([bool(contact.tangential) for contact in self.problem.contacts])
         rows = [c for c, contact in enumerate(self.problem.contacts) for _ in contact.directions]
         values = {
             "frequency": frequency,
-            "amplitude": summit.amplitude,
+            "amplitude": peak.amplitude,
             "amplitude_per_force": per_force,
-            "inertance": crest.omega**further * harmonic,
+            "inertance": peak_band.omega**further * harmonic,
             "normalised_amplitude": per_force * self.unit / self.free.amplitude,
             "normalised_inertance": harmonic * self.unit / self.free_harmonic * (frequency / self.free.frequency) ** further,
             "normalised_frequency": frequency / self.free.frequency,
-            "frequency_width": crest.width / (2.0 * np.pi),
-            "on_kink": float(summit.on_kink),
+            "frequency_width": peak_band.width / (2.0 * np.pi),
+            "on_kink": float(peak.on_kink),
             "region": whole_region(regions, rubbing),
             "loss_factor": energy.loss_factor,
             "residual": evaluation.error,
@@ -186,19 +188,19 @@ class _Curve:
         arrays["contact_region"][k] = regions
         arrays["dissipated"][k] = np.bincount(rows, energy.dissipated, minlength=len(self.problem.contacts))
 
-    def _first_harmonic(self, summit: Summit) -> float:
-        """The amplitude of the first harmonic of the measured quantity at a summit."""
+    def _first_harmonic(self, peak: SolvedPeak) -> float:
+        """The amplitude of the first harmonic of the measured quantity at a peak."""
         row = self.nominal.rows + self.work.output
-        return self.work.measure.with_kind("amplitude").size(summit.evaluation.w[row], summit.omega)
+        return self.work.measure.with_kind("amplitude").size(peak.evaluation.w[row], peak.omega)
 
-    def _optimum(self, follower: Follower, found: Following) -> dict[str, NDArray[Any]]:
-        """The lowest peak per force, the plateau around it, and what makes them doubtful."""
-        peak = PeakBetween(follower, found, lambda ratio: self.unit * self.balance_and_level(ratio)[1])
+    def _optimum(self, continuation: PeakContinuation, found: ContinuedPeaks) -> dict[str, NDArray[Any]]:
+        """The lowest peak per force, the plateau around it, and the warnings about them."""
+        peak = PeakBetween(continuation, found, lambda ratio: self.unit * self.balance_and_level(ratio)[1])
         if not peak.places:
-            return {name: np.array(np.nan) for name in OPTIMUM} | {"optimum_doubt": np.array("no peak was found")}
+            return {name: np.array(np.nan) for name in OPTIMUM} | {"optimum_warning": np.array("no peak was found")}
         best = lowest_peak(peak)
         numbers = (best.ratio, best.amplitude_per_force, best.frequency, *best.plateau)
-        return dict(zip(OPTIMUM, map(np.array, numbers), strict=True)) | {"optimum_doubt": np.array(best.doubt)}
+        return dict(zip(OPTIMUM, map(np.array, numbers), strict=True)) | {"optimum_warning": np.array(best.warning)}
 
 
 OPTIMUM = ("optimum_ratio", "optimum_amplitude_per_force", "optimum_frequency", "plateau_low", "plateau_high")
@@ -209,7 +211,7 @@ PER_POINT = (
 )
 
 
-def _told(found: Following) -> dict[str, NDArray[Any]]:
+def _event_arrays(found: ContinuedPeaks) -> dict[str, NDArray[Any]]:
     """Events in words, in the order of F_C/F_E, checks by full sweeps, and what following cost."""
     placed = sorted((min(e.low, e.high), max(e.low, e.high), e.frequency, e.kind, e.words) for e in found.events)
     events = [f"F_C/F_E {low:.4g} to {high:.4g}, {frequency:.5g} Hz: {words}" for low, high, frequency, _, words in placed]

@@ -1,4 +1,4 @@
-"""The worst resonance of one design: over a range of force, uncertain friction and the start states of the contacts."""
+"""Worst case of one design over a range of force, uncertain friction and start states."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from stickslip.analyses.performance.design_constraints import Constraint, Trial,
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.analyses.work import Tell
+from stickslip.analyses.work import Report
 from stickslip.checks import Array, InputError, finite
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_following import Follower
-from stickslip.solve.peak_sweep import swept_summits
+from stickslip.solve.peak_continuation import PeakContinuation
+from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peak_sweep import swept_peaks
 from stickslip.solve.start_solutions import SHORTEST, UnsolvedError
-from stickslip.solve.summit import Ascent, NoSummitError, Summit
 
 SHARE = 0.7
 """Drawn start states reach this share of the largest offset that a slider can have."""
 
 
 @dataclass(frozen=True, eq=False)
-class Worst:
+class WorstCase:
     """The worst case of a design: size, as the conditions measure it, where it is, the least of each constraint (NaN where it
     was not asked), and the cases without a solved peak as (force level, friction, start); start: 0 for virgin contacts, else
     the number of the drawn state, −1 for a searched one.
 
-    each (frictions, 3): for every friction coefficient the highest peak from virgin contacts and drawn starts, its force level,
+    each (frictions, 3): for every friction coefficient the highest peak from virgin contacts and sampled starts, its force level,
     and the highest over all start states at that level (NaN where not searched).
     """
 
@@ -52,20 +52,20 @@ def worst_peak(
     variables: dict[str, float],
     conditions: Conditions,
     constraints: Mapping[str, Constraint],
-    tell: Tell = lambda fraction: None,
-) -> Worst:
+    report: Report = lambda fraction: None,
+) -> WorstCase:
     """The highest resonance over all conditions, and the least margin of each constraint over them.
 
     problem_of(μ) is the problem of the design. The virgin peak is followed over the force levels for every friction coefficient;
-    at each of them the drawn start states are tried from it; at the worst of them all start states are searched, if asked for.
+    at each of them the sampled start states are tried from it; at the worst of them all start states are searched, if asked for.
     A design that breaks a geometric constraint is not computed.
     """
     margins = _geometric_margins(variables, conditions, constraints)
     if any(margin <= 0.0 for margin in margins):
-        return Worst(np.inf, np.nan, np.nan, np.nan, -1, margins, np.full((len(conditions.frictions), 3), np.nan))
+        return WorstCase(np.inf, np.nan, np.nan, np.nan, -1, margins, np.full((len(conditions.frictions), 3), np.nan))
     search = _Search(variables, conditions, constraints)
     for k, mu in enumerate(conditions.frictions):
-        tell(k / len(conditions.frictions))
+        report(k / len(conditions.frictions))
         search.with_friction(mu, problem_of(mu))
     if conditions.search and np.isfinite(search.size):
         search.search_all_starts(problem_of(search.place[2]))
@@ -132,10 +132,10 @@ class _Search:
         self.margins = np.full(len(constraints), np.inf)
         self.failed: list[Case] = []
 
-    def worst(self) -> Worst:
+    def worst(self) -> WorstCase:
         """What was found; a design without any peak is infinitely bad."""
         size = self.size if np.isfinite(self.size) else np.inf
-        return Worst(size, *self.place, tuple(self.margins.tolist()), self.each, tuple(self.failed))
+        return WorstCase(size, *self.place, tuple(self.margins.tolist()), self.each, tuple(self.failed))
 
     def search_all_starts(self, problem: Problem) -> None:
         """Search all start states in the worst case, whose problem this is."""
@@ -151,76 +151,76 @@ class _Search:
         balance = HarmonicBalance(problem, conditions.harmonics, conditions.samples)
         band = resonance_band(balance, conditions.output)
         ends = (2.0 * np.pi * band.low, 2.0 * np.pi * band.high)
-        follower = Follower(lambda level: (balance, level), ends, conditions.output, conditions.measure)
-        found = follower.follow(conditions.forces, every=max(len(conditions.forces) - 1, 1))
+        continuation = PeakContinuation(lambda level: (balance, level), ends, conditions.output, conditions.measure)
+        found = continuation.follow(conditions.forces, every=max(len(conditions.forces) - 1, 1))
         for level in conditions.forces:
             highest = found.highest(level)
             if highest is None:
                 self.failed += [(level, mu, start) for start in range(conditions.starts + 1)]
                 continue
-            virgin = highest[1].summit
+            virgin = highest[1].peak
             self._met(mu, level, 0, virgin, balance)
             for start in range(1, conditions.starts + 1):
-                self._from_start(mu, level, start, virgin, balance, follower.band)
+                self._from_start(mu, level, start, virgin, balance, continuation.band)
 
     def _from_start(
-        self, mu: float, level: float, start: int, virgin: Summit, balance: HarmonicBalance, band: tuple[float, float]
+        self, mu: float, level: float, start: int, virgin: SolvedPeak, balance: HarmonicBalance, band: tuple[float, float]
     ) -> None:
-        """The peak from a drawn start state: every slider off its virgin place, in a direction drawn for each contact row."""
+        """The peak from a sampled start state: every slider off its virgin place, in a direction drawn for each contact row."""
         reach, _ = friction_reach(balance.table, balance.tables, virgin.evaluation.w)
         first = balance.table.friction_first
         drawn = np.random.default_rng((self.conditions.seed, start)).choice([-1.0, 1.0], first.size - 1)
         offsets = SHARE * np.repeat(drawn, np.diff(first)) * reach
         other = balance.with_starts(offsets, kind=0)
-        summit = self._climbed(other, virgin) or self._swept(other, level, band) or self._followed(balance, offsets, virgin)
-        if summit is None:
+        peak = self._climbed(other, virgin) or self._swept(other, level, band) or self._followed(balance, offsets, virgin)
+        if peak is None:
             self.failed.append((level, mu, start))
         else:
-            self._met(mu, level, start, summit, other)
+            self._met(mu, level, start, peak, other)
 
-    def _climbed(self, balance: HarmonicBalance, known: Summit) -> Summit | None:
+    def _climbed(self, balance: HarmonicBalance, known: SolvedPeak) -> SolvedPeak | None:
         """The peak near a known one."""
         try:
-            return Ascent(balance, self.conditions.output, self.conditions.measure).from_near(known.point, known.plane)
-        except NoSummitError:
+            return PeakSolver(balance, self.conditions.output, self.conditions.measure).from_near(known.point, known.plane)
+        except NoPeakError:
             return None
 
-    def _followed(self, balance: HarmonicBalance, offsets: Array, virgin: Summit) -> Summit | None:
+    def _followed(self, balance: HarmonicBalance, offsets: Array, virgin: SolvedPeak) -> SolvedPeak | None:
         """The virgin peak followed as all sliders go to their places together, where no curve can be solved from end to end."""
         near, done, step = virgin, 0.0, 0.5
         while done < 1.0:
             share = min(done + step, 1.0)
-            summit = self._climbed(balance.with_starts(share * offsets, kind=0), near)
-            if summit is not None:
-                near, done, step = summit, share, 2.0 * step
+            peak = self._climbed(balance.with_starts(share * offsets, kind=0), near)
+            if peak is not None:
+                near, done, step = peak, share, 2.0 * step
             elif step <= SHORTEST:
                 return None
             else:
                 step *= 0.5
         return near
 
-    def _swept(self, balance: HarmonicBalance, level: float, band: tuple[float, float]) -> Summit | None:
+    def _swept(self, balance: HarmonicBalance, level: float, band: tuple[float, float]) -> SolvedPeak | None:
         """The highest peak of a full sweep, where none lies near the virgin one."""
         try:
-            found = swept_summits(balance, level, band, self.conditions.output, self.conditions.measure)[0]
+            found = swept_peaks(balance, level, band, self.conditions.output, self.conditions.measure)[0]
         except LostCurveError:
             return None
-        return max(found, key=lambda summit: summit.amplitude, default=None)
+        return max(found, key=lambda peak: peak.amplitude, default=None)
 
-    def _met(self, mu: float, level: float, start: int, summit: Summit, balance: HarmonicBalance) -> None:
+    def _met(self, mu: float, level: float, start: int, peak: SolvedPeak, balance: HarmonicBalance) -> None:
         """Take one case into account."""
-        size = summit.amplitude / (level if self.conditions.per_force else 1.0)
-        trial = self._trial(mu, level, summit, balance)
+        size = peak.amplitude / (level if self.conditions.per_force else 1.0)
+        trial = self._trial(mu, level, peak, balance)
         margins = [asked(name, constraint, trial) for name, constraint in self.constraints.items()]
         self.margins = np.minimum(self.margins, margins) if margins else self.margins
         own = self.each[self.conditions.frictions.index(mu)]
         if not size <= own[0]:
             own[:2] = size, level
         if size > self.size:
-            self.size, self.place = size, (summit.omega / (2.0 * np.pi), level, mu, start)
+            self.size, self.place = size, (peak.omega / (2.0 * np.pi), level, mu, start)
 
-    def _trial(self, mu: float, level: float, summit: Summit, balance: HarmonicBalance) -> Trial:
-        evaluation = summit.evaluation
+    def _trial(self, mu: float, level: float, peak: SolvedPeak, balance: HarmonicBalance) -> Trial:
+        evaluation = peak.evaluation
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
         normal = {
             contact.name: cycle.force[row]

@@ -1,1 +1,1 @@
-"""Responses that are not unique: samples, histories, bounds and freedom of the start states."""
+"""Non-unique responses: samples, histories and bounds over start states, and the freedom of friction forces."""

@@ -1,8 +1,10 @@
-"""The bounds of response variability: highest and lowest response over all admissible start states.
+"""Bounds of response variability: the highest and lowest response over all admissible start states.
 
-At every frequency the amplitude itself is maximised and minimised, or, as S4 (equations 7 to 11) does, the loss factor as its
-proxy; or the resonance peak, which is what a designer needs: at a fixed frequency the lowest response is often only a
-resonance moved elsewhere.
+At every frequency the amplitude itself is maximised and minimised, or the loss factor as its proxy; or the resonance peak, which
+is what a designer needs: at a fixed frequency the lowest response is often only a resonance moved elsewhere.
+
+The loss factor is the objective of "An Experimental and Computational Comparison of the Dynamic Response Variability in a
+Turbine Blade with Under-Platform Dampers", equations 7 to 11.
 """
 
 from __future__ import annotations
@@ -16,10 +18,11 @@ import numpy as np
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import force_levels
 from stickslip.analyses.variability.bounds_work import BoundsWork, Target
-from stickslip.analyses.work import Finished, Progress, Workers
+from stickslip.analyses.work import Checkpoint, Progress, Workers
 from stickslip.checks import Array, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.solve.start_space import Rules, Sharing
 from stickslip.units import Band, listed
 
@@ -46,6 +49,7 @@ class ResponseBounds:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def response_bounds(
     problem: Problem,
     band: Band | Sequence[float],
@@ -64,13 +68,13 @@ def response_bounds(
     harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseBounds:
     """Highest and lowest response over the start states, at each frequency or at the peak, for one or several force levels.
 
     band: a `Band`, with `points` frequencies spread over it (for the peak: continued over), or frequencies in Hz.
-    objective: "amplitude" of the output; "loss_factor", least for the upper and largest for the lower bound (S4); "peak", the
+    objective: "amplitude" of the output; "loss_factor", least for the upper and largest for the lower bound; "peak", the
     amplitude at the resonance. quantity, measure: what the amplitude is of, as for `forced_response`.
     cloud: start states sampled at every frequency, half of them corners; the `starts` best begin a search each, besides the
     virgin state and the optima of neighbouring frequencies, or force levels for the peak; leaps from what was found follow.
@@ -87,7 +91,7 @@ def response_bounds(
         raise fault("band", "must be a band for the peak", band)
     settings = (output, cloud, starts, rule, share, seed, harmonics, samples, measure_of(quantity, measure))
     work = BoundsWork(problem, frequencies, levels, objective, *settings)
-    return ResponseBounds(work.gathered(all_cases(work, finished, workers, progress)), problem)
+    return ResponseBounds(work.gathered(all_cases(work, checkpoint, workers, progress)), problem)
 
 
 def _frequencies(band: Band | Sequence[float], points: int) -> Array:

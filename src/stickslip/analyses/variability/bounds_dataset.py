@@ -1,4 +1,4 @@
-"""Bounds beside the nominal response in one dataset, so that one results file and one report hold both."""
+"""Bounds and nominal response in one dataset, for one results file and one report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search for the lowest and the highest response at neighbouring places: frequencies, or peaks at several force levels."""
+"""Search for the lowest and highest response at neighbouring frequencies, or of peaks at several force levels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.work import Tell
+from stickslip.analyses.work import Report
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
@@ -59,15 +59,15 @@ class BoundsSearch:
         self.samples: list[list[Extreme | None]] = []
         self.best: list[list[Extreme | None]] = [[None] * len(places) for _ in BOUNDS]
 
-    def run(self, tell: Tell, bounds: Sequence[int] = (LOWER, UPPER)) -> None:
+    def run(self, report: Report, bounds: Sequence[int] = (LOWER, UPPER)) -> None:
         """There, with the optimum of one place handed on to the next, and back, where a neighbour's is better."""
         for k in range(len(self.places)):
             self.samples.append([])
             for j, variables in enumerate(self.cloud):
-                tell((k + 0.4 * j / len(self.cloud)) / len(self.places))
+                report((k + 0.4 * j / len(self.cloud)) / len(self.places))
                 self.samples[k].append(self._sample(k, variables))
             for bound in bounds:
-                tell((k + 0.4 + 0.3 * bound) / len(self.places))
+                report((k + 0.4 + 0.3 * bound) / len(self.places))
                 self.best[bound][k] = self._first(k, bound)
         for k in range(len(self.places) - 2, -1, -1):
             for bound in bounds:

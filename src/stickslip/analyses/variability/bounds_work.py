@@ -1,4 +1,4 @@
-"""The search for bounds as independent cases: a stretch of neighbouring frequencies, or the peak, at one force level."""
+"""The search for bounds as independent cases: a range of neighbouring frequencies, or the peak, at one force level."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
-from stickslip.analyses.work import Arrays, Tell
+from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import InputError, among, between, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
@@ -113,11 +113,11 @@ class BoundsWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The bounds of one case."""
         started = time.process_time()
         search = self.search(case)
-        search.run(tell)
+        search.run(report)
         arrays = found_arrays(search, self.balance, self.output, self.measure)
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 

@@ -1,4 +1,4 @@
-"""How free the friction forces are along a curve: the interval of each stuck element, and what it does to the response."""
+"""Freedom of friction forces along a curve: the interval of each stuck element and its effect on the response."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.response_dataset import as_given
-from stickslip.analyses.work import Progress, told
+from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
@@ -72,7 +72,7 @@ def friction_freedom(
     band: a `Band` to continue over, or frequencies in Hz.
     """
     output, force = output_of(problem, output), positive("force", force)
-    told(progress)
+    checked_progress(progress)
     if isinstance(band, Band):
         listed, exactly = [band.start, band.stop], False
     else:

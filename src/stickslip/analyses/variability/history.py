@@ -1,4 +1,4 @@
-"""A loading history: force levels one after the other, the sliders carried from point to point, as in a test campaign."""
+"""Loading history: a sequence of force levels that carries the sliders from point to point, as in a test campaign."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.work import Progress, told
+from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import Array, InputError, between, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
@@ -86,7 +86,7 @@ def response_history(
     frequencies = _steps(band, points)
     if not levels:
         raise InputError("force must hold at least one level, but is empty.")
-    told(progress)
+    checked_progress(progress)
     started = time.process_time()
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(problem, harmonics, samples)

@@ -1,4 +1,4 @@
-"""Percentiles of the response over start states: what a law of the start states says about the amplitude at each frequency."""
+"""Percentiles of the response over start states with a given distribution."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def percentiles(dataset: xr.Dataset, percent: Sequence[float] = PERCENT, output:
     if not has_percentiles(dataset):
         raise InputError(
             "Percentiles must be of curves at common frequencies, but these were continued over a band. "
-            "Give response_samples a list of frequencies instead of a band; in a study, [samples] points."
+            "Give response_samples a list of frequencies instead of a band; in a study, [response_samples] points."
         )
     if not all(0.0 <= p <= 100.0 for p in percent):
         raise fault("percent", "must lie between 0 and 100", list(percent))

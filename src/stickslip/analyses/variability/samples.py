@@ -1,4 +1,4 @@
-"""Response variability: the cloud of responses of one problem over start states that nothing but history tells apart."""
+"""Response variability: the responses of one problem for many start states, which differ only in their loading history."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from stickslip.analyses.forced_response import force_levels, forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
-from stickslip.analyses.work import Arrays, Finished, Progress, Tell, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, of_kind
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.renamed import renamed_arguments
 from stickslip.results_view import measure_in
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
-from stickslip.solve.densify import with_peaks
+from stickslip.solve.refine import with_peaks
 from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
 from stickslip.solve.start_space import Rules, Sharing, StartSpace, rule_words
 from stickslip.solve.start_states import explored_space
@@ -69,6 +70,7 @@ class ResponseSamples:
         return plot(self, **options)
 
 
+@renamed_arguments(finished="checkpoint")
 def response_samples(
     problem: Problem,
     band: Band | Sequence[float],
@@ -85,7 +87,7 @@ def response_samples(
     quantity: str = "displacement",
     measure: str = "amplitude",
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseSamples:
     """Curves over a band, or at frequencies in Hz, for many start states, each kept along its curve; one or several force levels.
@@ -108,7 +110,7 @@ def response_samples(
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
     variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables, size)
-    curves = all_cases(work, finished, workers, progress)
+    curves = all_cases(work, checkpoint, workers, progress)
     return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
 
 
@@ -170,13 +172,13 @@ class SamplesWork:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
-    def solve(self, case: int, tell: Tell) -> Arrays:
+    def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one level and start state."""
         started = time.process_time()
         level, start = self.cases[case]
         space = self.space_at(level)
         where = (self.frequencies, level, self.exactly)
-        curve = start_curve(self.balance, space, self.variables[start], *where, tell, self.measure)
+        curve = start_curve(self.balance, space, self.variables[start], *where, report, self.measure)
         arrays = curve_arrays(self.balance, with_peaks(curve))
         arrays["start_value"] = space.values(self.variables[start])
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
@@ -207,7 +209,7 @@ def start_curve(
     frequencies: Sequence[float],
     level: float,
     exactly: bool,
-    tell: Tell = lambda fraction: None,
+    report: Report = lambda fraction: None,
     measure: Measure = DISPLACEMENT_AMPLITUDE,
 ) -> Curve:
     """The curve of one start state, its first point reached from the virgin one: far-off states have no other way in."""
@@ -219,8 +221,8 @@ def start_curve(
     except UnsolvedError as reason:
         if reason.outcome == Outcome.BODY_HELD_BY_NOTHING:
             return Curve(level, (), reason.outcome, str(reason), omegas[0], measure=measure)
-        return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, measure=measure)
-    return solve_curve(space.balance(balance, variables), omegas, level, exactly, tell, begin=point, measure=measure)
+        return solve_curve(space.balance(balance, variables), omegas, level, exactly, report, measure=measure)
+    return solve_curve(space.balance(balance, variables), omegas, level, exactly, report, begin=point, measure=measure)
 
 
 def with_starts(dataset: xr.Dataset, axis: str, variables: Array, values: Array) -> xr.Dataset:

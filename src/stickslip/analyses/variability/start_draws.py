@@ -1,4 +1,4 @@
-"""Draws of start variables in [−1, 1]: spread evenly, at random, at corners, or by a law of the user's."""
+"""Sampling of start variables in [−1, 1]: Latin hypercube, random, corners, or a user's distribution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commented study files to begin with: one KIND.toml in this folder for each, where $words stand for what is put in.
+"""Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
 `beside.py` writes the files that some of them need beside them.
 """
@@ -22,17 +22,17 @@ KINDS = (
     "lumped",
     "model",
     "blisk",
-    "bounds",
-    "samples",
-    "damper-cycle",
-    "steady-cycles",
-    "damper-evolution",
-    "performance",
-    "band",
+    "response_bounds",
+    "response_samples",
+    "damper_cycle",
+    "steady_cycles",
+    "damper_evolution",
+    "performance_curve",
+    "performance_band",
     "identification",
-    "design",
-    "what-matters",
-    "mistuning",
+    "damper_design",
+    "sensitivity_indices",
+    "mistuned_population",
 )
 
 BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {

@@ -1,4 +1,4 @@
-"""The files that a commented study needs beside it; each function returns the words that name them there, and the files."""
+"""Files that accompany some templates; each function returns the inserted values and the files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is finished of a run that goes on: one file per case beside the results, so that an interrupted run loses none.
+"""Checkpoints: one file per completed case beside the results, from which an interrupted run resumes.
 
 Plain NumPy archives without pickle, each written beside its place and renamed. `analyses.cases` saves and loads through it.
 """
@@ -24,16 +24,16 @@ ABOUT = "about.json"
 _NAME = "__name__"
 
 
-class FinishedFolder:
-    """Results of finished cases as files of one folder.
+class CheckpointFolder:
+    """Results of completed cases as files of one folder.
 
     about: what the cases were computed from, as short texts ({"study": ..., "version": ...}); a folder that was filled from
     something else is refused. Names of cases should say all that a case depends on.
 
     >>> import stickslip as ss
     >>> rig = ss.rigs.single_mass()
-    >>> kept = ss.FinishedFolder("results/mass/unfinished")             # doctest: +SKIP
-    >>> ss.forced_response(rig, ss.hertz(0.1, 0.3), [1, 2], finished=kept)  # doctest: +SKIP
+    >>> kept = ss.CheckpointFolder("results/mass/unfinished")             # doctest: +SKIP
+    >>> ss.forced_response(rig, ss.hertz(0.1, 0.3), [1, 2], checkpoint=kept)  # doctest: +SKIP
     """
 
     def __init__(self, folder: str | Path, about: Mapping[str, str] | None = None) -> None:
@@ -41,7 +41,7 @@ class FinishedFolder:
         changed = self._changed()
         if changed:
             raise InputError(
-                f"The finished cases in {str(self.folder)!r} must belong to this run, but {' and '.join(changed)} changed since. "
+                f"The checkpoint in {str(self.folder)!r} must belong to this run, but {' and '.join(changed)} changed since. "
                 "Compute from the start (on the command line without --resume), or use another folder."
             )
 
@@ -80,7 +80,7 @@ class FinishedFolder:
 
     @staticmethod
     def remove(folder: Path) -> None:
-        """Remove a folder of finished cases: first out of the way, so that no half of it can be taken for the whole."""
+        """Remove a checkpoint: first out of the way, so that no half of it can be taken for the whole."""
         aside = folder.with_name(f".{folder.name}.removed")
         shutil.rmtree(aside, ignore_errors=True)
         if folder.exists():

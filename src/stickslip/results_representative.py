@@ -1,11 +1,12 @@
-"""Which of many cases figures, report and console tell of: force levels evenly spread, of start states the telling ones.
+"""Representative cases for figures, report and console: evenly spread force levels; of start states lowest, median and highest.
 
-A figure has room for a few panels. What is left out is said in words that go with the choice.
+A figure has room for a few panels; a sentence beside it says how the cases shown were chosen.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,12 +16,12 @@ from stickslip.results_view import highest_peak
 if TYPE_CHECKING:
     import xarray as xr
 
-TELLING = ("lowest", "median", "highest")
+REPRESENTATIVE = ("lowest", "median", "highest")
 """Start states of one force level that stand for all, by their highest peaks."""
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
+class Representatives:
     """The cases to show, also as a dataset of their own, and a sentence about the others; empty where there are none."""
 
     dataset: xr.Dataset
@@ -53,33 +54,34 @@ def ranked(dataset: xr.Dataset, cases: list[int], output: int = 0) -> list[int]:
     return sorted(sizes, key=lambda case: sizes[case])
 
 
-def telling(dataset: xr.Dataset, cases: list[int], most: int = len(TELLING)) -> list[int]:
+def representative_starts(dataset: xr.Dataset, cases: list[int], most: int = len(REPRESENTATIVE)) -> list[int]:
     """Of start states of one level those of lowest, median and highest peak, in this order."""
     order = ranked(dataset, cases) or cases[:1]
-    return [order[place] for place in spread(len(order), min(most, len(TELLING)))]
+    return [order[place] for place in spread(len(order), min(most, len(REPRESENTATIVE)))]
 
 
 def words_of(chosen: list[int]) -> list[str]:
-    """What each of the cases that `telling` gives is."""
-    return [TELLING[place] for place in spread(len(TELLING), len(chosen))]
+    """What each of the cases that `representative_starts` gives is."""
+    return [REPRESENTATIVE[place] for place in spread(len(REPRESENTATIVE), len(chosen))]
 
 
-def told(dataset: xr.Dataset, most: int) -> Told:
+def representatives(dataset: xr.Dataset, most: int) -> Representatives:
     """At most `most` cases: all; else levels evenly spread, and of a cloud three start states of each."""
     groups = levels_of(dataset)
     if dataset.sizes["case"] <= most:
-        return Told(dataset, list(range(dataset.sizes["case"])), "")
+        return Representatives(dataset, list(range(dataset.sizes["case"])), "")
     cloud = is_cloud(dataset)
-    levels = spread(len(groups), max(1, most // len(TELLING)) if cloud else most)
-    kept = [case for level in levels for case in (telling(dataset, groups[level], most) if cloud else groups[level])]
+    levels = spread(len(groups), max(1, most // len(REPRESENTATIVE)) if cloud else most)
+    chosen = partial(representative_starts, dataset, most=most) if cloud else list
+    kept = [case for level in levels for case in chosen(groups[level])]
     fewer = f"{len(levels)} of {len(groups)} force levels" if len(levels) < len(groups) else ""
-    return Told(dataset.isel(case=kept), kept, "; ".join(filter(None, (cloud_words(dataset, most), fewer))))
+    return Representatives(dataset.isel(case=kept), kept, "; ".join(filter(None, (cloud_words(dataset, most), fewer))))
 
 
-def cloud_words(dataset: xr.Dataset, most: int = len(TELLING)) -> str:
-    """What `telling` takes, in words; empty without start states."""
+def cloud_words(dataset: xr.Dataset, most: int = len(REPRESENTATIVE)) -> str:
+    """What `representative_starts` takes, in words; empty without start states."""
     if not is_cloud(dataset):
         return ""
-    names = words_of(list(range(min(most, len(TELLING)))))
+    names = words_of(list(range(min(most, len(REPRESENTATIVE)))))
     starts = max(len(cases) for cases in levels_of(dataset))
     return f"of {starts} start states those with the {' and '.join(filter(None, (', '.join(names[:-1]), names[-1])))} response"

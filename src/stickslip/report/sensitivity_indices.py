@@ -1,4 +1,4 @@
-"""How the indices of uncertain parameters are told."""
+"""Presentation of sensitivity indices."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.files import Figures
-from stickslip.plots.what_matters import tornado
+from stickslip.plots.sensitivity_indices import tornado
 from stickslip.report.presentation import Presentation
 from stickslip.results_view import measure_in, shown_unit
 

@@ -1,5 +1,5 @@
-"""Points between the points of a continuation, so that straight lines between them draw the curve; every one of them solved.
-The peaks, which are searched apart, become points of their curve.
+"""Refinement of a traced curve: solved points between its points, so that straight lines draw it, and its peaks, which a separate
+search finds.
 
 Continuation takes steps as long as its predictor allows, tens of points a curve. Between two of them the cubic through points and
 tangents is a start so good that Newton's method needs a step or two, on planes across the curve: folds are no obstacle.
@@ -29,7 +29,7 @@ MISSED = 1e-2
 """Maxima among the points of a curve that rise by this share out of it are peaks; folds that samples make are mostly lower."""
 
 
-def densified(balance: HarmonicBalance, curve: Curve, tolerance: float = 5e-3) -> Curve:
+def refined(balance: HarmonicBalance, curve: Curve, tolerance: float = 5e-3) -> Curve:
     """The curve with its peaks, and with points where straight lines would miss an amplitude by more than `tolerance` of it."""
     dense = _filled(curve, lambda current, following: _inside(balance, current, following, tolerance))
     return _with_missed_peaks(balance, dense)

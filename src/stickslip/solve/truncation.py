@@ -1,7 +1,7 @@
-"""What the harmonics that a solution leaves out would do: the error estimate behind the choice of H.
+"""Truncation error: the effect of the harmonics above H on a solution, the estimate behind the choice of H.
 
 Two small H can agree with each other and both be wrong: contact forces have harmonics that the solution drops, and where one of
-them falls on a mode of the dampers it matters. The estimate puts the left-out harmonics of λ̂ through the receptance.
+them falls on a mode of the dampers it matters. The estimate applies the receptance to the truncated harmonics of λ̂.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.sensitivity import respond, solved_factors
 
 MARGIN = 16
-"""Harmonics beyond H whose left-out share is looked at, at least; twice H if that is more."""
+"""Harmonics beyond H that are estimated, at least; up to 2H if that is more."""
 
 AT_REST = 1e-6
 """Amplitude of an output, relative to the largest, below which it counts as being at rest."""
@@ -28,8 +28,8 @@ def enough_beyond(harmonics: int) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOut:
-    """share (h,): motion of the contacts in harmonic h = 1, 2, ... that is left out, relative to their whole dynamic motion."""
+class Truncation:
+    """share (h,): motion of the contacts in harmonic h = 1, 2, ... that is truncated, relative to their whole dynamic motion."""
 
     share: Array
 
@@ -39,8 +39,8 @@ class LeftOut:
         return float(np.sqrt(np.sum(self.share**2)))
 
     @property
-    def worst(self) -> int:
-        """The left-out harmonic that would move the contacts most."""
+    def largest(self) -> int:
+        """The truncated harmonic that would move the contacts most."""
         return int(np.argmax(self.share)) + 1
 
     def needed(self, tolerance: float) -> int:
@@ -49,21 +49,21 @@ class LeftOut:
         return int(np.count_nonzero(beyond > tolerance))
 
 
-def left_out(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation) -> LeftOut:
+def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation) -> Truncation:
     """The estimate for a solved point, with the harmonics of `finer`, a balance of the same problem with more of them."""
     padded = finer.evaluate(Point(pad(evaluation.point.forces, finer.columns), evaluation.point.omega, evaluation.point.level))
     change = -padded.residual
     change[:, balance.kept] = 0.0
     moved = finer.linear.change(change, evaluation.point.omega)[: finer.rows, 1:]
     size = max(float(np.linalg.norm(padded.w[: finer.rows, 1:])), np.finfo(float).tiny)
-    return LeftOut(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
+    return Truncation(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
 
 
 def truncation_error(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: Evaluation) -> Array:
     """By how much the first harmonic X_1 of each output would change with the harmonics of `finer`: |ΔX_1|/|X_1|, (outputs,).
 
-    One Newton step of `finer` at the same frequency, from the padded solution: it takes in what the left-out harmonics do to
-    each other, which matters where one of them falls on a mode. 0 for an output at rest.
+    One Newton step of `finer` at the same frequency, from the padded solution: it includes the coupling of the truncated
+    harmonics, , which matters where one of them falls on a mode. 0 for an output at rest.
     """
     point, rows = evaluation.point, slice(balance.rows, None)
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))

@@ -1,4 +1,4 @@
-"""What lies around the best design: slopes to both sides of every variable, and how far each may go alone."""
+"""Sensitivity of the best design: slopes to both sides of every variable, and the range in which it may vary alone."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Walk = Generator[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Around:
+class DesignRanges:
     """slopes (variables, 2): the relative rise of the worst peak per relative change of a variable that becomes less, and more;
     NaN at the end of the box and beside a design that is not allowed. low, high (variables,): how far each variable may go alone.
     """
@@ -33,7 +33,7 @@ class Around:
     high: Array
 
 
-def around(designs: Designs, best: Record) -> Around:
+def design_ranges(designs: Designs, best: Record) -> DesignRanges:
     """Slopes at a design and the range of each variable in which the worst peak is at most `NEAR` higher, the others held.
 
     All sides are walked together: a step of each is one batch of designs.
@@ -59,7 +59,7 @@ def around(designs: Designs, best: Record) -> Around:
                 reached[j] = ended.value
         asked = onward
     ends = [float(_moved(designs, best, *side, way)[side[0]]) for side, way in zip(sides, reached.tolist(), strict=True)]
-    return Around(slopes.reshape(-1, 2), np.array(ends[::2]), np.array(ends[1::2]))
+    return DesignRanges(slopes.reshape(-1, 2), np.array(ends[::2]), np.array(ends[1::2]))
 
 
 def _moved(designs: Designs, best: Record, variable: int, sign: float, way: float) -> Array:
@@ -73,15 +73,15 @@ def _moved(designs: Designs, best: Record, variable: int, sign: float, way: floa
 def _walk(end: float) -> Walk:
     """How far one may go, at most to `end`: yields ways, is sent the rise of the worst peak there (infinite where it is refused).
 
-    Steps outwards as the rise foretells, at most threefold, then between the last way within `NEAR` and the first beyond.
+    Steps outwards as the rise predicts, at most threefold, then between the last way within `NEAR` and the first beyond.
     """
     inside, low, way = 0.0, 0.0, min(STEP, end)
     while (rise := (yield way)) <= NEAR:
         if way >= end:
             return end
         inside, low = way, rise
-        foretold = 1.1 * NEAR / rise * way if rise > 0.0 else np.inf
-        way = min(max(1.5 * way, min(3.0 * way, foretold)), end)
+        predicted = 1.1 * NEAR / rise * way if rise > 0.0 else np.inf
+        way = min(max(1.5 * way, min(3.0 * way, predicted)), end)
     outside, high = way, rise
     while outside - inside > STEP and min(abs(low - NEAR), abs(high - NEAR)) > CLOSE:
         way = inside + _share(low, high) * (outside - inside)

@@ -1,10 +1,10 @@
-"""Resonance peaks continued in a parameter: force level, preload, friction, stiffness, or several of them scaled at once.
+"""Continuation of resonance peaks in a parameter: force level, preload, friction, stiffness, or several scaled together.
 
 Each peak is a branch. From value to value it is predicted by extrapolation and climbed to again: two to four solutions where a
 sweep takes a hundred. A peak that cannot be followed has merged with a trough or left the band; one that appears is not on any
 branch. Full sweeps at every so many values see both, and new branches are followed back to where they were born.
 
-Followed far enough a peak may come to lie on a closed curve, apart from the one that a sweep meets. Whether it is found
+Followed far enough a peak may come to lie on an isola, which no sweep meets. Whether it is found
 then depends on where sweeps were made; where the highest branch was not on the curves of both sweeps beside it, there is another.
 """
 
@@ -19,10 +19,10 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import Measure
-from stickslip.solve.crest import Crest, settled
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_sweep import reaches_an_end, swept_summits
-from stickslip.solve.summit import Ascent, NoSummitError, Summit
+from stickslip.solve.peak_band import PeakBand, settled
+from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.solve.peak_sweep import reaches_an_end, swept_peaks
 
 PeakProblem = Callable[[float], tuple[HarmonicBalance, float]]
 """The balance and the force level that belong to a value of the parameter."""
@@ -41,17 +41,17 @@ ABOVE = 1.001
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A summit at a value of the parameter; `stiffness` (rows,) is the K_c that its λ counts from."""
+    """A peak at a value of the parameter; `stiffness` (rows,) is the K_c that its λ counts from."""
 
     value: float
-    summit: Summit
+    peak: SolvedPeak
     stiffness: Array
 
     @property
     def carried(self) -> Array:
         """Contact forces F = λ + K_c w, (rows, 2H+1)."""
         rows = self.stiffness.size
-        return np.asarray(self.summit.point.forces + self.stiffness[:, None] * self.summit.evaluation.w[:rows])
+        return np.asarray(self.peak.point.forces + self.stiffness[:, None] * self.peak.evaluation.w[:rows])
 
 
 @dataclass(eq=False)
@@ -91,7 +91,7 @@ class Check:
 
 
 @dataclass(eq=False)
-class Following:
+class ContinuedPeaks:
     """Branches over the values, what happened to them, the sweeps that checked them, and the solutions that following took."""
 
     values: tuple[float, ...]
@@ -103,19 +103,19 @@ class Following:
 
     def highest(self, value: float) -> tuple[int, Place] | None:
         """The branch and place of the highest peak at a value, of the curve of a sweep where there was one; or None."""
-        return _highest(item for item in self.there(value) if not self.apart(item[0], value))
+        return _highest(item for item in self.there(value) if not self.missed_by_sweep(item[0], value))
 
     def detached(self, value: float) -> tuple[int, Place] | None:
-        """The branch and place of the highest peak that lies apart from the curve of a sweep and above it, or None."""
-        found, highest = _highest(item for item in self.there(value) if self.apart(item[0], value)), self.highest(value)
-        above = found is not None and (highest is None or found[1].summit.amplitude > ABOVE * highest[1].summit.amplitude)
+        """The branch and place of the highest peak on an isola that lies above the swept curve, or None."""
+        found, highest = _highest(item for item in self.there(value) if self.missed_by_sweep(item[0], value)), self.highest(value)
+        above = found is not None and (highest is None or found[1].peak.amplitude > ABOVE * highest[1].peak.amplitude)
         return found if above else None
 
     def check(self, value: float) -> Check | None:
         """The last sweep at a value that was not lost."""
         return next((check for check in reversed(self.checks) if check.value == value and check.points), None)
 
-    def apart(self, branch: int, value: float) -> bool:
+    def missed_by_sweep(self, branch: int, value: float) -> bool:
         """Whether a sweep at a value did not meet a branch."""
         check = self.check(value)
         return check is not None and bool(check.branches) and branch not in check.branches
@@ -125,22 +125,22 @@ class Following:
         return [(k, branch.places[value]) for k, branch in enumerate(self.branches) if value in branch.places]
 
 
-class Follower:
-    """Follows all peaks of a measure of an output over a band in rad/s."""
+class PeakContinuation:
+    """Continues all peaks of a measure of an output over a band in rad/s."""
 
     def __init__(self, problem_of: PeakProblem, band: tuple[float, float], output: int, measure: Measure) -> None:
         self.problem_of, self.band, self.output, self.measure = problem_of, band, output, measure
         self.solves = self.iterations = 0
 
     def follow(
-        self, values: Sequence[float], every: int = 10, tell: Callable[[float], None] = lambda fraction: None
-    ) -> Following:
+        self, values: Sequence[float], every: int = 10, report: Callable[[float], None] = lambda fraction: None
+    ) -> ContinuedPeaks:
         """All peaks at all values, in this order; `every`: how many values lie between two full sweeps. A value to which no peak
         could be followed, since it lies too far from the others, is swept too.
         """
-        found = Following(tuple(values), [], [], [])
+        found = ContinuedPeaks(tuple(values), [], [], [])
         for k, value in enumerate(values):
-            tell(k / len(values))
+            report(k / len(values))
             if k:
                 self._advance(found, values[k - 1], value)
             if k % every == 0 or k == len(values) - 1:
@@ -148,13 +148,13 @@ class Follower:
         for k, value in enumerate(values):
             if not found.there(value):
                 self._check(found, k)
-        for k in _doubtful(found):
+        for k in _to_check(found):
             self._check(found, k)
         found.events += self._swaps(found)
         found.solves, found.iterations = self.solves, self.iterations
         return found
 
-    def at(self, found: Following, value: float) -> Place | None:
+    def at(self, found: ContinuedPeaks, value: float) -> Place | None:
         """The highest peak at a value between those followed; None where the highest branch on a side of it does not reach it."""
         below = max((known for known in found.values if known <= value), default=None)
         above = min((known for known in found.values if known >= value), default=None)
@@ -162,22 +162,24 @@ class Follower:
         if any(one is None or not _spans(found.branches[one[0]], value) for one in beside):
             return None
         near = min(found.values, key=lambda known: abs(_abscissa(known) - _abscissa(value)))
-        inside = [branch for k, branch in enumerate(found.branches) if _spans(branch, value) and not found.apart(k, near)]
+        inside = [
+            branch for k, branch in enumerate(found.branches) if _spans(branch, value) and not found.missed_by_sweep(k, near)
+        ]
         places = [place for place in (self._reach(branch, value, HALVINGS) for branch in inside) if place is not None]
-        return max(places, key=lambda place: place.summit.amplitude, default=None)
+        return max(places, key=lambda place: place.peak.amplitude, default=None)
 
     def swept(self, value: float) -> Place | None:
         """The highest peak of a full sweep at a value; None where the sweep is lost or has none."""
         balance, level = self.problem_of(value)
         try:
-            summits, _, solves = swept_summits(balance, level, self.band, self.output, self.measure)
+            peaks, _, solves = swept_peaks(balance, level, self.band, self.output, self.measure)
         except LostCurveError:
             return None
         self.solves += solves
-        highest = max(summits, key=lambda summit: summit.amplitude, default=None)
+        highest = max(peaks, key=lambda peak: peak.amplitude, default=None)
         return None if highest is None else Place(value, highest, balance.stiffness)
 
-    def _advance(self, found: Following, before: float, value: float) -> None:
+    def _advance(self, found: ContinuedPeaks, before: float, value: float) -> None:
         """Every living branch from one value to the next."""
         for branch in found.branches:
             if branch.ended or before not in branch.places:
@@ -187,17 +189,17 @@ class Follower:
                 branch.ended = (
                     "The peak could not be followed on: it merged with a trough, left the band, or the next value is far."
                 )
-                last = branch.places[before].summit
+                last = branch.places[before].peak
                 found.events.append(Event("ended", before, value, last.omega / (2.0 * np.pi), branch.ended))
                 continue
             self._settle(found, branch, before, place)
 
-    def _settle(self, found: Following, branch: Branch, before: float, place: Place) -> None:
+    def _settle(self, found: ContinuedPeaks, branch: Branch, before: float, place: Place) -> None:
         """The new place of a branch, unless another branch is there already."""
         for other in found.branches:
             if other is not branch and place.value in other.places and self._one(other.places[place.value], place):
                 branch.ended = "The peak merged with another one."
-                found.events.append(Event("merged", before, place.value, place.summit.omega / (2.0 * np.pi), branch.ended))
+                found.events.append(Event("merged", before, place.value, place.peak.omega / (2.0 * np.pi), branch.ended))
                 return
         branch.places[place.value] = place
 
@@ -221,49 +223,49 @@ class Follower:
         """One step with a prediction from known places, the nearest one first."""
         balance, level = self.problem_of(value)
         start = _predicted(known, value, balance, level)
-        last = known[0].summit
+        last = known[0].peak
         if not 0.8 * self.band[0] < start.omega < 1.25 * self.band[1]:
             return None
-        ascent = Ascent(balance, self.output, self.measure)
+        solver = PeakSolver(balance, self.output, self.measure)
         try:
-            summit = ascent.from_near(start, last.plane, last.curvature / last.amplitude)
-        except NoSummitError:
+            peak = solver.from_near(start, last.plane, last.curvature / last.amplitude)
+        except NoPeakError:
             return None
         finally:
-            self.solves += ascent.solves
-            self.iterations += ascent.iterations
-        outside = not self.band[0] < summit.omega < self.band[1]
-        leapt = abs(summit.omega - start.omega) > max(FARTHEST * start.omega, SPREAD * last.reach * abs(last.plane.omega))
-        return None if outside or leapt else Place(value, summit, balance.stiffness)
+            self.solves += solver.solves
+            self.iterations += solver.iterations
+        outside = not self.band[0] < peak.omega < self.band[1]
+        leapt = abs(peak.omega - start.omega) > max(FARTHEST * start.omega, SPREAD * last.reach * abs(last.plane.omega))
+        return None if outside or leapt else Place(value, peak, balance.stiffness)
 
-    def _check(self, found: Following, k: int) -> None:
+    def _check(self, found: ContinuedPeaks, k: int) -> None:
         """A full sweep at value k: compare, and begin a branch at every peak that none of them has."""
         value = found.values[k]
         balance, level = self.problem_of(value)
         try:
-            summits, points, solves = swept_summits(balance, level, self.band, self.output, self.measure)
+            peaks, points, solves = swept_peaks(balance, level, self.band, self.output, self.measure)
         except LostCurveError:
             found.checks.append(Check(value, np.nan, np.nan, 0))
             return
         self.solves += solves
         mine, met = found.highest(value), set()
-        for summit in summits:
-            swept = Place(value, summit, balance.stiffness)
+        for peak in peaks:
+            swept = Place(value, peak, balance.stiffness)
             there = [b for b in found.branches if value in b.places and self._one(b.places[value], swept)]
             for branch in there:
-                if summit.amplitude > branch.places[value].summit.amplitude:
+                if peak.amplitude > branch.places[value].peak.amplitude:
                     branch.places[value] = swept
             if not there:
                 self._begin(found, k, swept)
             met |= {found.branches.index(branch) for branch in there or found.branches[-1:]}
-        highest = max((summit.amplitude for summit in summits), default=np.nan)
-        followed = mine[1].summit.amplitude if mine is not None else np.nan
+        highest = max((peak.amplitude for peak in peaks), default=np.nan)
+        followed = mine[1].peak.amplitude if mine is not None else np.nan
         for b, place in found.there(value):
-            if b not in met and place.summit.amplitude > ABOVE * highest and reaches_an_end(balance, place.summit, self.band):
+            if b not in met and place.peak.amplitude > ABOVE * highest and reaches_an_end(balance, place.peak, self.band):
                 met.add(b)
         found.checks.append(Check(value, highest, followed, points, frozenset(met)))
 
-    def _swaps(self, found: Following) -> list[Event]:
+    def _swaps(self, found: ContinuedPeaks) -> list[Event]:
         """Where another branch becomes the highest, unless the two are one peak there."""
         events = []
         for before, value in pairwise(found.values):
@@ -272,26 +274,26 @@ class Follower:
                 continue
             pairs = ((a[1], found.branches[b[0]].places.get(before)), (found.branches[a[0]].places.get(value), b[1]))
             if not any(one is not None and other is not None and self._one(one, other) for one, other in pairs):
-                pair = (a[1].summit.omega / (2.0 * np.pi), b[1].summit.omega / (2.0 * np.pi))
+                pair = (a[1].peak.omega / (2.0 * np.pi), b[1].peak.omega / (2.0 * np.pi))
                 words = f"The highest peak changed from {pair[0]:.5g} to {pair[1]:.5g} Hz."
                 events.append(Event("swapped", before, value, pair[1], words))
         return events
 
     def _one(self, a: Place, b: Place) -> bool:
         """Whether two places at the same value are one peak."""
-        ascent = Ascent(self.problem_of(a.value)[0], self.output, self.measure)
-        one = ascent.one_crest(a.summit, b.summit)
-        self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
+        solver = PeakSolver(self.problem_of(a.value)[0], self.output, self.measure)
+        one = solver.same_peak(a.peak, b.peak)
+        self.solves, self.iterations = self.solves + solver.solves, self.iterations + solver.iterations
         return one
 
-    def settled(self, place: Place) -> tuple[Place, Crest]:
+    def settled(self, place: Place) -> tuple[Place, PeakBand]:
         """A place on the highest corner that the middle of its band leads to, and that band."""
-        ascent = Ascent(self.problem_of(place.value)[0], self.output, self.measure)
-        summit, crest = settled(ascent, place.summit)
-        self.solves, self.iterations = self.solves + ascent.solves, self.iterations + ascent.iterations
-        return Place(place.value, summit, place.stiffness), crest
+        solver = PeakSolver(self.problem_of(place.value)[0], self.output, self.measure)
+        peak, peak_band = settled(solver, place.peak)
+        self.solves, self.iterations = self.solves + solver.solves, self.iterations + solver.iterations
+        return Place(place.value, peak, place.stiffness), peak_band
 
-    def _begin(self, found: Following, k: int, place: Place) -> None:
+    def _begin(self, found: ContinuedPeaks, k: int, place: Place) -> None:
         """A branch from a swept peak, followed back to the earlier values as far as it goes."""
         branch = Branch({place.value: place})
         found.branches.append(branch)
@@ -303,7 +305,7 @@ class Follower:
                 for other in found.branches
             )
             if earlier is None or taken:
-                frequency = branch.near(value)[0].summit.omega / (2.0 * np.pi)
+                frequency = branch.near(value)[0].peak.omega / (2.0 * np.pi)
                 words = "The peak split off from another one." if taken else "A peak appeared to which none was followed."
                 found.events.append(Event("born", value, after, frequency, words))
                 return
@@ -311,30 +313,30 @@ class Follower:
 
 
 def _highest(items: Iterable[tuple[int, Place]]) -> tuple[int, Place] | None:
-    return max(items, key=lambda item: item[1].summit.amplitude, default=None)
+    return max(items, key=lambda item: item[1].peak.amplitude, default=None)
 
 
-def _doubtful(found: Following) -> list[int]:
+def _to_check(found: ContinuedPeaks) -> list[int]:
     """Values without a sweep at which the highest branch was not on the curve of the sweeps on both sides."""
     swept = [k for k, value in enumerate(found.values) if found.check(value) is not None]
-    doubtful = []
+    unsettled = []
     for before, after in pairwise(swept):
         for k in range(before + 1, after):
             highest, ends = found.highest(found.values[k]), [found.check(found.values[end]) for end in (before, after)]
             if highest is not None and not all(check is not None and highest[0] in check.branches for check in ends):
-                doubtful.append(k)
-    return doubtful
+                unsettled.append(k)
+    return unsettled
 
 
 def _predicted(known: Sequence[Place], value: float, balance: HarmonicBalance, level: float) -> Point:
-    """The point that a polynomial through the known places foretells, in the logarithm of a positive parameter."""
+    """The point that a polynomial through the known places predicts, in the logarithm of a positive parameter."""
     x = np.array([_abscissa(place.value) for place in known])
     weights = [
         float(np.prod([(_abscissa(value) - x[j]) / (x[i] - x[j]) for j in range(x.size) if j != i])) for i in range(x.size)
     ]
     carried = sum(weight * place.carried for weight, place in zip(weights, known, strict=True))
-    motion = sum(weight * place.summit.evaluation.w[: balance.rows] for weight, place in zip(weights, known, strict=True))
-    omega = sum(weight * place.summit.omega for weight, place in zip(weights, known, strict=True))
+    motion = sum(weight * place.peak.evaluation.w[: balance.rows] for weight, place in zip(weights, known, strict=True))
+    omega = sum(weight * place.peak.omega for weight, place in zip(weights, known, strict=True))
     return Point(np.asarray(carried - balance.stiffness[:, None] * motion), float(omega), level)
 
 

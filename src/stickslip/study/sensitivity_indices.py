@@ -1,4 +1,4 @@
-"""Which parameter matters in a study: the table [what_matters], factors on the contacts of the problem and a start state."""
+"""Sensitivity indices in a study: the table [sensitivity_indices], ranges of factors on the contacts and of a start state."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import Field
 
 from stickslip.analyses.performance.drawn_peaks import DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
-from stickslip.analyses.performance.what_matters import MOST_DRAWS, gathered, planned_draws
+from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, gathered, planned_draws
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
 from stickslip.contact.point import Contact
@@ -64,7 +64,7 @@ def ranges(table: UncertainTable) -> dict[str, list[float]]:
     """What is uncertain, by name; at least one, each in order."""
     found = {name: ends for name in (*FACTORS, "slider_offset") if (ends := getattr(table, name)) is not None}
     if not found:
-        raise fault("what_matters", f"must give a range of one of {', '.join(FACTORS)}, slider_offset", "none")
+        raise fault("sensitivity_indices", f"must give a range of one of {', '.join(FACTORS)}, slider_offset", "none")
     for name, (low, high) in found.items():
         if low >= high:
             raise fault(name, "must be [low, high] with low below high", [low, high])
@@ -74,7 +74,7 @@ def ranges(table: UncertainTable) -> dict[str, list[float]]:
 
 
 @dataclass(frozen=True, eq=False)
-class MattersPlan(Plan):
+class IndicesPlan(Plan):
     """Peaks at drawn values, and the indices that follow."""
 
     sweep: Sweep
@@ -82,16 +82,18 @@ class MattersPlan(Plan):
     box: Mapping[str, tuple[float, float]]
 
     @classmethod
-    def of(cls, asked: Asked) -> MattersPlan:
+    def of(cls, asked: Asked) -> IndicesPlan:
         """The plan of a study."""
-        sweep, table = sweep_over_a_band(asked), UncertainTable.model_validate(asked.tables["what_matters"])
+        sweep, table = sweep_over_a_band(asked), UncertainTable.model_validate(asked.tables["sensitivity_indices"])
         if len(sweep.force_levels) != 1:
-            raise InputError("[sweep]: force_levels must be one for what_matters, but are several. Write a study for each.")
+            raise InputError(
+                "[sweep]: force_levels must be one for sensitivity indices, but are several. Write a study for each."
+            )
         values = in_si(table, asked.units)
         box = {name: (values[name][0], values[name][1]) for name in ranges(table)}
         for name in FACTORS[:3]:
             if name in box and not any(hasattr(contact.law, name) for contact in sweep.problem.contacts):
-                raise fault(f"[what_matters]: {name}", "must meet a contact law that has it", "none does")
+                raise fault(f"[sensitivity_indices]: {name}", "must meet a contact law that has it", "none does")
         return cls(sweep, table, box)
 
     @property
@@ -113,4 +115,5 @@ class MattersPlan(Plan):
         return gathered(self.work, results[""])
 
 
-WHAT_MATTERS = Kind(MattersPlan.of, {"what_matters": UncertainTable}, ("what_matters",), {"what_matters": ranges})
+TABLE = "sensitivity_indices"
+SENSITIVITY_INDICES = Kind(IndicesPlan.of, {TABLE: UncertainTable}, (TABLE,), {TABLE: ranges})

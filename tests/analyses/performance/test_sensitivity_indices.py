@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.plots.what_matters import tornado
-from stickslip.report.what_matters import sentences, tables
+from stickslip.plots.sensitivity_indices import tornado
+from stickslip.report.sensitivity_indices import sentences, tables
 
 BAND = ss.radians_per_second(0.85, 1.35)
 
@@ -18,7 +18,9 @@ def test_slopes_and_ends_against_the_closed_form():
     def rig(*, kd: float, limit: float) -> ss.Problem:
         return ss.rigs.single_mass(damping=0.0, kt=kd, limit=limit)
 
-    found = ss.what_matters(rig, {"kd": (0.45, 0.55), "limit": (1.8, 2.2)}, BAND, draws=2, harmonics=1, samples=2048).dataset
+    found = ss.sensitivity_indices(
+        rig, {"kd": (0.45, 0.55), "limit": (1.8, 2.2)}, BAND, draws=2, harmonics=1, samples=2048
+    ).dataset
     exact = [-0.1 / 0.5, 0.4 * (2.0 / 2.0 - 1.0 / (2.0 - pi / 4.0))]
     assert found.slope.values == pytest.approx(exact, rel=1e-3)
     for k, (kd, limit) in enumerate([(0.45, 2.0), (0.5, 1.8)]):
@@ -33,7 +35,7 @@ def linear():
         return ss.rigs.single_mass(mass=m, damping=c, kt=1e-9, stiffness=k)
 
     ranges = {"c": (0.018, 0.022), "k": (0.9, 1.1), "m": (0.9, 1.1)}
-    return ss.what_matters(rig, ranges, ss.radians_per_second(0.85, 1.15), draws=32, harmonics=1, samples=32).dataset
+    return ss.sensitivity_indices(rig, ranges, ss.radians_per_second(0.85, 1.15), draws=32, harmonics=1, samples=32).dataset
 
 
 def test_slopes_of_a_linear_mass(linear):
@@ -52,11 +54,11 @@ def test_slopes_of_a_mass_that_slips(limit, exact):
         return ss.rigs.single_mass(mass=m, damping=0.01, kt=kt, limit=limit, stiffness=k)
 
     ranges = {"kt": (0.4, 0.6), "limit": (0.8 * limit, 1.2 * limit), "k": (0.9, 1.1), "m": (0.9, 1.1)}
-    found = ss.what_matters(rig, ranges, ss.radians_per_second(0.8, 1.5), draws=2, harmonics=1, samples=256).dataset
+    found = ss.sensitivity_indices(rig, ranges, ss.radians_per_second(0.8, 1.5), draws=2, harmonics=1, samples=256).dataset
     assert found.slope.values == pytest.approx(exact, abs=60.0 / 256**2)
 
 
-def test_indices_lie_in_their_intervals_and_are_told_with_them(linear):
+def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
     """Var ln A by c, k, m: 0.2²/12 and twice 0.1²/12, in shares 2/3, 1/6, 1/6."""
     low, high = np.moveaxis(linear.total_interval.values[:, 0], -1, 0)
     shares = np.array([4.0, 1.0, 1.0]) / 6.0
@@ -79,7 +81,7 @@ def test_all_variance_belongs_to_the_only_parameter_that_acts():
     def rig(*, damping: float, limit: float) -> ss.Problem:
         return ss.rigs.single_mass(damping=damping, kt=0.5, limit=limit)
 
-    found = ss.what_matters(
+    found = ss.sensitivity_indices(
         rig, {"damping": (0.01, 0.02), "limit": (500.0, 900.0)}, BAND, draws=64, harmonics=1, samples=64
     ).dataset
     assert float(found.total[1, 0]) == pytest.approx(0.0, abs=1e-6)
@@ -89,8 +91,8 @@ def test_all_variance_belongs_to_the_only_parameter_that_acts():
 
 def test_one_parameter_alone_and_any_number_of_workers():
     """One range alone has all the variance; 16 draws are two cases, which share nothing but the middle."""
-    found = ss.what_matters(OneLimit(), {"limit": (1.6, 2.4)}, BAND, draws=16, harmonics=1, samples=64).dataset
-    other = ss.what_matters(OneLimit(), {"limit": (1.6, 2.4)}, BAND, draws=16, harmonics=1, samples=64, workers=2).dataset
+    found = ss.sensitivity_indices(OneLimit(), {"limit": (1.6, 2.4)}, BAND, draws=16, harmonics=1, samples=64).dataset
+    other = ss.sensitivity_indices(OneLimit(), {"limit": (1.6, 2.4)}, BAND, draws=16, harmonics=1, samples=64, workers=2).dataset
     assert found.total.shape == (1, 2)
     assert float(found.first_order[0, 0]) == pytest.approx(1.0, abs=0.35)
     assert np.array_equal(found.total.values, other.total.values)
@@ -111,4 +113,4 @@ class OneLimit:
 def test_wrong_input_is_said(changed, words):
     settings = {"parameters": {"limit": (1.0, 2.0)}, "band": BAND} | changed
     with pytest.raises(ss.InputError, match=words):
-        ss.what_matters(lambda limit: ss.rigs.single_mass(limit=limit), **settings)
+        ss.sensitivity_indices(lambda limit: ss.rigs.single_mass(limit=limit), **settings)

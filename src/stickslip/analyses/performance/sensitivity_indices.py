@@ -1,4 +1,4 @@
-"""Which parameter matters: how much of the spread of the resonance, in amplitude and frequency, each uncertain one makes.
+"""Sobol' sensitivity indices: the share of the variance of peak amplitude and frequency that each uncertain parameter causes.
 
 Variance-based indices of Sobol', with all parameters uniform in their ranges, and slopes at the middle.
 """
@@ -16,10 +16,11 @@ from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, outp
 from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.work import Arrays, Finished, Progress, Workers
+from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import attribute
+from stickslip.renamed import renamed_arguments
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ QUANTITIES = ("peak amplitude", "peak frequency")
 
 
 @dataclass(frozen=True, eq=False)
-class WhatMatters:
+class SensitivityIndices:
     """`dataset`, axes (parameter, quantity): first_order and total indices of Sobol'; low_end and high_end: the quantity at both
     ends of a range, the others in the middle; spread: its standard deviation; slope: d ln(amplitude) over the range by the slope
     in the middle. first_order_interval, total_interval (.., 2): what 95 % of bootstrap samples of the draws give.
@@ -50,7 +51,8 @@ class WhatMatters:
         return plot(self, **options)
 
 
-def what_matters(
+@renamed_arguments(finished="checkpoint")
+def sensitivity_indices(
     problem_of: ProblemOf,
     parameters: Mapping[str, tuple[float, float]],
     band: Band,
@@ -64,9 +66,9 @@ def what_matters(
     harmonics: int | Sequence[int] = 3,
     samples: int = 256,
     workers: Workers = 1,
-    finished: Finished | None = None,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
-) -> WhatMatters:
+) -> SensitivityIndices:
     """Sobol' indices of the highest peak and its frequency, and its slopes, by parameters in ranges.
 
     problem_of(**values) makes the problem; with several `workers` it must be a function of a module. parameters: {name: (low,
@@ -79,7 +81,7 @@ def what_matters(
     """
     size = measure_of(quantity, measure)
     work = planned_draws(problem_of, parameters, band, force, draws, output, seed, harmonics, samples, measure=size)
-    return WhatMatters(gathered(work, all_cases(work, finished, workers, progress)))
+    return SensitivityIndices(gathered(work, all_cases(work, checkpoint, workers, progress)))
 
 
 def planned_draws(

@@ -1,4 +1,4 @@
-"""Tornado plot: what the ends of each parameter's range do to the peak, the strongest on top, with its Sobol' indices."""
+"""Tornado plot: the effect of each parameter's range on the peak, strongest first, with Sobol' indices."""
 
 from __future__ import annotations
 

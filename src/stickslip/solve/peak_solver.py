@@ -1,8 +1,8 @@
-"""One resonance peak at a time: from a point near it, the stationary size of an output along the response curve.
+"""One resonance peak: from a point near it, the stationary size of an output along the response curve.
 
-A summit solves R = 0 together with dA/ds = 0, s the arc length of the curve in ω at fixed level and A a `Measure`: |X_1|,
+A peak solves R = 0 together with dA/ds = 0, s the arc length of the curve in ω at fixed level and A a `Measure`: |X_1|,
 ω²|X_1|, ... The slope is exact, from the tangent of the curve in motion and ω; its root is found by secants and by the meeting
-of tangents, which is exact for a summit that sits on a kink. Arc length turns with the phase of the response, so folds are no
+of tangents, which is exact for a peak that sits on a kink. Arc length turns with the phase of the response, so folds are no
 obstacle and the curvature of a lone linear mode is −A.
 """
 
@@ -19,7 +19,7 @@ from stickslip.solve.newton import correct
 from stickslip.solve.peak import PROMINENCE
 
 SAMPLING, COARSEST = 4.0, 6e-5
-"""The relative amplitude by which a summit may be below the top that its slopes foretell: this over the squared samples of a
+"""The relative amplitude by which a peak may be below the top that its slopes predict: this over the squared samples of a
 period, what the small cusps come to that samples make in a curve; but no more than the second.
 """
 
@@ -31,21 +31,21 @@ DETOURS = (1.0, 0.6, 1.7)
 """A place may lie on a cusp where Newton's method fails: others, as shares of the step."""
 
 NEAR, AS_HIGH = 0.02, 0.01
-"""Relative distances in frequency and height from which on two summits are never taken for one."""
+"""Relative distances in frequency and height from which on two peaks are never taken for one."""
 
 CUSPS = 40.0
 """Relative height of the corners that samples make in a flat top: this over the squared samples of a period."""
 
 FLATTEST = 0.05
-"""Relative curvature that a top is taken to have before two slopes have told it."""
+"""Relative curvature assumed until two slopes give it."""
 SHARPEST = 10.0
-"""Relative curvature beyond which two slopes tell of a kink."""
+"""Relative curvature beyond which two slopes mean a kink."""
 KINK = 0.05
-"""Jump of the slope, relative to the amplitude, from which a summit counts as on a kink: samples alone make smaller ones."""
+"""Jump of the slope, relative to the amplitude, from which a peak counts as on a kink: samples alone make smaller ones."""
 
 
-class NoSummitError(Exception):
-    """No summit near the start; the argument says why."""
+class NoPeakError(Exception):
+    """No peak near the start; the argument says why."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +80,7 @@ class _Sample:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Summit:
+class SolvedPeak:
     """A solved peak. amplitude A in units of its measure; curvature d²A/ds²; jump: of dA/ds where it stands on a kink, else 0.
 
     plane: the arc length in which s is counted; solves, iterations: what it took.
@@ -110,7 +110,7 @@ class Summit:
 
     @property
     def reach(self) -> float:
-        """Arc length in which the amplitude falls by 0.1 % by the curvature: a guess, for a summit stands where facets meet."""
+        """Arc length in which the amplitude falls by 0.1 % by the curvature: a guess, for a peak stands where facets meet."""
         bend = np.clip(-self.curvature / self.amplitude, FLATTEST, 1.0)
         return float(np.sqrt(2e-3 / bend))
 
@@ -133,10 +133,10 @@ def plane_at(balance: HarmonicBalance, evaluation: Evaluation) -> Plane:
     return Plane(normal, slope, origin, forces / length, rate / length)
 
 
-class Ascent:
-    """Climbs from a start to the summit of an output along the curve of a balance at one level.
+class PeakSolver:
+    """Climbs from a start to the peak of an output along the curve of a balance at one level.
 
-    measure: of what it is a summit; tolerance: relative amplitude by which the summit may be below the top; what samples do to a
+    measure: of what it is a peak; tolerance: relative amplitude by which the peak may be below the top; what samples do to a
     curve unless given.
     """
 
@@ -149,16 +149,16 @@ class Ascent:
         """The size of the output."""
         return self.measure.size(evaluation.w[self.row], evaluation.point.omega)
 
-    def from_near(self, start: Point, plane: Plane, curvature: float | None = None) -> Summit:
-        """The summit near a start that need not be solved: the curve is met in the plane through it; raises `NoSummitError`."""
+    def from_near(self, start: Point, plane: Plane, curvature: float | None = None) -> SolvedPeak:
+        """The peak near a start that need not be solved: the curve is met in the plane through it; raises `NoPeakError`."""
         first = self.balance.evaluate(start)
         evaluation = self._corrected(start, plane.through(first.w, start.omega))
         if evaluation is None:
-            raise NoSummitError("Newton's method failed beside the peak.")
+            raise NoPeakError("Newton's method failed beside the peak.")
         return self.from_solved(evaluation, curvature)
 
-    def from_solved(self, evaluation: Evaluation, curvature: float | None = None) -> Summit:
-        """The summit that a solved point climbs to; curvature: relative to the amplitude, as far as it is known."""
+    def from_solved(self, evaluation: Evaluation, curvature: float | None = None) -> SolvedPeak:
+        """The peak that a solved point climbs to; curvature: relative to the amplitude, as far as it is known."""
         plane = plane_at(self.balance, evaluation)
         sample = self._sample(evaluation, plane, 0.0)
         bend = float(np.clip(curvature, -3.0, -FLATTEST) if curvature is not None else -1.0) * sample.amplitude
@@ -169,14 +169,14 @@ class Ascent:
         """The share by which a curve dips between two peaks, and not only between corners that samples make."""
         return max(PROMINENCE, CUSPS / float(self.balance.tables.E.shape[0]) ** 2)
 
-    def beside(self, summit: Summit, s: float) -> Evaluation | None:
-        """The curve at arc length s from a summit; None where Newton's method fails."""
-        point, plane = summit.point, summit.plane
+    def beside(self, peak: SolvedPeak, s: float) -> Evaluation | None:
+        """The curve at arc length s from a peak; None where Newton's method fails."""
+        point, plane = peak.point, peak.plane
         start = Point(point.forces + s * plane.forces, point.omega + s * plane.omega, point.level)
         return self._corrected(start, plane.at(s))
 
-    def one_crest(self, a: Summit, b: Summit) -> bool:
-        """Whether two summits of the same problem are one peak: near, as high, and the curve between them does not dip, in the
+    def same_peak(self, a: SolvedPeak, b: SolvedPeak) -> bool:
+        """Whether two peaks of the same problem are one peak: near, as high, and the curve between them does not dip, in the
         middle, by more than `PROMINENCE`, or what samples make of a flat top.
         """
         lower, higher = sorted((a.amplitude, b.amplitude))
@@ -189,19 +189,19 @@ class Ascent:
         middle = self._corrected(start, a.plane.through(motion, start.omega))
         return middle is not None and (1.0 - dip) * lower <= self.amplitude(middle) <= (1.0 + AS_HIGH) * higher
 
-    def _climb(self, samples: list[_Sample], plane: Plane, bend: float) -> Summit:
-        """Samples around the summit until no more than the tolerance is to be gained."""
+    def _climb(self, samples: list[_Sample], plane: Plane, bend: float) -> SolvedPeak:
+        """Samples around the peak until no more than the tolerance is to be gained."""
         for trial in range(TRIALS):
             below, above = _bracket(samples)
             best = max(samples, key=lambda sample: sample.amplitude)
             bend = _bend(samples, bend)
             if self._done(below, above, best, bend, len(samples) > 1):
-                return self._summit(below, above, best, bend, plane)
+                return self._peak(below, above, best, bend, plane)
             s = _next(below, above, bend, trial, np.sqrt(2.0 * self.tolerance))
             samples = sorted([*samples, self._solved(samples, plane, s)], key=lambda sample: sample.s)
             if abs(s) > 6.0:
-                raise NoSummitError("The curve rises without a peak.")
-        raise NoSummitError("The search for the peak did not end.")
+                raise NoPeakError("The curve rises without a peak.")
+        raise NoPeakError("The search for the peak did not end.")
 
     def _solved(self, samples: list[_Sample], plane: Plane, s: float) -> _Sample:
         """The sample at arc length s, or a little nearer or farther where Newton's method fails there."""
@@ -211,27 +211,27 @@ class Ascent:
             evaluation = self._corrected(_moved(beside, place), plane.at(place))
             if evaluation is not None:
                 return self._sample(evaluation, plane, place)
-        raise NoSummitError("Newton's method failed beside the peak.")
+        raise NoPeakError("Newton's method failed beside the peak.")
 
     def _done(self, below: _Sample | None, above: _Sample | None, best: _Sample, bend: float, several: bool) -> bool:
-        """Whether slopes foretell no gain: of the best sample by the curvature, or of the bracket by its tangents."""
+        """Whether slopes predict no gain: of the best sample by the curvature, or of the bracket by its tangents."""
         goal = self.tolerance * best.amplitude
         if below is not None and above is not None and below.slope > 0.0 > above.slope:
             meeting, bound = _meeting(below, above)
             return above.s - below.s <= NARROWEST or (below.s <= meeting <= above.s and bound - best.amplitude <= goal)
         if below is not None and above is not None and above.s - below.s <= NARROWEST:
-            raise NoSummitError("The curve jumps beside the peak.")
+            raise NoPeakError("The curve jumps beside the peak.")
         alone = below is None or above is None
         return several and alone and best.slope**2 <= 2.0 * abs(bend) * goal
 
-    def _summit(self, below: _Sample | None, above: _Sample | None, best: _Sample, bend: float, plane: Plane) -> Summit:
+    def _peak(self, below: _Sample | None, above: _Sample | None, best: _Sample, bend: float, plane: Plane) -> SolvedPeak:
         jump = 0.0
         if below is not None and above is not None:
             change, width = below.slope - above.slope, above.s - below.s
             jump = change if change > best.amplitude * max(KINK, SHARPEST * width) else 0.0
         own = replace(plane, forces=best.forces, omega=best.omega, origin=plane.origin + best.s)
         curvature = max(min(bend, 0.0), -SHARPEST * best.amplitude)
-        return Summit(best.evaluation, best.amplitude, curvature, jump, own, self.solves, self.iterations)
+        return SolvedPeak(best.evaluation, best.amplitude, curvature, jump, own, self.solves, self.iterations)
 
     def _corrected(self, start: Point, condition: PathCondition) -> Evaluation | None:
         self.solves += 1
@@ -282,7 +282,7 @@ def _meeting(below: _Sample, above: _Sample) -> tuple[float, float]:
 
 
 def _next(below: _Sample | None, above: _Sample | None, bend: float, trial: int, least: float) -> float:
-    """The arc length to solve next; `least`: the shortest step to a side not yet seen, which also tells a top from a trough."""
+    """The arc length to solve next; `least`: the shortest step to a new side, which also distinguishes top from trough."""
     if below is None or above is None:
         end = below or above
         assert end is not None
