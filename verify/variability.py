@@ -22,10 +22,10 @@ from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge
-from stickslip.solve.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt
-from stickslip.solve.start_solutions import UnsolvedError
-from stickslip.solve.start_space import StartSpace
-from stickslip.solve.start_states import explored_space
+from stickslip.starts.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt
+from stickslip.starts.solutions import UnsolvedError
+from stickslip.starts.space import StartSpace
+from stickslip.starts.states import explored_space
 from stickslip.units import hertz
 from verify.counting import counted, residuals
 from verify.row import Row, at_most, relative

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -20,8 +21,10 @@ LAYERS = (
     ("dampers", "models"),
     ("problem",),
     ("disk",),
-    ("harmonic", "time", "rigs"),
-    ("solve",),
+    ("harmonic", "rigs"),
+    ("time",),
+    ("platforms", "solve"),
+    ("starts",),
     ("measurement",),
     ("results_schema", "results_view"),
     ("quantities",),
@@ -32,6 +35,10 @@ LAYERS = (
     ("report",),
     ("console",),
     ("cli",),
+)
+NUMERICS = (
+    *("contact", "structure", "dampers", "harmonic", "time", "platforms", "solve", "starts", "measurement", "models"),
+    "analyses",
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
@@ -68,6 +75,18 @@ def test_imports_go_one_way(path):
     for other in imported_components(ast.parse(path.read_text())):
         allowed = other == own or RANK[other] < RANK[own] or (own, other) == LATE_BINDING
         assert allowed, f"{own} may not import {other}"
+
+
+@pytest.mark.parametrize("room", sorted({path.parent for path in MODULES} - {ROOT}), ids=lambda room: str(room.relative_to(ROOT)))
+def test_every_folder_says_what_lives_in_it_and_where_to_begin(room):
+    """The folders of the numerics say what they may import and with which file to begin, too."""
+    words = ast.get_docstring(ast.parse((room / "__init__.py").read_text())) or ""
+    assert words, f"{room.name} says nothing"
+    if room.relative_to(ROOT).as_posix() in NUMERICS:
+        assert "Imports" in words
+        assert "Begin with" in words
+        for file in re.findall(r"`(\w+\.py)`", words):
+            assert (room / file).is_file(), file
 
 
 def packages(node: ast.Import | ast.ImportFrom) -> set[str]:

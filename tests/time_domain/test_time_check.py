@@ -12,8 +12,8 @@ from stickslip.contact.point import Contact, between
 from stickslip.loads import Force
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass, three_mass_wedge
-from stickslip.solve.time_march import distance, growth
 from stickslip.structure.matrices import Structure
+from stickslip.time.march import distance, growth
 from stickslip.time.methods import Newmark
 from stickslip.units import hertz, radians_per_second
 

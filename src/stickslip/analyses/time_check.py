@@ -12,9 +12,9 @@ from stickslip.analyses.time_response import TimeResponse, harmonics_of, time_re
 from stickslip.checks import Array
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
-from stickslip.solve.time_march import LOAD_STEPS, NEAR, March, MarchOutcome, march
-from stickslip.solve.time_start import from_harmonics
+from stickslip.time.march import LOAD_STEPS, NEAR, March, MarchOutcome, march
 from stickslip.time.methods import DEFAULT_METHOD, Method
+from stickslip.time.start import from_harmonics
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,9 +11,9 @@ from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import Array, fault, finite, of_kind, positive
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.problem import Problem
-from stickslip.solve.time_march import March, MarchOutcome, TimeCycle, march
-from stickslip.solve.time_start import TimeStart, from_rest
+from stickslip.time.march import March, MarchOutcome, TimeCycle, march
 from stickslip.time.methods import DEFAULT_METHOD, Method
+from stickslip.time.start import TimeStart, from_rest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,4 +1,8 @@
-"""Dampers: a rigid body with contact surfaces and a centrifugal pull; one file per shape. `SHAPES` lists the shapes."""
+"""Dampers: a rigid body with contact surfaces and a centrifugal pull, one file per shape. `SHAPES` lists the shapes.
+
+A shape turns a few dimensions into contact points with frames and laws, mass and inertia. Imports `contact`, `structure` and
+`loads`. Begin with `wedge.py`, the shortest shape; `between_platforms.py` is the damper on its own.
+"""
 
 from stickslip.dampers.between_platforms import BetweenPlatforms, ElasticPlatform
 from stickslip.dampers.curved_flat import CurvedFlat

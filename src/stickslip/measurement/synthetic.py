@@ -1,7 +1,7 @@
 """Synthetic measurements: a damper's cycle by Newton's method in fine steps, then the errors of a rig.
 
 For trying an identification before trusting it: the identification computes its cycles by another scheme
-(`solve.platform_relaxation`), and the truth may follow another law than the one that is fitted.
+(`platforms.relaxation`), and the truth may follow another law than the one that is fitted.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors, distorted
-from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycle
+from stickslip.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 
 STEPS = 2000
 """Steps of a cycle of the truth."""

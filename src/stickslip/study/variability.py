@@ -17,7 +17,7 @@ from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, draw, named_law
 from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import MOST, InputError, fault
-from stickslip.solve.start_space import rule_words
+from stickslip.starts.space import rule_words
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Seed, Table, Words, by_form
 from stickslip.study.forced_response import sweep_of

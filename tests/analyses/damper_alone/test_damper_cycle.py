@@ -21,8 +21,8 @@ from stickslip.contact.spectrum import Parabolic
 from stickslip.dampers import SHAPES, ThreePoint
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import elliptic, in_phase, measured, out_of_phase
+from stickslip.platforms.cycle import CycleModel, CycleOutcome
 from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.solve.platform_cycle import CycleModel, CycleOutcome
 from stickslip.time.methods import GeneralisedAlpha, Newmark
 
 MOTIONS = {"out-of-phase": out_of_phase, "in-phase": in_phase}

@@ -23,10 +23,10 @@ from stickslip.measurement.load_removal import LoadRemoval
 from stickslip.measurement.records import Record, write_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import NO_ERRORS, synthetic_record, true_cycle, with_microslip
+from stickslip.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
+from stickslip.platforms.relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 from stickslip.report.identification import PRESENTATION
 from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycle
-from stickslip.solve.platform_relaxation import carry, elements_of, marched_cycle, relaxed_cycle, stuck_stiffness
 from stickslip.study import read
 from stickslip.study.loops import with_loops
 

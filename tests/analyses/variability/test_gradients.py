@@ -8,9 +8,9 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, measure_of
 from stickslip.rigs import single_blade, three_mass_wedge
-from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, loss_factor, size_of
-from stickslip.solve.start_states import explored_space
+from stickslip.starts.extreme_peak import AtPeak
+from stickslip.starts.extremes import AtFrequency, loss_factor, size_of
+from stickslip.starts.states import explored_space
 
 STEP = 1e-6
 

@@ -16,9 +16,9 @@ from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.rigs import single_blade, three_mass_wedge
-from stickslip.solve.extremes import AtFrequency
-from stickslip.solve.start_solutions import UnsolvedError
-from stickslip.solve.start_states import explored_space
+from stickslip.starts.extremes import AtFrequency
+from stickslip.starts.solutions import UnsolvedError
+from stickslip.starts.states import explored_space
 from stickslip.structure.matrices import Structure
 from stickslip.units import hertz
 

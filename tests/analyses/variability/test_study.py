@@ -13,8 +13,8 @@ from stickslip.cli import main
 from stickslip.outcome import Outcome
 from stickslip.results import open_results, save
 from stickslip.rigs import three_mass_wedge
-from stickslip.solve.extremes import AtFrequency
-from stickslip.solve.start_solutions import UnsolvedError
+from stickslip.starts.extremes import AtFrequency
+from stickslip.starts.solutions import UnsolvedError
 from stickslip.study import read
 
 

@@ -10,9 +10,9 @@ from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.rigs import three_mass_wedge
-from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, size_of
-from stickslip.solve.start_states import explored_space
+from stickslip.starts.extreme_peak import AtPeak
+from stickslip.starts.extremes import AtFrequency, size_of
+from stickslip.starts.states import explored_space
 from stickslip.units import hertz
 
 OMEGA = 2.0 * np.pi * 222.0

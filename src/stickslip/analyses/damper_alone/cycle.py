@@ -19,8 +19,8 @@ from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.jamming import jamming
 from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.solve.platform_cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
-from stickslip.solve.platform_march import PlatformState, Record
+from stickslip.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
+from stickslip.platforms.march import PlatformState, Record
 from stickslip.time.methods import Method
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from stickslip.analyses.time_response import harmonics_of
 from stickslip.checks import Array, Index
 from stickslip.contact.period import OPEN, SLIP_DOWN, SLIP_UP, STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.solve.platform_cycle import CycleModel, Marching, SteadyCycle
-from stickslip.solve.platform_march import Record
+from stickslip.platforms.cycle import CycleModel, Marching, SteadyCycle
+from stickslip.platforms.march import Record
 
 if TYPE_CHECKING:
     import xarray as xr

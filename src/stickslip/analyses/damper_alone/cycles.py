@@ -16,8 +16,8 @@ from stickslip.analyses.work import Arrays, Progress, Report
 from stickslip.checks import Array, InputError, between, fault, of_kind, positive, seed_of, several, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
-from stickslip.solve.platform_cycle import CycleModel, CycleOutcome
-from stickslip.solve.platform_march import PlatformState
+from stickslip.platforms.cycle import CycleModel, CycleOutcome
+from stickslip.platforms.march import PlatformState
 
 if TYPE_CHECKING:
     import xarray as xr

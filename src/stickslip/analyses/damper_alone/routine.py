@@ -20,7 +20,7 @@ from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 from stickslip.loads import Force
-from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, steady_cycle
+from stickslip.platforms.cycle import CycleModel, CycleOutcome, steady_cycle
 from stickslip.structure.matrices import Structure
 
 SOLVED = 1e-6

@@ -17,7 +17,7 @@ from stickslip.checks import Array, InputError, fault
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, analysis, delayed, synthesis
 from stickslip.measurement.rig_errors import SIGNALS, RigErrors
-from stickslip.solve.platform_relaxation import Elements, elements_of, relaxed_cycle
+from stickslip.platforms.relaxation import Elements, elements_of, relaxed_cycle
 
 PARTS = ("kt", "kn", "mu")
 FLOOR = {"force": 0.12, "rotation": 8e-6, "damper": 0.06e-6}

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.analyses.identification.loop_law import half_ellipse
 from stickslip.checks import Array
-from stickslip.solve.platform_relaxation import Elements
+from stickslip.platforms.relaxation import Elements
 
 IWAN_ELEMENTS, GAP_ELEMENTS = 10, 5
 

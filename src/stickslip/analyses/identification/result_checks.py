@@ -14,7 +14,7 @@ from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, synthesis, whole_cycles
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
-from stickslip.solve.platform_cycle import CycleModel, steady_cycle
+from stickslip.platforms.cycle import CycleModel, steady_cycle
 
 TURN = 2.0
 """Largest rotation, relative to the platform's motion over the mean distance of the contacts from the mass centre."""

@@ -22,7 +22,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
-from stickslip.solve.start_space import Rules, Sharing
+from stickslip.starts.space import Rules, Sharing
 from stickslip.units import Band
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.peak_continuation import PeakContinuation
 from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.solve.peak_sweep import swept_peaks
-from stickslip.solve.start_solutions import SHORTEST, UnsolvedError
+from stickslip.starts.solutions import SHORTEST, UnsolvedError
 
 SHARE = 0.7
 """Drawn start states reach this share of the largest offset that a slider can have."""

@@ -23,7 +23,7 @@ from stickslip.checks import Array, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
-from stickslip.solve.start_space import Rules, Sharing
+from stickslip.starts.space import Rules, Sharing
 from stickslip.units import Band, listed
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
-from stickslip.solve.extremes import Effort, Extreme, Place, extreme, leapt
-from stickslip.solve.start_solutions import UnsolvedError
+from stickslip.starts.extremes import Effort, Extreme, Place, extreme, leapt
+from stickslip.starts.solutions import UnsolvedError
 
 BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
 LOWER, UPPER = 0, 1

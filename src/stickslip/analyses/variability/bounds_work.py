@@ -24,10 +24,10 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, fineness
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.solve.extreme_peak import AtPeak
-from stickslip.solve.extremes import AtFrequency, Effort, loss_factor, size_of
-from stickslip.solve.start_space import Rules, Sharing, StartSpace, rule_words, rules_of
-from stickslip.solve.start_states import explored_space
+from stickslip.starts.extreme_peak import AtPeak
+from stickslip.starts.extremes import AtFrequency, Effort, loss_factor, size_of
+from stickslip.starts.space import Rules, Sharing, StartSpace, rule_words, rules_of
+from stickslip.starts.states import explored_space
 
 if TYPE_CHECKING:
     import xarray as xr

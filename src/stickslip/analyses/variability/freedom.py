@@ -18,7 +18,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.solve.curve import solve_curve
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
-from stickslip.solve.start_states import element_states
+from stickslip.starts.states import element_states
 from stickslip.units import Band, in_order
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.orders import attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.solve.history import march
 from stickslip.solve.newton import Correction
+from stickslip.starts.history import march
 from stickslip.units import Band, in_order
 
 if TYPE_CHECKING:

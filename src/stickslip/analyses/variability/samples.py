@@ -28,9 +28,9 @@ from stickslip.results_view import measure_in
 from stickslip.rigs import single_mass
 from stickslip.solve.curve import Curve, solve_curve
 from stickslip.solve.refine import with_peaks
-from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
-from stickslip.solve.start_space import Rules, Sharing, StartSpace, rule_words
-from stickslip.solve.start_states import explored_space
+from stickslip.starts.solutions import StartSolutions, UnsolvedError
+from stickslip.starts.space import Rules, Sharing, StartSpace, rule_words
+from stickslip.starts.states import explored_space
 from stickslip.units import Band, listed
 
 if TYPE_CHECKING:

@@ -21,9 +21,9 @@ from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import Measure
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
-from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
-from stickslip.solve.start_space import StartSpace
-from stickslip.solve.start_states import settled
+from stickslip.starts.solutions import StartSolutions, UnsolvedError
+from stickslip.starts.space import StartSpace
+from stickslip.starts.states import settled
 
 Slopes = Callable[[Array, Array], Array]
 """Changes (dλ, dw) of solutions into changes of a value, (k,)."""

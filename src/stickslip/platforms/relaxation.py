@@ -18,7 +18,7 @@ from stickslip.checks import Array, Index, fault
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.kernels import kernel
-from stickslip.solve.platform_cycle import CycleModel, CycleOutcome, Marching, steady_cycle
+from stickslip.platforms.cycle import CycleModel, CycleOutcome, Marching, steady_cycle
 from stickslip.time.contact_step import solve_in_place
 
 TOLERANCE = 1e-9

@@ -17,8 +17,8 @@ from stickslip.contact.period import OFFSET, friction_period, stick_interval
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import friction_limits
 from stickslip.solve.continuation import first_point
-from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
-from stickslip.solve.start_space import RULES, Rules, Sharing, StartSpace, start_space
+from stickslip.starts.solutions import StartSolutions, UnsolvedError
+from stickslip.starts.space import RULES, Rules, Sharing, StartSpace, start_space
 
 ROUNDS, CORNERS, GROWTH = 2, 2, 0.02
 """Rounds of widening a space, corners of it that are solved in each, and the growth below which it is wide enough."""

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.solve.platform_step import UNIT, Bodies
+from stickslip.platforms.step import UNIT, Bodies
 from stickslip.time.contact_step import solve_in_place
 
 MOST_CONTACTS = 6

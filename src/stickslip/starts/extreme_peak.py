@@ -14,12 +14,12 @@ from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import StepControl, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
-from stickslip.solve.extremes import Extreme, size_of, start_gradient
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.peak import PeakSearch
 from stickslip.solve.peak_solver import NoPeakError, PeakSolver, Plane, plane_at
-from stickslip.solve.start_solutions import StartSolutions, UnsolvedError
-from stickslip.solve.start_space import StartSpace
+from stickslip.starts.extremes import Extreme, size_of, start_gradient
+from stickslip.starts.solutions import StartSolutions, UnsolvedError
+from stickslip.starts.space import StartSpace
 
 TOLERANCE = 1e-6
 """Relative amplitude to which a peak is found."""

@@ -15,11 +15,11 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.checks import Array, fault, positive
 from stickslip.problem import Problem
-from stickslip.solve.time_start import TimeStart
 from stickslip.time.contact_law import ContactState, neighbours
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.time.model import StepMatrices, TimeModel, time_model
 from stickslip.time.period import History, Loads, PeriodWork, State, march_period, settle
+from stickslip.time.start import TimeStart
 
 LOAD_STEPS = 4
 """The fewest steps per period of the highest harmonic of the loads."""

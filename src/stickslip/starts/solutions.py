@@ -11,7 +11,7 @@ from stickslip.solve.continuation import first_point
 from stickslip.solve.curve import SINGULAR, failure
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.sensitivity import solved_factors
-from stickslip.solve.start_space import StartSpace
+from stickslip.starts.space import StartSpace
 
 KNOWN = 64
 """Solutions remembered; the oldest are forgotten first, the very first never."""

@@ -15,7 +15,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import LEFT, RIGHT, BetweenPlatforms
-from stickslip.solve.platform_march import (
+from stickslip.platforms.march import (
     Inertia,
     Path,
     PlatformState,
@@ -24,8 +24,8 @@ from stickslip.solve.platform_march import (
     carry_quasi_static,
     new_record,
 )
-from stickslip.solve.platform_states import enumerable
-from stickslip.solve.platform_step import Bodies
+from stickslip.platforms.states import enumerable
+from stickslip.platforms.step import Bodies
 from stickslip.time.methods import Method
 
 LEAD_IN = 50

@@ -13,8 +13,8 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.solve.platform_states import find_states
-from stickslip.solve.platform_step import Bodies, Workspace, solve_step, workspace
+from stickslip.platforms.states import find_states
+from stickslip.platforms.step import Bodies, Workspace, solve_step, workspace
 from stickslip.time.methods import Coefficients
 
 FINEST = 1e-3
