@@ -9,7 +9,7 @@
 # make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
 # make measures   how the source is cut up: lengths of functions, helpers used once, constants, arguments
-# make robustness   1000 seeded problems, traced or the cause said, and 31 ill-posed ones; CASES=25 for 25 of each class
+# make robustness   seeded problems, traced or the cause reported, and ill-posed ones; goes on where it was interrupted; CASES=25 of each class
 
 PYTHON ?= python3
 UV ?= uv

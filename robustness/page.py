@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from string import Template
+from typing import Any, Self
 
 from robustness.resonances import Tally
 
@@ -101,6 +102,11 @@ class ResonanceResult:
     ratio: float
     stuck: Tally
     slipping: Tally
+
+    @classmethod
+    def restored(cls, stored: Mapping[str, Any]) -> Self:
+        """From the dictionary that `dataclasses.asdict` makes of it."""
+        return cls(stored["kind"], stored["ratio"], Tally(**stored["stuck"]), Tally(**stored["slipping"]))
 
     @property
     def row(self) -> str:

@@ -1,15 +1,21 @@
 """Trace seeded random problems across their bands and print the share that arrives, by class and cause; then the ill-posed ones.
 
-python -m robustness.run [CASES PER CLASS]; a run of at least 250 writes docs/robustness.md.
+python -m robustness.run [CASES PER CLASS]; a run of at least 250 writes docs/robustness.md. Each class is kept in
+results/robustness.json as it is finished: an interrupted run of the same commit goes on after it.
 """
 
 from __future__ import annotations
 
-import subprocess
+import json
 import sys
 import time
+from collections.abc import Callable
+from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import partial
+from itertools import product
 from pathlib import Path
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -22,6 +28,7 @@ from stickslip.files import write_text
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve.curve import Curve, solve_curve
+from tools.commits import commit, settled
 
 HARMONICS, SAMPLES = 5, 256
 ENOUGH = 250
@@ -29,6 +36,7 @@ SHARES = {"chain": 2.5, "beam": 25.0, "partly stuck chain": 25.0}
 """Of the cases of a class: beside 250, 100 chains, 10 beams and 10 chains with a slider that always sticks a damping ratio."""
 
 ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "results" / "robustness.json"
 
 
 def traced(kind: str, seed: int) -> Curve:
@@ -42,11 +50,32 @@ def traced(kind: str, seed: int) -> Curve:
 def main(count: int) -> None:
     """Run `count` cases of every class and print the table."""
     with threadpool_limits(1, user_api="blas"):
-        results = [of_class(kind, count) for kind in CLASSES]
-        resonances = [of_ratio(kind, ratio, max(round(count / share), 1)) for kind, share in SHARES.items() for ratio in RATIOS]
+        results = [
+            kept(f"{kind}, {count}", partial(of_class, kind, count), lambda stored: ClassResult(**stored)) for kind in CLASSES
+        ]
+        resonances = []
+        for (kind, share), ratio in product(SHARES.items(), RATIOS):
+            cases = max(round(count / share), 1)
+            compute = partial(of_ratio, kind, ratio, cases)
+            resonances.append(kept(f"{kind}, {ratio:g}, {cases}", compute, ResonanceResult.restored))
         ill_posed = tell_ill_posed()
     if count >= ENOUGH:
         write_text(ROOT / "docs" / "robustness.md", page(results, resonances, ill_posed, when()))
+
+
+Result = TypeVar("Result", ClassResult, ResonanceResult)
+
+
+def kept(name: str, compute: Callable[[], Result], restored: Callable[[dict[str, Any]], Result]) -> Result:
+    """What an earlier run of this very commit computed under a name, else computed and kept."""
+    stored = json.loads(KEPT.read_text()) if KEPT.is_file() else {}
+    now = commit("src", "robustness")
+    if name in stored and stored[name]["commit"] == now and settled(now):
+        print(f"{name}: kept from an earlier run", flush=True)
+        return restored(stored[name]["result"])
+    result = compute()
+    write_text(KEPT, json.dumps({**stored, name: {"commit": now, "result": asdict(result)}}, indent=1) + "\n")
+    return result
 
 
 def of_class(kind: str, count: int) -> ClassResult:
@@ -96,8 +125,7 @@ def tell_ill_posed() -> str:
 
 def when() -> str:
     """Date and commit of the run."""
-    found = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False)
-    return f"Measured on {datetime.now(UTC):%Y-%m-%d} at commit `{found.stdout.strip() or 'unknown'}`, in one process"
+    return f"Measured on {datetime.now(UTC):%Y-%m-%d} at commit `{commit('src', 'robustness')}`, in one process"
 
 
 if __name__ == "__main__":

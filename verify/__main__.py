@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import json
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -18,12 +17,15 @@ from typing import Any
 
 import stickslip
 from stickslip.files import write_text
+from tools.commits import commit, settled
 from verify.page import page
 from verify.row import Row
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "results" / "verify.json"
 PAGE = ROOT / "docs" / "verification.md"
+FOLDERS = ("src", "verify")
+"""What a topic's numbers come from."""
 TOPICS = (
     "single_contact",
     "one_mass",
@@ -42,20 +44,6 @@ TOPICS = (
 )
 
 
-def commit() -> str:
-    """The last commit of what is verified, with a + when files differ from it."""
-    try:
-        name = _git("log", "-1", "--format=%h", "--abbrev=12", "--", "src", "verify")
-        changed = _git("status", "--porcelain", "--untracked-files=no", "--", "src", "verify")
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-    return name + ("+" if changed else "")
-
-
-def _git(*arguments: str) -> str:
-    return subprocess.run(["git", *arguments], cwd=ROOT, check=True, capture_output=True, text=True).stdout.strip()
-
-
 def cpu_seconds() -> float:
     """CPU time of this process and of those it started, s."""
     return sum(os.times()[:4])
@@ -67,7 +55,13 @@ def computed(name: str) -> dict[str, Any]:
     started = cpu_seconds()
     rows = [row.as_dict() for row in said(module.rows())]
     about = {"title": module.TITLE, "about": module.ABOUT, "cpu_seconds": cpu_seconds() - started}
-    return {**about, "version": stickslip.__version__, "commit": commit(), "date": time.strftime("%Y-%m-%d"), "rows": rows}
+    return {
+        **about,
+        "version": stickslip.__version__,
+        "commit": commit(*FOLDERS),
+        "date": time.strftime("%Y-%m-%d"),
+        "rows": rows,
+    }
 
 
 def said(rows: Iterator[Row]) -> Iterator[Row]:
@@ -84,7 +78,7 @@ def kept() -> dict[str, dict[str, Any]]:
 
 def finished(topic: dict[str, Any] | None) -> bool:
     """Whether a topic was computed by this very commit."""
-    return topic is not None and topic["commit"] == commit() and not topic["commit"].endswith(("+", "unknown"))
+    return topic is not None and topic["commit"] == commit(*FOLDERS) and settled(topic["commit"])
 
 
 def keep(name: str, topic: dict[str, Any]) -> None:
