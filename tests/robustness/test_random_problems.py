@@ -24,7 +24,7 @@ HARD = [("start state", 40)]
 """Sharp folds that look like crossings."""
 
 BARELY = [("barely pressed", 0), ("barely pressed, start state", 1)]
-"""Not all of these classes are traced: number 0 of the second closes on itself, or not, as its steps fall in a cascade of folds."""
+"""Not all of these classes are traced: number 0 of the second may close on itself in a cascade of folds."""
 
 
 @pytest.mark.parametrize(("kind", "seed"), [*product(CLASSES[:4], range(4)), *HARD, *BARELY])
