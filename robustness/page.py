@@ -51,7 +51,7 @@ sharp fold was taken for a crossing of branches; now a crossing counts only if t
 cascade of folds a step may go from one branch to the next, parallel one, and now and then back: such a curve closes on itself.
 That is recognised (Brent's test), and the curve is traced again with steps that hardly leave the tangent sideways: number 156
 in 6022 points. Steps are not always so careful, because the whole cascade of a sampled contact takes thousands of points
-(224: 3890 instead of 1284; 40 and 198 are not finished within 4000). Every point is a solution either way.
+(224: 3890 instead of 1284; 40 and 198 were not finished within 4000, the limit then). Every point is a solution either way.
 
 Number 207 of the start states remains: what Newton's method finds at and before the start of its band is a branch that comes
 back from 0.41 rad/s. From the point solved at 1.2 rad/s, inside the band, both ends are reached.

@@ -16,9 +16,9 @@ from stickslip.solve.newton import correct, fixed
 ROUNDING = 1e-9
 """Motion below this share of the largest is rounding: an output at a node."""
 
-MEAN = 0.02
-"""Share of the mean motion that a change of it is measured by, where that is more than the vibration: steps stay long where the
-mean of a lightly pressed body drifts by many times its vibration."""
+MEAN = 0.002
+"""A change of the mean is measured by this share of the mean, where that is more than the vibration: the mean of a lightly
+pressed body may drift by many thousand times its vibration, and steps would be as short."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -149,11 +149,16 @@ def _sampled(place: _Place, row: int, measure: Measure) -> _Sample:
     return _Sample(place, *_slope(measure, place.point, row, place.motion_slope, place.omega_slope))
 
 
+def _bend(a: float, b: float, da: float, db: float) -> tuple[float, float]:
+    """c and d of the slope da + d f + c f² of the cubic through two sizes with their slopes, at fraction f."""
+    return 3.0 * (2.0 * (a - b) + da + db), 2.0 * (3.0 * (b - a) - 2.0 * da - db)
+
+
 def _turns(a: float, b: float, da: float, db: float) -> list[float]:
     """Fractions at which the cubic through two sizes with slopes of one sign has its two extremes, if it has them."""
     if da * db <= 0.0:
         return []
-    square, linear = 3.0 * (2.0 * (a - b) + da + db), 2.0 * (3.0 * (b - a) - 2.0 * da - db)
+    square, linear = _bend(a, b, da, db)
     discriminant = linear * linear - 4.0 * square * da
     if square == 0.0 or discriminant <= 0.0:
         return []
@@ -163,7 +168,7 @@ def _turns(a: float, b: float, da: float, db: float) -> list[float]:
 
 def _trough(a: float, b: float, da: float, db: float) -> float:
     """Fraction at which the cubic through two sizes, of slopes that fall and rise, is lowest."""
-    square, linear = 3.0 * (2.0 * (a - b) + da + db), 2.0 * (3.0 * (b - a) - 2.0 * da - db)
+    square, linear = _bend(a, b, da, db)
     # The root that the slope crosses upwards, in the form that loses no digits for a small square term.
     return -2.0 * da / (linear + float(np.sqrt(linear * linear - 4.0 * square * da)))
 
@@ -253,10 +258,7 @@ class PeakSearch:
         return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
 
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
-        """Whether the curve dips by `PROMINENCE` of a height between two of its segments.
-
-        Where its points do not show it, the lowest places between them are solved: a trough may be deeper than they are.
-        """
+        """The test whether the curve dips between two of its segments; where its points do not show it, troughs are solved."""
         troughs = sizes.copy()
 
         def deepen(k: int) -> None:
