@@ -17,9 +17,9 @@ from problems import problem_of
 import stickslip
 from stickslip import rigs
 from stickslip.analyses.forced_response import forced_response
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.solve.continuation import StepControl, first_point, trace
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.units import Band
 

@@ -17,10 +17,10 @@ from threadpoolctl import threadpool_limits
 from robustness.problems import Case, random_case
 from robustness.run import HARMONICS, SAMPLES
 from stickslip.contact.law import Law
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.solve.curve import solve_curve
 
 STIFFER = (1.0, 30.0, 1e3, 1e4, 1e5, 1e6, 1e7)
 FRICTION = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1e3, 1e5)

@@ -19,12 +19,12 @@ from scipy.optimize import minimize_scalar
 from stickslip.checks import Array
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, between
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.loads import Force
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.continuation import first_point
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.newton import correct, fixed
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure

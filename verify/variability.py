@@ -20,9 +20,10 @@ from stickslip.analyses.variability.samples import response_samples
 from stickslip.analyses.variability.start_draws import search_cloud
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.problem import Problem
 from stickslip.rigs import single_blade, three_mass_wedge
-from stickslip.starts.extremes import AtFrequency, Effort, Extreme, amplitude, extreme, leapt
+from stickslip.starts.extremes import AtFrequency, Effort, Extreme, extreme, leapt, size_of
 from stickslip.starts.solutions import UnsolvedError
 from stickslip.starts.space import StartSpace
 from stickslip.starts.states import explored_space
@@ -74,7 +75,7 @@ def wedge_rows() -> Iterator[Row]:
 def place_at(balance: HarmonicBalance, frequency: float, level: float, rule: Any = "slider_offset") -> AtFrequency:
     """The amplitude of the first output at a frequency in Hz."""
     omega = 2.0 * np.pi * frequency
-    return AtFrequency(balance, explored_space(balance, [omega], level, rule), amplitude(0), omega, level)
+    return AtFrequency(balance, explored_space(balance, [omega], level, rule), size_of(0, DISPLACEMENT_AMPLITUDE), omega, level)
 
 
 class ForwardDifferences:
@@ -113,7 +114,9 @@ def six_slider_rows(numbers: dict[str, Any]) -> Iterator[Row]:
     free = [names.index(f"{side} flat {i} t1") for side in ("left", "right") for i in (1, 3, 5)]
     group, scale = np.full(len(names), -1, dtype=np.int64), np.zeros(len(names))
     group[free], scale[free] = np.arange(6), full.scale[free]
-    place = AtFrequency(balance, StartSpace(np.full_like(group, OFFSET), group, scale), amplitude(0), omega, 20.0)
+    place = AtFrequency(
+        balance, StartSpace(np.full_like(group, OFFSET), group, scale), size_of(0, DISPLACEMENT_AMPLITUDE), omega, 20.0
+    )
     draws = np.random.default_rng(0).uniform(-1.0, 1.0, (20_000, 6))
     values = np.array([value_of(place, draw) for draw in draws])
     results: dict[str, float] = {}

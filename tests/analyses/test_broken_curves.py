@@ -7,9 +7,10 @@ import stickslip as ss
 from robustness.ill_posed import HELD_BY_FRICTION, structure
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES, cause_of
+from stickslip.curves import curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
-from stickslip.solve import curve
+from stickslip.solve import sweep
 from stickslip.solve.continuation import StepControl, trace
 from stickslip.solve.newton import correct, fixed
 
@@ -24,7 +25,7 @@ def few_points(monkeypatch):
     def short(balance, first, parameter, end, control=None):
         return trace(balance, first, parameter, end, StepControl(points=10))
 
-    monkeypatch.setattr(curve, "trace", short)
+    monkeypatch.setattr(sweep, "trace", short)
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.5, 2.0), (2.0, 0.5)])
@@ -64,7 +65,7 @@ def test_a_curve_that_turns_back_says_where_and_the_rest_can_be_had():
     found = curve.solve_curve(balance, ends, case.level, exactly=False)
     farthest = max(point.point.omega for point in found.points)
     assert found.points[-1].point.omega < 0.9 * farthest
-    words = f"{curve.TURNED_BACK} It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest from the other end of the band"
+    words = f"{sweep.TURNED_BACK} It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest from the other end of the band"
     assert found.message.startswith(words)
     beyond = curve.solve_curve(balance, [1.2, ends[1]], case.level, exactly=False)
     assert beyond.outcome == Outcome.CONVERGED
@@ -151,7 +152,7 @@ def test_only_a_prescribed_start_is_blamed_for_a_static_state_that_is_not_found(
     point = balance.stuck_point(1400.0, 1.0)
     unsolved = correct(balance, point, fixed("omega", 1400.0), iterations=0)
     assert not unsolved.converged
-    assert curve.failure(balance, unsolved) == ss.Outcome.NOT_CONVERGED
-    monkeypatch.setattr(curve, "solve_cold", lambda *_: unsolved)
-    assert curve.failure(balance, unsolved) == outcome
+    assert sweep.failure(balance, unsolved) == ss.Outcome.NOT_CONVERGED
+    monkeypatch.setattr(sweep, "solve_cold", lambda *_: unsolved)
+    assert sweep.failure(balance, unsolved) == outcome
     assert "may be" in outcome.sentence

@@ -8,10 +8,10 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.checks import InputError
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Output
 from stickslip.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.truncation import resolved, truncation_at
 from stickslip.units import hertz
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.curves import curve
+from stickslip.curves.curve import _monotonic_runs, solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve import curve
-from stickslip.solve.curve import _monotonic_runs, solve_curve
 
 UP = np.linspace(0.15, 0.35, 12)
 
@@ -52,7 +52,7 @@ def test_what_the_curve_does_not_reach_is_solved_by_itself_and_the_rest_keeps_it
     balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
     listed = [0.8, 1.0, 1.2, 1.4]
     whole = solve_curve(balance, listed, 0.5, exactly=True)
-    monkeypatch.setattr(curve, "_at", lambda balance, points, wanted: {})
+    monkeypatch.setattr(curve, "points_at", lambda balance, points, wanted: {})
     alone = solve_curve(balance, listed, 0.5, exactly=True)
     assert "4 of 4 frequencies were solved by themselves" in alone.message
     for one, other in zip(whole.points, alone.points, strict=True):

@@ -24,7 +24,8 @@ LAYERS = (
     ("harmonic", "rigs"),
     ("time",),
     ("platforms", "solve"),
-    ("starts",),
+    ("peaks",),
+    ("curves", "starts"),
     ("measurement",),
     ("results_schema", "results_view"),
     ("quantities",),
@@ -37,7 +38,20 @@ LAYERS = (
     ("cli",),
 )
 NUMERICS = (
-    *("contact", "structure", "dampers", "harmonic", "time", "platforms", "solve", "starts", "measurement", "models"),
+    *(
+        "contact",
+        "structure",
+        "dampers",
+        "harmonic",
+        "time",
+        "platforms",
+        "solve",
+        "peaks",
+        "curves",
+        "starts",
+        "measurement",
+        "models",
+    ),
     "analyses",
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}

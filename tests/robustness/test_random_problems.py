@@ -14,9 +14,10 @@ from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.resonances import Tally
 from robustness.run import traced
+from stickslip.curves import curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
-from stickslip.solve import continuation, curve
+from stickslip.solve import continuation, sweep
 from stickslip.solve.continuation import CLOSED, first_point, trace
 from stickslip.solve.curve_points import LostCurveError
 
@@ -60,27 +61,27 @@ def test_a_curve_that_comes_back_to_a_point_ends_and_says_so(monkeypatch):
 def test_a_closed_curve_is_traced_again_with_careful_steps(monkeypatch):
     controls = []
 
-    def travel(balance, first, start, end, progress, control):
+    def traced(balance, first, start, end, progress, control):
         controls.append(control)
         points = list(trace(balance, first, "omega", end, control))
-        return curve._Travel(points, CLOSED if len(controls) == 1 else None)
+        return sweep.Sweep(points, CLOSED if len(controls) == 1 else None)
 
-    monkeypatch.setattr(curve, "_travel", travel)
+    monkeypatch.setattr(sweep, "_traced", traced)
     balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
     assert curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False).outcome == Outcome.CONVERGED
-    assert [control and control.sideways for control in controls] == [None, curve.CAREFUL]
+    assert [control.sideways for control in controls] == [np.inf, sweep.CAREFUL]
 
 
 def test_a_curve_that_is_lost_is_followed_from_the_end_of_its_band(monkeypatch):
     balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
     plain = curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False)
-    usual = curve._travel
+    usual = sweep._traced
 
-    def travel(balance, first, start, end, progress, control):
+    def traced(balance, first, start, end, progress, control):
         found = usual(balance, first, start, end, progress, control)
-        return found if end < start else curve._Travel(found.points[:5], "Lost.")
+        return found if end < start else sweep.Sweep(found.points[:5], "Lost.")
 
-    monkeypatch.setattr(curve, "_travel", travel)
+    monkeypatch.setattr(sweep, "_traced", traced)
     found = curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False)
     assert found.outcome == Outcome.CONVERGED
     assert found.message == f"{curve.ARRIVED} It was followed backwards from there, since from its start it was lost: Lost."

@@ -6,11 +6,11 @@ import pytest
 import stickslip as ss
 from robustness import problems
 from robustness.resonances import HARMONICS, RATIOS, SAMPLES, STUCK, Tally, linear_peaks, random_case, solved_peaks
+from stickslip.curves.curve import solve_curve
+from stickslip.curves.refine import _hills
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.peaks.search import PeakSearch
 from stickslip.solve import continuation
-from stickslip.solve.curve import solve_curve
-from stickslip.solve.peak import PeakSearch
-from stickslip.solve.refine import _hills
 
 CASES = [*(("chain", seed) for seed in range(6)), *(("beam", seed) for seed in range(2))]
 

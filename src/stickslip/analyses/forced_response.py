@@ -27,20 +27,20 @@ from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
+from stickslip.curves.curve import solve_curve
+from stickslip.curves.refine import refined
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
+from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.quantities import as_quantity
 from stickslip.renamed import renamed_arguments
 from stickslip.results import save
 from stickslip.results_view import measure_in, nearest_point
 from stickslip.rigs import single_mass
-from stickslip.solve.curve import solve_curve
-from stickslip.solve.peak import TOLERANCE
-from stickslip.solve.refine import refined
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band, followed
 

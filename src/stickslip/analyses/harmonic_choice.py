@@ -9,9 +9,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.checks import InputError, between, fault, positive
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.truncation import Truncation, enough_beyond, resolved, truncation_at
 
 FIRST, MOST = 3, 63

@@ -11,9 +11,9 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import Measure
+from stickslip.peaks.search import PeakSearch
 from stickslip.problem import Problem
 from stickslip.solve.interpolation import Interpolation
-from stickslip.solve.peak import PeakSearch
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import Array
 from stickslip.contact.point import DIRECTION_NAMES
+from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -25,7 +26,6 @@ from stickslip.loads import BaseMotion
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results_schema import SCHEMA, Variable, labelled
-from stickslip.solve.curve import Curve
 from stickslip.solve.curve_points import CurvePoint
 
 if TYPE_CHECKING:

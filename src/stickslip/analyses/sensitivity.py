@@ -15,11 +15,11 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, Index, InputError, fault, finite, of_kind, positive
 from stickslip.contact.table import contact_table
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
-from stickslip.solve.curve import Curve
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.truncation import enough_beyond, truncation_error
 

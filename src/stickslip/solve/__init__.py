@@ -1,5 +1,5 @@
-"""Solving harmonic balance: Newton's method, arc-length continuation through folds and kinks, peaks and sensitivities.
+"""Solving harmonic balance: Newton's method, arc-length continuation through folds and kinks, sweeps and sensitivities.
 
-One curve at one force level is the largest thing here; analyses combine curves. Imports `harmonic` and below. Begin with
-`curve.py` (one response curve), then `continuation.py` (the steps along it), `newton.py` (one solution) and `peak.py`.
+One sweep at one force level is the largest thing here. Imports `harmonic` and below. Begin with `newton.py` (one solution), then
+`continuation.py` (the steps along a curve) and `sweep.py` (from one end of a band to the other).
 """

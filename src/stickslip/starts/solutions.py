@@ -8,9 +8,9 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import first_point
-from stickslip.solve.curve import SINGULAR, failure
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.sensitivity import solved_factors
+from stickslip.solve.sweep import SINGULAR, failure
 from stickslip.starts.space import StartSpace
 
 KNOWN = 64

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from stickslip.analyses.performance.drawn_peaks import DrawsWork
+from stickslip.analyses.performance.sampled_peaks import DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, gathered, planned_draws
 from stickslip.analyses.work import Arrays, Work

@@ -13,7 +13,7 @@ from stickslip.harmonic.receptance import REAL_MODE
 from stickslip.report.presentation import presentation_of
 from stickslip.results import open_results, save, stamped
 from stickslip.rigs import lumped_blisk
-from stickslip.solve.peak_sweep import swept_curve
+from stickslip.solve.sweep import swept_curve
 from stickslip.structure.damping import ModalDamping
 from stickslip.study import read
 from stickslip.study.templates import write_new

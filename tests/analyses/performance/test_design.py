@@ -7,7 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.performance import design as design_module
-from stickslip.analyses.performance import design_search, worst_peak
+from stickslip.analyses.performance import design_search, worst_case
 from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import planned_design
 from stickslip.analyses.performance.design_constraints import LargestForce, LinePressure, NoJamming, NoLiftOff, Trial
@@ -191,7 +191,7 @@ def test_designs_without_a_peak_in_some_condition_are_named_and_come_last(monkey
         if search.variables["load"] > 3.0:
             search.failed.append((level, mu, start))
 
-    monkeypatch.setattr(worst_peak._Search, "_from_start", fails_with_much_friction)
+    monkeypatch.setattr(worst_case._Search, "_from_start", fails_with_much_friction)
     found = small(friction_factor=1.0, designs=4, refinements=0, starts=1).dataset
     loads = found.value.values[:, 0]
     assert np.array_equal(found.failed.values > 0, loads > 3.0)
@@ -214,23 +214,33 @@ def test_a_peak_is_followed_to_a_drawn_start_state_where_no_curve_of_it_can_be_s
     """The way there in steps ends on the peak that the leap finds where it succeeds, but for another cusp of the samples."""
     conditions = conditions_of((8.0, 8.0), (0.4, 1.0), "amplitude", (1, 1), (0, 0), (3, 128))
 
-    def worst():
-        return worst_peak.worst_peak(lambda mu: ss.rigs.blade_and_wedge(mu=mu), {}, conditions, {})
+    climbed, met, calls, sizes = worst_case._Search._climbed, worst_case._Search._met, [], {}
 
-    leapt, climbed, calls = worst(), worst_peak._Search._climbed, []
+    def kept(search, mu, level, start, peak, balance):
+        sizes[start] = peak.amplitude
+        met(search, mu, level, start, peak, balance)
+
+    monkeypatch.setattr(worst_case._Search, "_met", kept)
+
+    def worst():
+        sizes.clear()
+        found = worst_case.worst_case(lambda mu: ss.rigs.blade_and_wedge(mu=mu), {}, conditions, {})
+        return found.failed, sizes.get(1)
 
     def no_leap(search, balance, known):
         calls.append(balance)
         return None if len(calls) == 1 else climbed(search, balance, known)
 
-    monkeypatch.setattr(worst_peak._Search, "_swept", lambda *_: None)
-    monkeypatch.setattr(worst_peak._Search, "_climbed", no_leap)
-    followed = worst()
+    failed, leapt = worst()
+    assert failed == ()
+    monkeypatch.setattr(worst_case._Search, "_swept", lambda *_: None)
+    monkeypatch.setattr(worst_case._Search, "_climbed", no_leap)
+    failed, followed = worst()
     assert len(calls) > 2
-    assert (leapt.start, followed.start, followed.failed) == (1, 1, ())
-    assert followed.size == pytest.approx(leapt.size, rel=60.0 / 128**2)
-    monkeypatch.setattr(worst_peak._Search, "_climbed", lambda *_: None)
-    assert worst().failed == ((8.0, 0.4, 1),)
+    assert failed == ()
+    assert followed == pytest.approx(leapt, rel=60.0 / 128**2)
+    monkeypatch.setattr(worst_case._Search, "_climbed", lambda *_: None)
+    assert worst() == (((8.0, 0.4, 1),), None)
 
 
 def test_known_designs_are_computed_first_and_compared():
@@ -338,7 +348,7 @@ def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monk
         calls.append(level)
         return made_up_at(problem.contacts[0].law.normal_load)
 
-    monkeypatch.setattr(worst_peak, "searched_peak", made_up)
+    monkeypatch.setattr(worst_case, "searched_peak", made_up)
     monkeypatch.setattr(design_module, "searched_peak", made_up)
     settings = {"designs": 8, "refinements": 4, "starts": 1, "samples": 64, "known": [{"load": 2.5}, {"load": 7.0}]}
     found = small(search=search, **settings).dataset

@@ -14,9 +14,9 @@ from matplotlib.colors import to_rgb
 import stickslip as ss
 from stickslip.analyses.performance.curve import performance_curve
 from stickslip.analyses.performance.work import _event_arrays
+from stickslip.peaks.continuation import PeakContinuation
 from stickslip.plots.performance_curve import REGION_COLOURS
 from stickslip.report.performance import sentences
-from stickslip.solve.peak_continuation import PeakContinuation
 from stickslip.units import logspace
 
 KD = 0.5

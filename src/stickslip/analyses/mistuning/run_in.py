@@ -11,10 +11,10 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.checks import Array, InputError, of_kind
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
+from stickslip.curves.curve import solve_curve
 from stickslip.disk import TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
-from stickslip.solve.curve import solve_curve
 from stickslip.units import Band
 
 

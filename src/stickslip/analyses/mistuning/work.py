@@ -16,16 +16,16 @@ from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, mist
 from stickslip.analyses.mistuning.run_in import run_in_by
 from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, InputError
+from stickslip.curves.curve import solve_curve
 from stickslip.disk import FullDisk, TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import cycle_work
 from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
+from stickslip.peaks.search import PeakSearch
 from stickslip.problem import Problem
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
-from stickslip.solve.peak import PeakSearch
-from stickslip.solve.peak_sweep import swept_curve
+from stickslip.solve.sweep import swept_curve
 
 LEAST = 0.9
 """Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""

@@ -19,7 +19,7 @@ from stickslip.analyses.performance.design_constraints import Constraint
 from stickslip.analyses.performance.design_ranges import DesignRanges, design_ranges
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
-from stickslip.analyses.performance.worst_peak import WorstCase, searched_peak, worst_peak
+from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
@@ -205,7 +205,7 @@ class DesignWork:
         values = dict(zip(self.variables, map(float, point), strict=True))
         with threadpool_limits(1, user_api="blas"):
             limits = dict(zip(self.limits, self.constraints, strict=True))
-            return worst_peak(lambda mu: self.problem(point, mu), values, self.conditions, limits, report)
+            return worst_case(lambda mu: self.problem(point, mu), values, self.conditions, limits, report)
 
     def searched(self, case: int, level: float, friction: float) -> float:
         """The highest resonance over all start states of a design at one force level and friction, as `worst` counts it."""

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from stickslip.checks import Array
+from stickslip.peaks.continuation import ContinuedPeaks, PeakContinuation, Place
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_continuation import ContinuedPeaks, PeakContinuation, Place
 
 PLATEAU = 0.1
 """The plateau is where the peak is higher than at the optimum by at most this share."""

@@ -16,8 +16,8 @@ from stickslip.analyses.work import Progress
 from stickslip.checks import between, fault, positive, vector
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import measure_of
+from stickslip.peaks.continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.problem import Problem
-from stickslip.solve.peak_continuation import ContinuedPeaks, Event, PeakContinuation
 from stickslip.units import Band
 
 if TYPE_CHECKING:

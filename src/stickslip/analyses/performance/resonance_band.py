@@ -5,7 +5,7 @@ from __future__ import annotations
 from stickslip.analyses.arguments import Ends
 from stickslip.checks import InputError, fault
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.linear_peak import linear_peak
+from stickslip.peaks.linear import linear_peak
 from stickslip.units import Band
 
 OUTSIDE = (0.9, 1.1)

@@ -14,7 +14,7 @@ from scipy.stats import sobol_indices
 
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.cases import all_cases
-from stickslip.analyses.performance.drawn_peaks import DrawsWork, ProblemOf
+from stickslip.analyses.performance.sampled_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole

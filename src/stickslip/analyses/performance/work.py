@@ -25,12 +25,12 @@ from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics
 from stickslip.outcome import Outcome
+from stickslip.peaks.climb import SolvedPeak
+from stickslip.peaks.continuation import ContinuedPeaks, PeakContinuation, Place
+from stickslip.peaks.frequency_band import PeakBand
+from stickslip.peaks.linear import linear_peak
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
-from stickslip.solve.linear_peak import linear_peak
-from stickslip.solve.peak_band import PeakBand
-from stickslip.solve.peak_continuation import ContinuedPeaks, PeakContinuation, Place
-from stickslip.solve.peak_solver import SolvedPeak
 
 Vary = Literal["force", "preload"]
 

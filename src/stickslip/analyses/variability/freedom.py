@@ -14,9 +14,9 @@ from stickslip.analyses.response_dataset import as_given
 from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
+from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
-from stickslip.solve.curve import solve_curve
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
 from stickslip.starts.states import element_states
 from stickslip.units import Band, in_order

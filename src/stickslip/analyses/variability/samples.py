@@ -18,6 +18,8 @@ from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
 from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, of_kind
+from stickslip.curves.curve import Curve, solve_curve
+from stickslip.curves.refine import with_peaks
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics
@@ -26,8 +28,6 @@ from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.results_view import measure_in
 from stickslip.rigs import single_mass
-from stickslip.solve.curve import Curve, solve_curve
-from stickslip.solve.refine import with_peaks
 from stickslip.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.starts.space import Rules, Sharing, StartSpace, rule_words
 from stickslip.starts.states import explored_space

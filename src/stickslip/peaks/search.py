@@ -220,7 +220,7 @@ def _prominent(found: list[_Sample], dips: Dips) -> list[_Sample]:
 class PeakSearch:
     """Searches the peaks of a curve in ω; the ends of the band do not count.
 
-    tolerance: relative amplitude by which a peak may be too low.
+    tolerance: relative amplitude by which a peak may be too low; solves: solutions computed so far.
     """
 
     def __init__(self, balance: HarmonicBalance, curve: Sequence[CurvePoint], tolerance: float = TOLERANCE) -> None:
@@ -230,6 +230,7 @@ class PeakSearch:
         self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
         self.solved: dict[int, list[_Place]] = {}
         self.failed: set[tuple[int, float]] = set()
+        self.solves = 0
         self.planes: dict[int, tuple[PathCondition, float]] = {}
 
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
@@ -350,6 +351,7 @@ class PeakSearch:
         forces = hermite(a.forces, width * low.forces_slope, b.forces, width * high.forces_slope, share)
         condition, span = self._plane(low.segment, fraction)
         start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
+        self.solves += 1
         correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
         if correction.direction is None or correction.factors is None:
             self.failed.add((low.segment, fraction))

@@ -16,11 +16,11 @@ from stickslip.analyses.work import Report
 from stickslip.checks import Array, InputError, finite
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
+from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.peaks.continuation import PeakContinuation
+from stickslip.peaks.sweep import swept_peaks
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_continuation import PeakContinuation
-from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.solve.peak_sweep import swept_peaks
 from stickslip.starts.solutions import SHORTEST, UnsolvedError
 
 SHARE = 0.7
@@ -47,7 +47,7 @@ class WorstCase:
     failed: tuple[Case, ...] = ()
 
 
-def worst_peak(
+def worst_case(
     problem_of: Callable[[float], Problem],
     variables: dict[str, float],
     conditions: Conditions,

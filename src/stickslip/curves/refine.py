@@ -15,12 +15,12 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.solve.curve import Curve
+from stickslip.peaks.search import PROMINENCE, PeakSearch
 from stickslip.solve.curve_points import CurvePoint, between, hermite
 from stickslip.solve.interpolation import Interpolation
 from stickslip.solve.newton import correct
-from stickslip.solve.peak import PROMINENCE, PeakSearch
 
 MOST = 18
 """Into how many pieces a step is divided at most."""

@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 
 SHARE = 1e-3
 """Share of the peak by which the amplitude falls to the ends of the band."""

@@ -18,11 +18,11 @@ from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics
+from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.peaks.sweep import swept_peaks
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.solve.peak_sweep import swept_peaks
 
 BLOCK = 8
 """Draws of one case; their problems differ from one another in one parameter at a time."""

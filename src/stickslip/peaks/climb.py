@@ -8,6 +8,7 @@ obstacle and the curvature of a lone linear mode is −A.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,8 +16,8 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.measure import Measure
+from stickslip.peaks.search import PROMINENCE
 from stickslip.solve.newton import correct
-from stickslip.solve.peak import PROMINENCE
 
 SAMPLING, COARSEST = 4.0, 6e-5
 """The relative amplitude by which a peak may be below the top that its slopes predict: this over the squared samples of a
@@ -163,6 +164,15 @@ class PeakSolver:
         sample = self._sample(evaluation, plane, 0.0)
         bend = float(np.clip(curvature, -3.0, -FLATTEST) if curvature is not None else -1.0) * sample.amplitude
         return self._climb([sample], plane, bend)
+
+    def from_top(self, evaluation: Evaluation) -> SolvedPeak:
+        """The peak of a solved point that a search found to be the top of its curve; it climbs no higher than corners do."""
+        with suppress(NoPeakError):
+            peak = self.from_solved(evaluation)
+            if peak.amplitude <= (1.0 + self.dip) * self.amplitude(evaluation):
+                return peak
+        amplitude = self.amplitude(evaluation)
+        return SolvedPeak(evaluation, amplitude, -amplitude, 0.0, plane_at(self.balance, evaluation), 1, 0)
 
     @property
     def dip(self) -> float:

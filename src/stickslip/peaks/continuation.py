@@ -19,10 +19,10 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import Measure
+from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
+from stickslip.peaks.frequency_band import PeakBand, settled
+from stickslip.peaks.sweep import reaches_an_end, swept_peaks
 from stickslip.solve.curve_points import LostCurveError
-from stickslip.solve.peak_band import PeakBand, settled
-from stickslip.solve.peak_solver import NoPeakError, PeakSolver, SolvedPeak
-from stickslip.solve.peak_sweep import reaches_an_end, swept_peaks
 
 PeakProblem = Callable[[float], tuple[HarmonicBalance, float]]
 """The balance and the force level that belong to a value of the parameter."""

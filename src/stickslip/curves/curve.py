@@ -1,0 +1,189 @@
+"""One response curve at one force level, over a band or at given frequencies, with its outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.outcome import Outcome
+from stickslip.peaks.search import TOLERANCE, PeakSearch
+from stickslip.problem import Problem
+from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.sweep import Sweep, from_start, points_at, sweep
+
+RESTARTS = 3
+"""How often a list of frequencies is begun anew where a curve does not reach the rest of it."""
+
+ARRIVED = "The curve reached the end of the band."
+
+SWEEP = 0.3
+"""Share of the work that is the sweep, about; the rest is the search for its peaks."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
+
+    peaks: of `measure`, per output; steps: the step, from points[k] to the next one, that each of them lies in, until `refine`
+    made them points of the curve; largest: where the same quantity is largest in time, per output, or None without a peak;
+    missing: of listed frequencies, the place in the list and ω of those without a point.
+    """
+
+    level: float
+    points: tuple[CurvePoint, ...]
+    outcome: Outcome
+    message: str
+    lost_at: float | None
+    peaks: tuple[tuple[CurvePoint, ...], ...] = ()
+    largest: tuple[CurvePoint | None, ...] = ()
+    steps: tuple[tuple[int, ...], ...] = ()
+    measure: Measure = DISPLACEMENT_AMPLITUDE
+    missing: tuple[tuple[int, float], ...] = ()
+
+
+def solve_curve(
+    balance: HarmonicBalance,
+    frequencies: Sequence[float],
+    level: float,
+    exactly: bool,
+    progress: Callable[[float], None] = lambda fraction: None,
+    control: StepControl | None = None,
+    begin: Point | None = None,
+    peak_tolerance: float = TOLERANCE,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
+) -> Curve:
+    """The curve from frequencies[0] to frequencies[-1] in rad/s; `exactly`: the points at the given frequencies, in their order.
+
+    begin: a solved point at frequencies[0], when one is known; peak_tolerance: relative amplitude by which peaks may be too low;
+    measure: what they are peaks of.
+    """
+    if exactly:
+        return _listed(balance, frequencies, level, progress, control, begin, measure)
+    start, end = frequencies[0], frequencies[-1]
+    found = sweep(balance, start, end, level, lambda done: progress(SWEEP * done), control, begin)
+    if isinstance(found, Outcome):
+        message = " ".join((found.sentence, *balance.problem.warnings))
+        return Curve(level, (), found, message, start, measure=measure)
+    return _with_peaks(balance, level, found, progress, peak_tolerance, measure, (start, end))
+
+
+def _listed(
+    balance: HarmonicBalance,
+    frequencies: Sequence[float],
+    level: float,
+    progress: Callable[[float], None],
+    control: StepControl | None,
+    begin: Point | None,
+    measure: Measure,
+) -> Curve:
+    """Points at listed frequencies: followed upwards where the list goes up and downwards where it goes down.
+
+    What a curve does not reach is begun anew from the next frequency, `RESTARTS` times; what is left is solved by itself.
+    """
+    found: dict[int, CurvePoint] = {}
+    reason, outcome, anew = "", Outcome.NOT_CONVERGED, 0
+    for run in _monotonic_runs(frequencies):
+        left = list(run)
+        known = found[run[0]].point if run[0] in found else begin if run[0] == 0 else None
+        for _ in range(1 + RESTARTS):
+            part = from_start(balance, frequencies[left[0]], frequencies[left[-1]], level, control=control, begin=known)
+            if isinstance(part, Outcome):
+                reason, outcome = part.sentence, part
+            else:
+                found |= points_at(balance, part.points, {k: frequencies[k] for k in left if k not in found})
+                reason = part.lost or reason
+            progress((run[-1] + 1) / len(frequencies))
+            left, known = [k for k in left[1:] if k not in found], None
+            if not left:
+                break
+            anew += 1
+    alone = {k: point for k, omega in enumerate(frequencies) if k not in found and (point := _alone(balance, omega, level))}
+    missing = tuple((k, frequencies[k]) for k in range(len(frequencies)) if k not in found and k not in alone)
+    points = tuple(point for _, point in sorted((found | alone).items()))
+    if not points:
+        message = " ".join((reason or outcome.sentence, *balance.problem.warnings))
+        return Curve(level, (), outcome, message, frequencies[0], measure=measure)
+    message, count = ARRIVED, len(frequencies)
+    if missing:
+        first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
+        unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."
+        message = " ".join((unsolved, *balance.problem.warnings))
+    elif anew and not alone:
+        message = f"The curve was begun anew at {anew} of {count} frequencies. {reason}".strip()
+    elif alone:
+        message = f"{len(alone)} of {count} frequencies were solved by themselves, since the curve does not reach them."
+    outcome = Outcome.NOT_CONVERGED if missing else Outcome.CONVERGED
+    return Curve(level, points, outcome, message, None, measure=measure, missing=missing)
+
+
+def _monotonic_runs(frequencies: Sequence[float]) -> list[list[int]]:
+    """Numbers of the frequencies in runs that go up or down; each begins where the one before it ends."""
+    runs = [[0]]
+    for k in range(1, len(frequencies)):
+        run = runs[-1]
+        if len(run) > 1 and (frequencies[k] > frequencies[run[-1]]) != (frequencies[run[1]] > frequencies[run[0]]):
+            runs.append([run[-1]])
+        runs[-1].append(k)
+    return runs
+
+
+def _alone(balance: HarmonicBalance, omega: float, level: float) -> CurvePoint | None:
+    """The point at one frequency, solved without others."""
+    first = first_point(balance, omega, level)
+    return next(iter(trace(balance, first, "omega", 1.01 * omega))) if first.converged else None
+
+
+def _with_peaks(
+    balance: HarmonicBalance,
+    level: float,
+    swept: Sweep,
+    progress: Callable[[float], None],
+    tolerance: float,
+    measure: Measure,
+    ends: tuple[float, float],
+) -> Curve:
+    """The curve with its peaks."""
+    points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance.problem, swept, ends)
+    if swept.from_the_end is not None:
+        message = f"{ARRIVED} It was followed backwards from there, since from its start it was lost: {swept.from_the_end}"
+    outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
+    lost_at = points[-1].point.omega if swept.lost is not None and points else None
+    outputs = range(balance.problem.output_rows.shape[0])
+    search = PeakSearch(balance, points, tolerance)
+    found, largest, in_time = [], [], measure.with_kind("max_abs")
+    for output in outputs:
+        found.append(search.peaks(output, measure))
+        largest.append(search.peaks(output, in_time, least=0.8))
+        progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
+    unsolved = sum(peaks.unsolved for peaks in (*found, *largest))
+    if unsolved:
+        message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
+    highest = tuple(
+        _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
+    )
+    peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
+    return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps, measure)
+
+
+def _lost_message(problem: Problem, swept: Sweep, ends: tuple[float, float]) -> str:
+    """Why a curve ended before the end of its band, how far it got, how the rest can be had, and what may be the cause."""
+    rest = "from the other end of the band, in a band that starts beyond, or as a list of frequencies there"
+    omegas = [point.point.omega for point in swept.points]
+    if ends[0] == ends[1]:
+        where = ""
+    elif omegas:
+        farthest = max(omegas) if ends[1] > ends[0] else min(omegas)
+        where = f"It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest {rest}."
+    else:
+        where = f"Compute it {rest}."
+    return " ".join(filter(None, (swept.lost, where, *problem.warnings)))
+
+
+def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
+    """The point with the highest measure of a row."""
+    return max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega), default=None)
