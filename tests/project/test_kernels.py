@@ -1,8 +1,11 @@
-"""Kernels are compiled once on a machine, and and a warning says that it takes time."""
+"""Kernels are compiled once on a machine, and a warning says that it takes time."""
 
 import os
 import subprocess
 import sys
+from pathlib import Path
+
+from stickslip import kernels
 
 COMPILES = """
 import numpy as np
@@ -31,3 +34,10 @@ def test_kernels_of_another_processor_stand_beside_those_of_this_one(tmp_path):
         ended = subprocess.run([sys.executable, "-c", COMPILES], env=environment, capture_output=True, text=True, check=True)
         compiled.append("stickslip compiles its kernels" in ended.stderr)
     assert compiled == [True, True, False, False]
+
+
+def test_a_change_of_any_kernel_compiles_anew():
+    """The digest that names the cache covers every folder with kernels: numba does not notice a change in another file."""
+    package = Path(kernels.__file__).parent
+    folders = {path.parent.relative_to(package).as_posix() for path in package.rglob("*.py") if "\n@kernel" in path.read_text()}
+    assert folders == set(kernels._FOLDERS)
