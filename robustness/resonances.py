@@ -20,6 +20,7 @@ from stickslip.checks import Array
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, between
 from stickslip.curves.curve import solve_curve
+from stickslip.curves.refine import refined
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.loads import Force
 from stickslip.outcome import Outcome
@@ -90,7 +91,7 @@ class Tally:
     def add(self, case: Case, level: float, reference: list[Peak], exact: bool) -> None:
         """Sweep a case and compare; `exact`: a linear structure, the curve of which never turns back."""
         balance = HarmonicBalance(case.problem, HARMONICS, SAMPLES)
-        curve = solve_curve(balance, case.band, level, exactly=False)
+        curve = refined(balance, solve_curve(balance, case.band, level, exactly=False))
         omegas = np.array([point.point.omega for point in curve.points])
         backwards = exact and bool(np.any(np.diff(omegas) * (case.band[1] - case.band[0]) <= 0.0))
         missing = low = 0

@@ -74,3 +74,33 @@ def test_a_problem_that_another_machine_rounds_otherwise_is_the_same(response):
     again = ss.ForcedResponse(ours, theirs)
     for k in range(ours.sizes["point"]):
         np.testing.assert_allclose(again.cycle(0, k).force, response.cycle(0, k).force, rtol=1e-6, atol=1e-6)
+
+
+def test_points_of_a_hardly_damped_structure_are_known_again():
+    """At ζ = 1e-6 the roundings of the stored forces alone change the motion by 1e-6 and more."""
+    rng = np.random.default_rng(3)
+    factor = rng.normal(size=(4, 4))
+    names = ("1.x", "2.x", "3.x", "4.x")
+    structure = ss.Structure(
+        np.diag(rng.uniform(0.5, 2.0, 4)), factor @ factor.T + 0.3 * np.eye(4), names, damping=ss.ModalDamping(1e-6)
+    )
+    slider = ss.Contact(
+        "slider",
+        ss.Macroslip(kt=1.0, mu=0.5, normal_load=0.5),
+        ({name: float(x) for name, x in zip(names, rng.normal(size=4), strict=True)},),
+    )
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), names)
+    ends = 0.5 * problem.frequencies(stuck=False)[0], 1.2 * problem.frequencies(stuck=True)[-1]
+    response = ss.forced_response(problem, ss.hertz(*ends), force=1.0, harmonics=5, samples=128)
+    found = response.peaks("velocity")
+    assert len(found) >= 4
+    with pytest.raises(ss.InputError, match="The results are of another problem"):
+        ss.ForcedResponse(response.dataset, problem.with_structure(structure.with_damping(ss.ModalDamping(2e-6)))).peaks(
+            "velocity"
+        )
+
+
+def test_peaks_of_another_quantity_are_not_searched_between_listed_frequencies():
+    response = ss.forced_response(ss.rigs.single_mass(), [0.1, 0.15, 0.2], 0.5, 3, 64)
+    with pytest.raises(ss.InputError, match="need a response over a band"):
+        response.peaks("velocity")

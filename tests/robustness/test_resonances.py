@@ -62,6 +62,98 @@ def test_a_narrow_second_peak_is_not_passed_over(band):
     assert np.isfinite(response.at([1.8113 / (2.0 * np.pi)]).amplitude.values).sum() == 1
 
 
+def cantilever(ratio, outputs, elements=12, length=0.3, bending=210e9 * 1.6667e-9, mass=1.56):
+    """A steel cantilever of Euler-Bernoulli elements, EI [N m²] and mass [kg/m], with a slider at its fourth node."""
+    h = length / elements
+    k = (
+        bending
+        / h**3
+        * np.array([[12, 6 * h, -12, 6 * h], [0, 4 * h**2, -6 * h, 2 * h**2], [0, 0, 12, -6 * h], [0, 0, 0, 4 * h**2]])
+    )
+    m = (
+        mass
+        * h
+        / 420
+        * np.array([[156, 22 * h, 54, -13 * h], [0, 4 * h**2, 13 * h, -3 * h**2], [0, 0, 156, -22 * h], [0, 0, 0, 4 * h**2]])
+    )
+    K, M = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
+    for e in range(elements):
+        part = slice(2 * e, 2 * e + 4)
+        K[part, part] += np.triu(k) + np.triu(k, 1).T
+        M[part, part] += np.triu(m) + np.triu(m, 1).T
+    names = tuple(f"{node}.{direction}" for node in range(1, elements + 1) for direction in ("y", "rz"))
+    structure = ss.Structure(M[2:, 2:], K[2:, 2:], names, damping=ss.ModalDamping(ratio))
+    slider = ss.Contact("slider", ss.Macroslip(kt=1e6, mu=0.5, normal_load=100.0), (ss.between("4.y", "ground"),))
+    return ss.Problem(structure, (slider,), (ss.Force("12.y", 1.0),), outputs)
+
+
+@pytest.mark.parametrize(("ratio", "end"), [(2e-5, 9000.0), (1e-2, 90_000.0)])
+def test_a_linear_curve_has_no_peak_twice_and_never_turns_back(ratio, end):
+    """Points solved inside a step across a narrow resonance must not be those of its other side."""
+    problem = cantilever(ratio, ("12.y", "6.y"))
+    response = ss.forced_response(problem, ss.hertz(50.0, end), force=1e-9, harmonics=1, samples=32)
+    frequencies = response.dataset.frequency.values[0]
+    assert np.all(np.diff(frequencies[np.isfinite(frequencies)]) > 0.0)
+    peaks = response.peaks()
+    C, force = problem.C, problem.structure.row({"12.y": 1.0})
+    for name in problem.output_names:
+        for peak in peaks[peaks.output == name].itertuples():
+            beside = 2.0 * np.pi * peak.frequency * (1.0 + ratio * np.array([-0.1, 0.0, 0.1]))
+            stiffness = [problem.stuck_stiffness + 1j * w * C - w * w * problem.structure.M for w in beside]
+            sizes = [abs(problem.structure.row({name: 1.0}) @ np.linalg.solve(matrix, force)) for matrix in stiffness]
+            assert sizes[1] > max(sizes[0], sizes[2])
+            assert peak.amplitude == pytest.approx(1e-9 * sizes[1], rel=1e-5)
+
+
+def random_frame(seed, preload, varying=True):
+    """Three masses, dense M⁻¹K, two contacts with gaps that open: tops full of corners that samples make."""
+    rng = np.random.default_rng(seed)
+    factor = rng.normal(size=(3, 3))
+    K, M, names = factor @ factor.T + 0.3 * np.eye(3), np.diag(rng.uniform(0.5, 2.0, 3)), ("1.x", "2.x", "3.x")
+
+    def direction():
+        return {name: float(value) for name, value in zip(names, rng.normal(size=3), strict=True)}
+
+    contacts = []
+    for j in range(2):
+        tangential, normal = direction(), direction()
+        load = rng.uniform(0.5, 1.5) * preload
+        kt = rng.uniform(0.3, 3.0)
+        if varying:
+            law = ss.Macroslip(kt=kt, mu=0.5, kn=rng.uniform(0.3, 3.0), preload=load)
+            contacts.append(ss.Contact(f"c{j}", law, (tangential,), normal, balanced=True))
+        else:
+            contacts.append(ss.Contact(f"c{j}", ss.Macroslip(kt=kt, mu=0.5, normal_load=load), (tangential,)))
+    force = direction()
+    structure = ss.Structure(M, K, names, damping=ss.ModalDamping(0.01))
+    problem = ss.Problem(structure, tuple(contacts), (ss.Force(force, 1.0),), names)
+    return problem, [0.5 * problem.frequencies(stuck=False)[0], 1.2 * problem.frequencies(stuck=True)[-1]]
+
+
+@pytest.mark.parametrize(
+    ("seed", "preload", "varying", "level", "output", "samples"),
+    [(3, 2.0, True, 3.0, 1, 256), (2, 2.0, True, 0.3, 0, 128), (7, 1.0, False, 3.0, 0, 256)],
+)
+def test_peaks_do_not_depend_on_the_direction_of_the_sweep(seed, preload, varying, level, output, samples):
+    """The highest peak, and those that dip by two parts in a thousand; none is below a point of its curve."""
+    problem, ends = random_frame(seed, preload, varying)
+    found = []
+    for band in (ends, ends[::-1]):
+        response = ss.forced_response(problem, ss.hertz(*band), force=level, harmonics=5, samples=samples)
+        peaks = response.peaks()
+        found.append(peaks[peaks.output == problem.output_names[output]])
+        assert found[-1].amplitude.max() >= np.nanmax(response.dataset.amplitude.values[0, :, output]) * (1.0 - 1e-6)
+    assert found[0].amplitude.max() == pytest.approx(found[1].amplitude.max(), rel=1e-7)
+    if not varying:
+        np.testing.assert_allclose(np.sort(found[0].amplitude), np.sort(found[1].amplitude), rtol=1e-5)
+
+
+def test_peaks_among_points_that_go_back_behind_a_corner_are_searched():
+    problem, ends = random_frame(4, 2.0)
+    response = ss.forced_response(problem, ss.hertz(*ends), force=3.0, harmonics=5, samples=128)
+    assert len(response.peaks()) > 10
+
+
 def test_the_witness_fails_without_a_look_for_resonances(monkeypatch):
     monkeypatch.setattr(continuation, "hidden_resonance", lambda *of: None)
     tally = Tally()

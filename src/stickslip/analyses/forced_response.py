@@ -68,7 +68,11 @@ class ForcedResponse:
         """
         own = measure_in(self.dataset)
         wanted = measure_of(quantity or own.name, measure or own.kind)
-        return self._own_peaks(own) if wanted == own else peaks_of_another(self.dataset, self.problem, wanted)
+        if wanted == own:
+            return self._own_peaks(own)
+        if self.dataset.attrs.get("listed_frequencies"):
+            raise InputError(f"The peaks of {wanted.words} need a response over a band, but this one is at listed frequencies.")
+        return peaks_of_another(self.dataset, self.problem, wanted)
 
     def _own_peaks(self, measure: Measure) -> pd.DataFrame:
         """The peaks that the dataset holds."""
@@ -294,6 +298,7 @@ class ForcedResponseWork:
             "samples": self.samples,
         }
         attrs["harmonics_chosen"] = self.choice
+        attrs["listed_frequencies"] = int(self.exactly)
         attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _narrow_band(low)

@@ -25,8 +25,11 @@ from stickslip.solve.newton import correct
 MOST = 18
 """Into how many pieces a step is divided at most."""
 
-MISSED = 1e-2
-"""Maxima among the points of a curve that rise by this share out of it are peaks; folds that samples make are mostly lower."""
+FARTHEST = 1.5
+"""How much farther than along the straight way a point inside a step may lie from its first end."""
+
+SEEN = 1e-6
+"""Share by which a peak may be below the highest point between its troughs."""
 
 
 def refined(balance: HarmonicBalance, curve: Curve, tolerance: float = 5e-3) -> Curve:
@@ -42,13 +45,17 @@ def _with_missed_peaks(balance: HarmonicBalance, curve: Curve) -> Curve:
     for output, found in enumerate(peaks):
         row = balance.rows + output
         sizes = np.array([curve.measure.size(point.evaluation.w[row], point.point.omega) for point in curve.points])
-        known = [k for k, point in enumerate(curve.points) if any(point is peak for peak in found)]
-        for low, high in _hills(sizes, MISSED):
-            if any(low <= k <= high and sizes[k] >= (1.0 - PROMINENCE) * sizes[low : high + 1].max() for k in known):
+        places = {id(point): k for k, point in enumerate(curve.points)}
+        known = [places[id(peak)] for peak in found]
+        for low, high in _hills(sizes, PROMINENCE):
+            inside = [k for k in known if low <= k <= high]
+            if any(sizes[k] >= (1.0 - SEEN) * sizes[low : high + 1].max() for k in inside):
                 continue
             solved = [point.point for point in curve.points[max(low - 1, 0) : high + 2]]
             part = Interpolation(balance, solved, tolerance=1e-3).curve()
             missed = PeakSearch(balance, part).peaks(output, curve.measure)
+            if missed.points:
+                found[:] = [peak for peak in found if not any(peak is curve.points[k] for k in inside)]
             for peak, k in zip(missed.points, missed.steps, strict=True):
                 found.append(peak)
                 before = next(i for i, point in enumerate(solved) if point is part[k].point)
@@ -133,8 +140,9 @@ def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     correction = correct(balance, start, condition, iterations=8)
     controls = current.point.omega, current.point.omega + slopes[0] / 3.0, following.point.omega - slopes[1] / 3.0
     hull = min(*controls, following.point.omega), max(*controls, following.point.omega)
-    # A plane across the tangent may meet the curve far away as well.
-    if not correction.converged or not hull[0] <= correction.evaluation.point.omega <= hull[1]:
-        return None
     size = 0 if correction.factors is None else correction.factors.size
-    return CurvePoint(correction.evaluation, current.tangent, current.metric, correction.iterations, size, 0.0)
+    found = CurvePoint(correction.evaluation, current.tangent, current.metric, correction.iterations, size, 0.0)
+    # A plane across the tangent may meet the curve far away as well: on the other side of a narrow resonance, say.
+    inside = hull[0] <= found.point.omega <= hull[1]
+    near = current.chord(found, "omega") <= FARTHEST * fraction * current.chord(following, "omega")
+    return found if correction.converged and inside and near else None

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.solve.curve_points import ROUNDING, CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
@@ -27,6 +27,9 @@ TOLERANCE = 1e-8
 
 PROMINENCE = 1e-3
 """Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
+
+SHALLOW = 0.01
+"""Depth of a trough, relative to the height beside it, up to which the corners that samples make may stand in it."""
 
 STEEPER = 1.5
 """How much steeper than what is known around it the curve is taken to be inside an interval."""
@@ -47,10 +50,6 @@ class Peaks:
     unsolved: int
 
 
-Dips = Callable[[int, int, float], bool]
-"""Whether a curve dips between two segments, by `PROMINENCE` of a height."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Place:
     """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion, λ and ω along it."""
@@ -62,6 +61,15 @@ class _Place:
     forces_slope: Array
     omega_slope: float
     point: CurvePoint
+
+    @property
+    def where(self) -> tuple[int, float]:
+        """Segment and fraction: places in the order of the curve."""
+        return self.segment, self.fraction
+
+
+Dips = Callable[[_Place, _Place, float], bool]
+"""Whether a curve dips between two places, by `PROMINENCE` of a height."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,11 +118,16 @@ class _Interval:
     @property
     def trough(self) -> float:
         """The lower end, or the lowest place of the cubic where the curve falls and rises again."""
-        a, b, da, db = self.low.amplitude, self.high.amplitude, self.low.slope * self.width, self.high.slope * self.width
-        if not da < 0.0 < db:
-            return min(a, b)
-        f = _trough(a, b, da, db)
-        return a + f * (1.0 - f) ** 2 * da - f * f * (1.0 - f) * db + f * f * (3.0 - 2.0 * f) * (b - a)
+        return _lowest(*self.cubic)
+
+    @property
+    def cubic(self) -> tuple[float, float, float, float]:
+        """Sizes at both ends and slopes over the whole interval."""
+        return self.low.amplitude, self.high.amplitude, self.low.slope * self.width, self.high.slope * self.width
+
+    def fraction(self, share: float) -> float:
+        """Fraction of the segment at a share of the interval."""
+        return self.low.place.fraction + share * (self.high.place.fraction - self.low.place.fraction)
 
     def bound(self, steepness: float) -> float:
         """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
@@ -127,7 +140,7 @@ class _Interval:
         if a.slope > 0.0 > b.slope and self.width:
             meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
             share = min(max(meeting, 0.01), 0.99)
-        return a.place.fraction + share * (b.place.fraction - a.place.fraction)
+        return self.fraction(share)
 
     def divided(self, middle: _Sample) -> list[_Interval]:
         """The two parts; the slope error of both is the difference, in the middle, to the cubic through the ends."""
@@ -173,15 +186,22 @@ def _trough(a: float, b: float, da: float, db: float) -> float:
     return -2.0 * da / (linear + float(np.sqrt(linear * linear - 4.0 * square * da)))
 
 
+def _lowest(a: float, b: float, da: float, db: float) -> float:
+    """The lower end, or the lowest size of the cubic where it falls and rises again."""
+    if not da < 0.0 < db:
+        return min(a, b)
+    f = _trough(a, b, da, db)
+    return a + f * (1.0 - f) ** 2 * da - f * f * (1.0 - f) * db + f * f * (3.0 - 2.0 * f) * (b - a)
+
+
 def _gather(tops: list[list[_Interval]], more: list[_Interval], dips: Dips) -> None:
-    """Add tops, in the order of the curve, to the last group, or begin another one where the curve dips before them."""
+    """Add tops, in the order of the curve, to the last group, or begin another one where the curve dips after its highest."""
     for top in more:
-        if tops:
-            last = tops[-1][-1]
-            if not dips(last.low.place.segment, top.low.place.segment, min(last.height, top.height)):
-                tops[-1].append(top)
-                continue
-        tops.append([top])
+        highest = max(tops[-1], key=lambda each: each.height) if tops else None
+        if highest is None or dips(highest.high.place, top.low.place, min(highest.height, top.height)):
+            tops.append([top])
+        else:
+            tops[-1].append(top)
 
 
 def _hill(intervals: list[_Interval], tops: list[_Interval]) -> list[_Interval]:
@@ -209,7 +229,7 @@ def _prominent(found: list[_Sample], dips: Dips) -> list[_Sample]:
     for sample in found:
         if kept:
             last = kept[-1]
-            if not dips(last.place.segment, sample.place.segment, min(last.amplitude, sample.amplitude)):
+            if not dips(last.place, sample.place, min(last.amplitude, sample.amplitude)):
                 if sample.amplitude > last.amplitude:
                     kept[-1] = sample
                 continue
@@ -248,8 +268,14 @@ class PeakSearch:
             if sizes[k : k + 2].max() < floor:
                 continue
             length = self.curve[k + 1].length
-            for turn in _turns(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]):
+            ends = sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]
+            for turn in _turns(*ends):
                 self._solve_inside(k, turn)
+            if ends[2] < 0.0 < ends[3] and _lowest(*ends) > (1.0 - SHALLOW) * max(ends[:2]):
+                self._solve_inside(k, _trough(*ends))
+                for part in self._intervals(k, row, measure):
+                    for turn in _turns(*part.cubic):
+                        self._solve_inside(k, part.fraction(turn))
             if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
                 _gather(tops, [i for i in self._intervals(k, row, measure) if i.low.slope > 0.0 >= i.high.slope], dips)
         searched = [self._highest(together, row, measure) for together in tops]
@@ -259,22 +285,24 @@ class PeakSearch:
         return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
 
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
-        """The test whether the curve dips between two of its segments; where its points do not show it, troughs are solved."""
-        troughs = sizes.copy()
+        """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
 
-        def deepen(k: int) -> None:
-            length = self.curve[k + 1].length
-            self._solve_inside(k, _trough(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]))
-            troughs[k] = min(_sampled(place, row, measure).amplitude for place in self._places(k))
+        def lowest(first: _Place, last: _Place) -> float:
+            between = [sizes[k] for k in range(first.segment + 1, last.segment + 1)]
+            for k in range(first.segment, last.segment + 1):
+                known = [place for place in self.solved.get(k, []) if first.where <= place.where <= last.where]
+                between += [_sampled(place, row, measure).amplitude for place in known]
+            return min(between, default=np.inf)
 
-        def dips(first: int, last: int, height: float) -> bool:
-            between, enough = slice(first + 1, last + 1), (1.0 - PROMINENCE) * height
-            if min(troughs[between], default=np.inf) < enough:
+        def dips(first: _Place, last: _Place, height: float) -> bool:
+            enough = (1.0 - PROMINENCE) * height
+            if lowest(first, last) < enough:
                 return True
-            for k in range(first + 1, min(last + 1, len(self.curve) - 1)):
-                if slopes[k] < 0.0 < slopes[k + 1]:
-                    deepen(k)
-            return min(troughs[between], default=np.inf) < enough
+            for k in range(first.segment + 1, min(last.segment + 1, len(self.curve) - 1)):
+                length = self.curve[k + 1].length
+                if length > 0.0 and slopes[k] < 0.0 < slopes[k + 1]:
+                    self._solve_inside(k, _trough(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]))
+            return lowest(first, last) < enough
 
         return dips
 
@@ -353,14 +381,29 @@ class PeakSearch:
         start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
         self.solves += 1
         correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
-        if correction.direction is None or correction.factors is None:
+        direction, factors = correction.direction, correction.factors
+        if direction is None or factors is None or not _between(low, high, correction.evaluation):
             self.failed.add((low.segment, fraction))
             return None
-        tangent, metric = Tangent(*correction.direction), self.curve[low.segment].metric
-        point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, correction.factors.size, 0.0)
+        tangent, metric = Tangent(*direction), self.curve[low.segment].metric
+        point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, factors.size, 0.0)
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
+
+
+def _between(low: _Place, high: _Place, found: Evaluation) -> bool:
+    """Whether a place is on the curve between two others: a plane across a narrow resonance meets both of its sides.
+
+    Where everything sticks the response is linear, and no frequency comes twice.
+    """
+    ends, width = (low.point.point.omega, high.point.point.omega), high.length - low.length
+    linear = not any(evaluation.unknown.any() for evaluation in (low.point.evaluation, high.point.evaluation, found))
+    if linear:
+        return min(ends) <= found.point.omega <= max(ends)
+    controls = *ends, ends[0] + width * low.omega_slope / 3.0, ends[1] - width * high.omega_slope / 3.0
+    spare = max(controls) - min(controls)
+    return min(controls) - spare <= found.point.omega <= max(controls) + spare
 
 
 def _with_own_tangents(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list[CurvePoint]:

@@ -116,12 +116,13 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
 def other_peaks(dataset: xr.Dataset, name: str | None) -> str:
     """A sentence where the peaks of a result are not of the quantity that is asked for; else ""."""
     own = measure_in(dataset)
-    quantity = quantity_named(name or own.name)[0]
+    asked = name or own.name
+    quantity = quantity_named(asked)[0]
     if quantity == own.quantity or not dataset["peak_frequency"].notnull().any():
         return ""
     return (
-        f"The peaks are those of the {own.quantity.name}, with the {quantity.name} there, which is highest elsewhere: "
-        f'for its own peaks run the study with quantity = "{quantity.name}" in [sweep].'
+        f"The peaks are those of the {own.quantity.name}, with the {asked} there, which is highest elsewhere: "
+        f'for its own peaks run the study with quantity = "{asked}" in [sweep].'
     )
 
 

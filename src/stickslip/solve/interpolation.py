@@ -83,7 +83,7 @@ class Interpolation:
             if kept:
                 plane, before = kept[-1].across("omega"), kept[-1]
                 ends = [plane.rate(e.w, e.point.omega) for e in (before.evaluation, evaluation)]
-                length = ends[1] - ends[0]
+                length = abs(ends[1] - ends[0])  # behind a sharp corner the curve goes back through the planes
             kept.append(CurvePoint(evaluation, tangent, metric, 0, found.factors.size, length))
         return kept
 
