@@ -101,7 +101,7 @@ def test_a_linear_curve_has_no_peak_twice_and_never_turns_back(ratio, end):
             beside = 2.0 * np.pi * peak.frequency * (1.0 + ratio * np.array([-0.1, 0.0, 0.1]))
             stiffness = [problem.stuck_stiffness + 1j * w * C - w * w * problem.structure.M for w in beside]
             sizes = [abs(problem.structure.row({name: 1.0}) @ np.linalg.solve(matrix, force)) for matrix in stiffness]
-            assert sizes[1] > max(sizes[0], sizes[2])
+            assert sizes[1] > (1.0 - 1e-6) * max(sizes[0], sizes[2])
             assert peak.amplitude == pytest.approx(1e-9 * sizes[1], rel=1e-5)
 
 
