@@ -117,10 +117,11 @@ class CycleModel:
 
     def virgin(self, offsets: Array | float = 0.0) -> PlatformState:
         """Platforms at rest, no pull; sliders of all elements at `offsets` [m]."""
-        size, elements = self.load.size, self.table.stiffness.size
+        size, elements, w = self.load.size, self.table.stiffness.size, np.zeros(self.B.shape[0])
         intercept = -self.table.stiffness * np.broadcast_to(np.asarray(offsets, float), elements)
         zero = [np.zeros(size) for _ in range(5)]
-        return PlatformState(zero[0], zero[1], zero[2], zero[3], intercept, np.zeros(self.B.shape[0]), zero[4])
+        limit = slip_limits(self.table, normal_forces(self.table, w))
+        return PlatformState(zero[0], zero[1], zero[2], zero[3], intercept, w.copy(), zero[4], w, limit)
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,8 @@ def steady_cycle(
         unsolved = new_record(steps, *shape)
         unsolved.iterations[:] = -1
         return SteadyCycle(unsolved, drive, state, 0, CycleOutcome.NOT_CONVERGED, np.inf)
-    path = Path(np.roll(drive, -1, axis=0), np.ones(steps))
+    speed = _speed(drive, marching.frequency)
+    path = Path(np.roll(drive, -1, axis=0), np.roll(speed, -1, axis=0), np.ones(steps))
     previous, record, change = new_record(steps, *shape), new_record(steps, *shape), np.inf
     for cycle in range(1, marching.cycles + 1):
         previous, record, before = record, previous, standing(model, state)
@@ -160,6 +162,13 @@ def steady_cycle(
         if cycle > 1 and change <= marching.tolerance:
             return SteadyCycle(_shown(model, before, record), drive, state, cycle, CycleOutcome.STEADY, change)
     return SteadyCycle(_shown(model, before, record), drive, state, marching.cycles, CycleOutcome.NOT_STEADY, change)
+
+
+def _speed(drive: Array, frequency: float) -> Array:
+    """Speed of the platforms along a periodic motion d (steps, rows), of which they pass `frequency` periods a second, m/s."""
+    spectrum = np.fft.rfft(drive, axis=0)
+    order = np.arange(spectrum.shape[0])[:, None]
+    return np.asarray(np.fft.irfft(2.0j * np.pi * frequency * order * spectrum, drive.shape[0], axis=0))
 
 
 def _carrier(model: CycleModel, marching: Marching, steps: int):  # type: ignore[no-untyped-def]
@@ -190,7 +199,8 @@ def _settle(model: CycleModel, drive: Array, state: PlatformState) -> int:
         loads.append(np.ones(LEAD_IN))
     if not waypoints:
         return 0
-    path = Path(np.concatenate(waypoints), np.concatenate(loads))
+    drives = np.concatenate(waypoints)
+    path = Path(drives, np.zeros_like(drives), np.concatenate(loads))
     record = new_record(path.load.size, model.B.shape[0], state.intercept.size, model.load.size)
     bodies, few = model.bodies(model.matrices[2]), enumerable(model.table)
     failed = carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
@@ -202,18 +212,27 @@ def _copied(state: PlatformState) -> PlatformState:
     return PlatformState(*(part.copy() for part in state))
 
 
+def normal_forces(table: ContactTable, w: Array) -> Array:
+    """N_e of every normal element at motion w (rows,), N."""
+    press = np.repeat(w[table.normal_row], np.diff(table.normal_first))
+    return np.maximum(table.normal_stiffness * press + table.normal_constant, 0.0)
+
+
+def slip_limits(table: ContactTable, normal: Array) -> Array:
+    """L = μ Σ N + L0 of every friction element for normal element forces, N."""
+    loads = np.append(0.0, np.cumsum(normal))
+    return np.asarray(table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit)
+
+
 def standing(model: CycleModel, state: PlatformState) -> Record:
     """A state as a record of one sample; nothing is solved: friction is what the sliders hold."""
     table = model.table
     w = model.B @ state.motion + state.drive
-    normal = np.maximum(
-        table.normal_stiffness * np.repeat(w[table.normal_row], np.diff(table.normal_first)) + table.normal_constant, 0.0
-    )
+    normal = normal_forces(table, w)
     traction = state.intercept + table.stiffness * np.repeat(w, np.diff(table.friction_first))
     force = np.add.reduceat(np.append(traction, 0.0), table.friction_first[:-1])
     force[table.normal_row] = np.add.reduceat(normal, table.normal_first[:-1])
-    loads = np.append(0.0, np.cumsum(normal))
-    limit = table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit
+    limit = slip_limits(table, normal)
     iterations = np.zeros(1, dtype=np.int64)
     return Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
 

@@ -79,7 +79,8 @@ def start_space(
     An offset beyond max|u| + max L/kt is clipped; a mean traction beyond max L too.
     """
     rules = rules_of(rule)
-    if balance.table.coupled.any() and (len(set(rules)) > 1 or "mean_traction" in rules):
+    coupled = any(contact.law.couples_directions for contact in balance.problem.contacts)
+    if coupled and (len(set(rules)) > 1 or "mean_traction" in rules):
         raise fault("rule", "must be slider_offset or traction_ratio, the same in both directions, with friction discs", rule)
     table = balance.table
     row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))

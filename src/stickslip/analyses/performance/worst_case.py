@@ -107,7 +107,7 @@ def searched_peak(problem: Problem, level: float, conditions: Conditions) -> flo
     NaN with friction discs, whose start states cannot be searched, and where no solution is found. Per force level where
     amplitudes count so.
     """
-    if any(contact.elements.coupled for contact in problem.contacts):
+    if any(contact.law.couples_directions for contact in problem.contacts):
         return np.nan
     output, fineness = conditions.output, (conditions.harmonics, conditions.samples)
     band = resonance_band(HarmonicBalance(problem, *fineness), output)
@@ -221,7 +221,7 @@ class _Search:
 
     def _trial(self, mu: float, level: float, peak: SolvedPeak, balance: HarmonicBalance) -> Trial:
         evaluation = peak.evaluation
-        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         normal = {
             contact.name: cycle.force[row]
             for contact, row in zip(balance.problem.contacts, balance.table.normal_row, strict=True)

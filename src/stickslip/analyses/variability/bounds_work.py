@@ -178,7 +178,7 @@ class BoundsWork:
 
 def refuse_discs(problem: Problem) -> None:
     """A search goes by the derivative with respect to the start state, which a friction disc does not have in closed form."""
-    discs = [contact.name for contact in problem.contacts if contact.elements.coupled]
+    discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
     if discs:
         raise InputError(
             f"Bounds must be of contacts with independent directions, but {discs[0]!r} is a friction disc: the derivative by its "

@@ -79,7 +79,7 @@ def friction_freedom(
         listed, exactly = sorted(set(in_order(band))), True
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(problem, harmonics, samples)
-        if balance.table.coupled.any():
+        if any(contact.law.couples_directions for contact in problem.contacts):
             raise InputError("Intervals must be of one direction each, but a friction disc couples two. Use macroslip.")
         omegas = [2.0 * np.pi * f for f in listed]
         curve = solve_curve(balance, omegas, force, exactly, lambda fraction: progress(fraction, f"force {force:g}"))
