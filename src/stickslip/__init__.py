@@ -31,6 +31,8 @@ _HOME = {
     "FourParameter": "stickslip.contact.spectrum",
     "Gap": "stickslip.contact.gap",
     "CubicSpring": "stickslip.contact.cubic",
+    "Dahl": "stickslip.contact.dahl",
+    "TanhCoulomb": "stickslip.contact.tanh_coulomb",
     "Dashpot": "stickslip.structure.damping",
     "BaseMotion": "stickslip.loads",
     "SliderOffset": "stickslip.contact.start",
@@ -162,6 +164,7 @@ if TYPE_CHECKING:
     from stickslip.checkpoint import CheckpointFolder
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
+    from stickslip.contact.dahl import Dahl
     from stickslip.contact.friction_disc import FrictionDisc
     from stickslip.contact.gap import Gap
     from stickslip.contact.iwan import Iwan, mindlin_sphere
@@ -171,6 +174,7 @@ if TYPE_CHECKING:
     from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
+    from stickslip.contact.tanh_coulomb import TanhCoulomb
     from stickslip.disk import FullDisk, TunedDisk
     from stickslip.loads import BaseMotion, Force, Output
     from stickslip.measurement.cycles import whole_cycles

@@ -5,7 +5,7 @@ Plain branches: a function handed to a kernel would become part of its signature
 
 from __future__ import annotations
 
-from stickslip.contact import cubic, friction_disc
+from stickslip.contact import cubic, dahl, friction_disc, tanh_coulomb
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
 from stickslip.kernels import kernel
 
@@ -19,6 +19,10 @@ def law_period(kind: int, data: ContactData, motion: PeriodMotion, forces: Perio
         return friction_disc.period(data, motion, forces)
     if kind == cubic.KIND:
         return cubic.period(data, motion, forces)
+    if kind == dahl.KIND:
+        return dahl.period(data, motion, forces)
+    if kind == tanh_coulomb.KIND:
+        return tanh_coulomb.period(data, motion, forces)
     return NO_SUCH_LAW
 
 
@@ -29,4 +33,8 @@ def law_step(kind: int, data: ContactData, motion: StepMotion, forces: StepForce
         return friction_disc.step(data, motion, forces)
     if kind == cubic.KIND:
         return cubic.step(data, motion, forces)
+    if kind == dahl.KIND:
+        return dahl.step(data, motion, forces)
+    if kind == tanh_coulomb.KIND:
+        return tanh_coulomb.step(data, motion, forces)
     return 0.0

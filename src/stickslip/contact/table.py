@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.point import Contact
@@ -50,6 +51,12 @@ class ContactTable(NamedTuple):
     @property
     def rows(self) -> int:
         return int(self.first_row[-1])
+
+
+def remembering(contacts: Sequence[Contact]) -> NDArray[np.bool_]:
+    """Friction elements whose law remembers its start state, (elements,)."""
+    sizes = [sum(group.stiffness.size for group in contact.elements.friction) for contact in contacts]
+    return np.repeat(np.array([contact.law.remembers_start for contact in contacts], dtype=bool), sizes)
 
 
 def contact_table(contacts: Sequence[Contact]) -> ContactTable:

@@ -160,9 +160,10 @@ def friction_limits(table: ContactTable, tables: Fourier, w: Array) -> Iterator[
 
 
 def friction_reach(table: ContactTable, tables: Fourier, w: Array) -> tuple[Array, Array]:
-    """For each friction element, over the period of motion w: max|u| + max L/kt [m], and max L [N]."""
+    """For each friction element, over the period of motion w: max|u| + max L/kt [m], 0 without a spring kt, and max L [N]."""
     reach, largest = np.zeros(table.stiffness.size), np.zeros(table.stiffness.size)
     for e, _, u, limit in friction_limits(table, tables, w):
         largest[e] = limit.max()
-        reach[e] = np.abs(u).max() + limit.max() / table.stiffness[e]
+        if table.stiffness[e] > 0.0:
+            reach[e] = np.abs(u).max() + limit.max() / table.stiffness[e]
     return reach, largest

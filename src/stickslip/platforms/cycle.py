@@ -6,13 +6,13 @@ Rotations are scaled inside by the distance of the contacts from the mass centre
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
 
-from stickslip.checks import Array
+from stickslip.checks import Array, fault
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import LEFT, RIGHT, BetweenPlatforms
 from stickslip.platforms.march import (
@@ -61,7 +61,8 @@ class SteadyCycle:
 @dataclass(frozen=True, eq=False)
 class CycleModel:
     """A damper between platforms as arrays: contact table, B of the unknowns and of the left and right platform (rows, ...),
-    M, C, K, static load, and the length that rotations are scaled by. `with_parameters` changes the contacts for a fit."""
+    M, C, K, static load, and the length that rotations are scaled by; names of the contacts whose law depends on the velocity.
+    `with_parameters` changes the contacts for a fit."""
 
     table: ContactTable
     B: Array
@@ -70,6 +71,7 @@ class CycleModel:
     matrices: tuple[Array, Array, Array]
     load: Array
     length: float
+    rate_dependent: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, rig: BetweenPlatforms) -> CycleModel:
@@ -78,7 +80,9 @@ class CycleModel:
         size = np.ones(len(rig.free))
         size[2] = 1.0 / length
         M, C, K = (size[:, None] * matrix * size for matrix in rig.matrices)
-        return cls(rig.table, rig.rows(rig.free) * size, rig.rows(LEFT), rig.rows(RIGHT), (M, C, K), rig.pull * size, length)
+        dependent = tuple(p.name for p, law in zip(rig.points, rig.laws, strict=True) if not law.rate_independent)
+        B, sides = rig.rows(rig.free) * size, (rig.rows(LEFT), rig.rows(RIGHT))
+        return cls(rig.table, B, *sides, (M, C, K), rig.pull * size, length, dependent)
 
     def with_parameters(self, kt: Array, kn: Array, mu: Array) -> CycleModel:
         """A copy with other kt, kn [N/m] and mu of macroslip contacts, (contacts,) each: a microsecond's work, for fits."""
@@ -87,7 +91,7 @@ class CycleModel:
             normal_stiffness=np.asarray(kn, dtype=float),
             friction=np.asarray(mu, dtype=float),
         )
-        return CycleModel(table, self.B, self.left, self.right, self.matrices, self.load, self.length)
+        return replace(self, table=table)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -142,6 +146,13 @@ def steady_cycle(
     model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC, start: PlatformState | None = None
 ) -> SteadyCycle:
     """The steady cycle under platform motion (steps, 2) [m], from virgin sliders unless a state is given (it is not changed)."""
+    if marching.method is None and model.rate_dependent:
+        raise fault(
+            "frequency",
+            f"must be given with a method in time, since the law of {model.rate_dependent[0]} depends on the velocity",
+            None,
+            "A quasi-static cycle has no velocity: give method=GeneralisedAlpha() and a frequency.",
+        )
     drive = np.ascontiguousarray(np.asarray(platform, dtype=float) @ model.left.T)
     state = _copied(start) if start is not None else model.virgin()
     steps = drive.shape[0]

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 from stickslip.platforms.states import find_states
 from stickslip.platforms.step import Bodies, Workspace, solve_step, workspace
 from stickslip.time.contact_law import Earlier
@@ -97,7 +97,7 @@ def carry_quasi_static(
     return 0
 
 
-@kernel
+@inlined
 def _quasi_static_step(
     bodies: Bodies,
     table: ContactTable,
@@ -118,16 +118,17 @@ def _quasi_static_step(
         drive = start + target * (goal - start)
         right = (last + target * (level - last)) * load
         iterations = -1
-        if part == 1.0:
-            q[:] = 2.0 * state.motion - state.before
+        for attempt in range(0 if part == 1.0 else 1, 3 if few else 2):
+            if attempt == 0:
+                q[:] = 2.0 * state.motion - state.before
+            elif attempt == 1:
+                q[:] = state.motion
+            elif not find_states(bodies, table, drive, right, state.intercept, state.motion, q):
+                break
             iterations = solve_step(bodies, table, drive, right, before, q, work)
-        if iterations < 0:
-            q[:] = state.motion
-            iterations = solve_step(bodies, table, drive, right, before, q, work)
-        if iterations < 0 and few:
-            if find_states(bodies, table, drive, right, state.intercept, state.motion, q):
-                iterations = solve_step(bodies, table, drive, right, before, q, work)
-        elif iterations < 0:
+            if iterations >= 0:
+                break
+        if iterations < 0 and not few:
             if part > FINEST:
                 part *= 0.5
                 continue
@@ -141,7 +142,7 @@ def _quasi_static_step(
     return total
 
 
-@kernel
+@inlined
 def _jump(
     bodies: Bodies,
     table: ContactTable,
@@ -169,13 +170,13 @@ def _jump(
     return -1
 
 
-@kernel
+@inlined
 def _remember(state: PlatformState, work: Workspace) -> None:
     """What the contacts remember of a step."""
     state.intercept[:], state.w[:], state.limit[:] = work.intercept, work.w, work.limit
 
 
-@kernel
+@inlined
 def _keep(record: Record, k: int, state: PlatformState, work: Workspace, iterations: int) -> None:
     record.motion[k], record.w[k], record.force[k] = state.motion, work.w, work.force
     record.intercept[k], record.limit[k], record.iterations[k] = work.intercept, work.limit, iterations

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 from stickslip.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes
 from stickslip.time.contact_step import solve_contacts
 from stickslip.time.model import StepMatrices
@@ -106,10 +106,13 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, rate)
         guess = 2.0 * contacts.forces - state.forces_before
         state.forces_before[:] = contacts.forces
-        used = solve_contacts(table, matrices.stiffness, matrices.compliance, free, guess, before, contacts, slopes)
-        if used < 0:
-            guess[:] = state.forces_before
+        used = -1
+        for attempt in range(2):
+            if attempt:
+                guess[:] = state.forces_before
             used = solve_contacts(table, matrices.stiffness, matrices.compliance, free, guess, before, contacts, slopes)
+            if used >= 0:
+                break
         if used < 0:
             return PeriodWork(given, viscous, iterations, n)
         iterations += used
@@ -126,7 +129,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
     return PeriodWork(given, viscous, iterations, -1)
 
 
-@kernel
+@inlined
 def _record(
     table: ContactTable, matrices: StepMatrices, state: State, before: Earlier, slopes: Slopes, column: int, history: History
 ) -> None:

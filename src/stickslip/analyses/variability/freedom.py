@@ -18,6 +18,7 @@ from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
+from stickslip.starts.space import refuse_forgetful
 from stickslip.starts.states import element_states
 from stickslip.units import Band, in_order
 
@@ -72,6 +73,7 @@ def friction_freedom(
     band: a `Band` to continue over, or frequencies in Hz.
     """
     output, force = output_of(problem, output), positive("force", force)
+    refuse_forgetful(problem)
     checked_progress(progress)
     if isinstance(band, Band):
         listed, exactly = [band.start, band.stop], False
