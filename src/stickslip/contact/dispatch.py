@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from stickslip.contact import cubic, dahl, friction_disc, tanh_coulomb
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined
 
 NO_SUCH_LAW = -2
 
 
-@kernel
+@inlined
 def law_period(kind: int, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """Fill the steady period of a contact; HELD, STATIC, SLIPPING or NOT_PERIODIC."""
     if kind == friction_disc.KIND:
@@ -26,7 +26,7 @@ def law_period(kind: int, data: ContactData, motion: PeriodMotion, forces: Perio
     return NO_SUCH_LAW
 
 
-@kernel
+@inlined
 def law_step(kind: int, data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """Fill the forces of a contact after a step; the friction work of the step, J."""
     if kind == friction_disc.KIND:

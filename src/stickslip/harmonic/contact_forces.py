@@ -15,7 +15,7 @@ from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, fricti
 from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 
 @kernel
@@ -143,7 +143,7 @@ def _friction_forces(
     return unknown
 
 
-@kernel
+@inlined
 def _law_forces(
     table: ContactTable,
     c: int,
@@ -164,7 +164,9 @@ def _law_forces(
     directions, (samples, columns) = data.kt.size, tables.E.shape
     motion = np.ascontiguousarray(w[first : first + directions].T)
     u, velocity = np.ascontiguousarray((tables.E @ motion).T), np.ascontiguousarray((tables.D @ motion).T)
-    velocity *= omega
+    for d in range(directions):
+        for n in range(samples):
+            velocity[d, n] *= omega
     limit, slope = np.zeros(samples), np.zeros(samples)
     if table.friction_first[first + 1] > table.friction_first[first]:
         element_limits(table, table.friction_first[first], table.normal_first[c], loads, slopes, limit, slope)

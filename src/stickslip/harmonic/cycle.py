@@ -15,7 +15,7 @@ from stickslip.contact.protocol import PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 SLIP = 1
 
@@ -100,7 +100,7 @@ def _fill_cycle(
                         state[r, n] = STICK if event[n] == STICK else SLIP
 
 
-@kernel
+@inlined
 def _fill_law(
     table: ContactTable,
     c: int,
@@ -126,8 +126,9 @@ def _fill_law(
     law_period(table.kind[c], data, motion, found)
     for d in range(data.kt.size):
         kt, y = data.kt[d], found.y[d]
-        force[first + d] = y + kt * displacement[first + d]
-        state[first + d] = found.event
+        for n in range(samples):
+            force[first + d, n] = y[n] + kt * displacement[first + d, n]
+            state[first + d, n] = found.event[n]
         slip_work[first + d] = found.work[d]
         if kt > 0.0:
             slider[0, e + d], slider[1, e + d] = -y[-1] / kt, -np.mean(y) / kt

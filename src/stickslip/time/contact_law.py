@@ -15,7 +15,7 @@ from stickslip.contact.dispatch import law_step
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.protocol import StepForces, StepMotion, contact_data
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 
 class ContactState(NamedTuple):
@@ -120,7 +120,7 @@ def _friction_row(
     slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
 
 
-@kernel
+@inlined
 def _law_rows(
     table: ContactTable, c: int, w: Array, z: float, before: Earlier, intercept: Array, limit: Array, slopes: Slopes
 ) -> None:
@@ -133,7 +133,9 @@ def _law_rows(
         L, slope = _limit(table, e, z)
         L0 = before.limit[e]
         y0[:] = before.intercept[e : e + size]
-    velocity = before.drift[first:last] + before.rate * w[first:last]
+    velocity = np.empty(size)
+    for d in range(size):
+        velocity[d] = before.drift[first + d] + before.rate * w[first + d]
     motion = StepMotion(y0, before.w[first:last], w[first:last], velocity, L0, L)
     found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
     slopes.work[first] = law_step(table.kind[c], data, motion, found)
