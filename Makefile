@@ -28,7 +28,7 @@ $(TESTING): export MKL_NUM_THREADS = 1
 # The lower bounds of pyproject.toml in an environment of their own, and what touches every dependency. Newer dependencies of
 # these old packages warn; that is theirs, so warnings are no errors here.
 OLDEST := build/oldest
-OLDEST_TESTS := tests/study/test_faults.py tests/cli/test_cli.py tests/results tests/report tests/structure tests/physics tests/robustness
+OLDEST_TESTS := tests/study/test_faults.py tests/cli/test_cli.py tests/results tests/runs tests/report tests/structure tests/physics tests/robustness
 
 test-oldest:
 	$(PYTHON) -m venv $(OLDEST)

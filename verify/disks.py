@@ -12,7 +12,7 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.mistuning.disk import Scatter
 from stickslip.analyses.mistuning.population import mistuned_population
 from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
-from stickslip.disk import TunedDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.rigs import lumped_blisk, octopus_blisk

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 from verify.row import INDEPENDENT, Row, at_most, relative
 
 if TYPE_CHECKING:

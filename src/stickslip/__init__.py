@@ -48,11 +48,11 @@ _HOME = {
     "Problem": "stickslip.problem",
     "NodalDiameters": "stickslip.analyses.nodal_diameters",
     "nodal_diameters": "stickslip.analyses.nodal_diameters",
-    "TunedDisk": "stickslip.disk",
-    "FullDisk": "stickslip.disk",
+    "TunedDisk": "stickslip.disks.tuned",
+    "FullDisk": "stickslip.disks.full",
     "Mistuning": "stickslip.analyses.mistuning.disk",
     "Scatter": "stickslip.analyses.mistuning.disk",
-    "DaskCluster": "stickslip.analyses.dask_cluster",
+    "DaskCluster": "stickslip.runs.dask_cluster",
     "mistuned_disk": "stickslip.analyses.mistuning.disk",
     "run_in": "stickslip.analyses.mistuning.run_in",
     "MistunedPopulation": "stickslip.analyses.mistuning.population",
@@ -103,13 +103,13 @@ _HOME = {
     "time_response": "stickslip.analyses.time_response",
     "GeneralisedAlpha": "stickslip.time.methods",
     "Newmark": "stickslip.time.methods",
-    "open_results": "stickslip.results",
+    "open_results": "stickslip.results.files",
     "read_problem": "stickslip.study.read",
-    "save_mat": "stickslip.results_matlab",
-    "CheckpointFolder": "stickslip.checkpoint",
-    "as_quantity": "stickslip.quantities",
-    "quantity_table": "stickslip.quantities",
-    "peak_table": "stickslip.quantities",
+    "save_mat": "stickslip.results.matlab",
+    "CheckpointFolder": "stickslip.runs.checkpoint",
+    "as_quantity": "stickslip.results.quantities",
+    "quantity_table": "stickslip.results.quantities",
+    "peak_table": "stickslip.results.quantities",
     "read_record": "stickslip.measurement.records",
     "Record": "stickslip.measurement.records",
     "read_load_removal": "stickslip.measurement.load_removal",
@@ -142,7 +142,6 @@ if TYPE_CHECKING:
     from stickslip.analyses.damper_alone.force_plane import force_plane
     from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
     from stickslip.analyses.damper_alone.routine import blade_with_routine
-    from stickslip.analyses.dask_cluster import DaskCluster
     from stickslip.analyses.forced_response import ForcedResponse, forced_response
     from stickslip.analyses.identification.identify import Identification, identify
     from stickslip.analyses.identification.loop_law import ContactLoop, identify_law
@@ -161,7 +160,6 @@ if TYPE_CHECKING:
     from stickslip.analyses.variability.freedom import FrictionFreedom, friction_freedom
     from stickslip.analyses.variability.history import ResponseHistory, response_history
     from stickslip.analyses.variability.samples import ResponseSamples, response_samples
-    from stickslip.checkpoint import CheckpointFolder
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
     from stickslip.contact.dahl import Dahl
@@ -175,7 +173,8 @@ if TYPE_CHECKING:
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
     from stickslip.contact.tanh_coulomb import TanhCoulomb
-    from stickslip.disk import FullDisk, TunedDisk
+    from stickslip.disks.full import FullDisk
+    from stickslip.disks.tuned import TunedDisk
     from stickslip.loads import BaseMotion, Force, Output
     from stickslip.measurement.cycles import whole_cycles
     from stickslip.measurement.load_removal import read_load_removal
@@ -185,9 +184,11 @@ if TYPE_CHECKING:
     from stickslip.models.read import read_model, read_structure
     from stickslip.outcome import Outcome
     from stickslip.problem import Problem
-    from stickslip.quantities import as_quantity, peak_table, quantity_table
-    from stickslip.results import open_results
-    from stickslip.results_matlab import save_mat
+    from stickslip.results.files import open_results
+    from stickslip.results.matlab import save_mat
+    from stickslip.results.quantities import as_quantity, peak_table, quantity_table
+    from stickslip.runs.checkpoint import CheckpointFolder
+    from stickslip.runs.dask_cluster import DaskCluster
     from stickslip.structure.assembly import Spring
     from stickslip.structure.cyclic import CyclicStructure, cyclic, sector_chain
     from stickslip.structure.damping import Dashpot, ModalDamping, RayleighDamping

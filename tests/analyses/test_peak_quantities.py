@@ -9,7 +9,7 @@ import stickslip as ss
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import measure_of
 from stickslip.peaks.linear import linear_peak
-from stickslip.results_view import highest_maximum, highest_peak, measure_in
+from stickslip.results.view import highest_maximum, highest_peak, measure_in
 
 ZETA, OMEGA0 = 0.2, 2.0
 LINEAR = ss.rigs.single_mass(mass=1.0, damping=2.0 * ZETA * OMEGA0, stiffness=OMEGA0**2 - 1.0, kt=1.0, limit=1e6, force=1.0)

@@ -16,7 +16,7 @@ from stickslip import console
 from stickslip.cli import app
 from stickslip.cli.places import claimed
 from stickslip.report.responses import PRESENTATION
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 
 COMMAND = [sys.executable, "-m", "stickslip"]
 

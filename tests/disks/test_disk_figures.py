@@ -9,7 +9,7 @@ from stickslip.contact.stiffness import static_normal_load
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
 from stickslip.plots.forced_response import figures_of
 from stickslip.report.disk import disk as disk_section
-from stickslip.results import open_results, save
+from stickslip.results.files import open_results, save
 from stickslip.rigs import lumped_blisk
 from stickslip.rigs.blisk_sector import BliskSector
 from stickslip.rigs.octopus_blisk import octopus_blisk

@@ -74,5 +74,7 @@ def test_poor_datasets_are_drawn(kind, tmp_path):
 
 
 def test_plots_load_matplotlib_late():
-    code = "import sys, stickslip.plots, stickslip.results; sys.exit(any(m in sys.modules for m in ('matplotlib', 'xarray')))"
+    code = (
+        "import sys, stickslip.plots, stickslip.results.files; sys.exit(any(m in sys.modules for m in ('matplotlib', 'xarray')))"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -17,7 +17,7 @@ from stickslip.plots.stress import stress_curves
 from stickslip.report.chart_data import MOST_SHOWN, chart_data
 from stickslip.report.page import page
 from stickslip.report.responses import sentences
-from stickslip.results_representative import representatives, spread
+from stickslip.results.representative import representatives, spread
 
 MANY = 40
 BESIDE_CASES = 5  # further entries of a legend: linear curves, failures, "others"

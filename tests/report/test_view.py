@@ -6,7 +6,7 @@ from report.synthetic import KT, LIMIT, synthetic
 
 from stickslip.plots.look import level_colours, state_colour
 from stickslip.report.chart_data import mixture_index, mixtures
-from stickslip.results_view import (
+from stickslip.results.view import (
     along_curve,
     contact_rows,
     dissipated,

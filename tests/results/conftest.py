@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.results import SCHEMA, labelled
+from stickslip.results.files import SCHEMA, labelled
 
 SIZES = {"case": 2, "point": 60, "output": 1, "harmonic": 4, "part": 2, "contact": 2, "direction": 3, "peak": 3}
 SIZES |= {"linear_point": 5, "sample": 8, "mode": 2}

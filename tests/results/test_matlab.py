@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip.checks import InputError
 from stickslip.cli import app
-from stickslip.results import save
-from stickslip.results_matlab import LARGEST, save_mat
+from stickslip.results.files import save
+from stickslip.results.matlab import LARGEST, save_mat
 
 
 def test_every_variable_comes_back(dataset, tmp_path):
@@ -39,7 +39,7 @@ def test_as_velocity_per_force(dataset, tmp_path):
 
 
 def test_too_large_for_the_format(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr("stickslip.results_matlab.LARGEST", 100)
+    monkeypatch.setattr("stickslip.results.matlab.LARGEST", 100)
     assert LARGEST == 2**31 - 1
     with pytest.raises(InputError, match="must have less than 2 GiB"):
         save_mat(dataset, tmp_path / "r.mat")

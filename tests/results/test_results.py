@@ -10,7 +10,7 @@ import xarray as xr
 from stickslip.checks import Faults, InputError
 from stickslip.files import replacing
 from stickslip.outcome import Outcome
-from stickslip.results import SCHEMA, labelled, open_results, save
+from stickslip.results.files import SCHEMA, labelled, open_results, save
 
 
 def test_round_trip_is_identical(any_dataset, tmp_path):

@@ -13,7 +13,7 @@ from stickslip.cli import main
 from stickslip.dampers import in_phase, out_of_phase
 from stickslip.dampers.between_platforms import LAWS
 from stickslip.platforms.relaxation import elements_of, relaxed_cycle
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 from stickslip.rigs import laboratory_damper
 from stickslip.study import read, templates
 from stickslip.study.damper_cycle import DamperTable

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from stickslip import console
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 
 resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
 

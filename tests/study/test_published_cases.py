@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from stickslip.cli import app
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 
 DATA = Path(__file__).parents[1] / "data"
 

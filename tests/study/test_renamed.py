@@ -6,8 +6,8 @@ from typer.testing import CliRunner
 
 from stickslip.cli import app
 from stickslip.report.presentation import PRESENTATIONS, presentation_of
-from stickslip.results import open_results, save
-from stickslip.results_schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
+from stickslip.results.files import open_results, save
+from stickslip.results.schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
 from stickslip.study.kinds import KINDS, owners
 from stickslip.study.read import read
 from stickslip.study.renamed import ANALYSES, TABLES, TEMPLATES, with_new_names

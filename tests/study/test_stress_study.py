@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip import rigs
 from stickslip.cli import app
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 from stickslip.study import job
 
 PLACE = (0.01, 0.1, 0.0)

@@ -6,7 +6,7 @@ from system.browser import browser, program
 from typer.testing import CliRunner
 
 from stickslip.cli import app
-from stickslip.results import open_results
+from stickslip.results.files import open_results
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="no Chromium: see make verify-system")]
 

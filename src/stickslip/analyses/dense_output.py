@@ -15,7 +15,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, InputError, fault, numbers, positive
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.results_schema import COORDINATES, SCHEMA, stamped
+from stickslip.results.schema import COORDINATES, SCHEMA, stamped
 from stickslip.solve.interpolation import SAME, Interpolation, Value
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
@@ -25,7 +24,6 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.curves.curve import solve_curve
 from stickslip.curves.refine import refined
@@ -36,11 +34,13 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_
 from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
-from stickslip.quantities import as_quantity
 from stickslip.renamed import renamed_arguments
-from stickslip.results import save
-from stickslip.results_view import measure_in, nearest_point
+from stickslip.results.files import save
+from stickslip.results.quantities import as_quantity
+from stickslip.results.view import measure_in, nearest_point
 from stickslip.rigs import single_mass
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.units import Band, followed
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.checks import between, of_kind
-from stickslip.disk import FullDisk, TunedDisk
+from stickslip.disks.full import FullDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.problem import Problem
 
 if TYPE_CHECKING:

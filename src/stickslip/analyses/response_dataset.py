@@ -25,7 +25,7 @@ from stickslip.harmonic.trigonometric import largest_absolute
 from stickslip.loads import BaseMotion
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.results_schema import SCHEMA, Variable, labelled
+from stickslip.results.schema import SCHEMA, Variable, labelled
 from stickslip.solve.curve_points import CurvePoint
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ def report(
     ctx: typer.Context, results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")]
 ) -> None:
     """Write the report and the figures of results again."""
-    from stickslip.results import open_results
+    from stickslip.results.files import open_results
 
     files = results_in(results)
     say_several(files, results)
@@ -50,10 +50,10 @@ def export(
     per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
-    from stickslip.quantities import other_peaks, peak_table, quantity_table
     from stickslip.report.presentation import presentation_of
     from stickslip.report.responses import further_tables
-    from stickslip.results import open_results
+    from stickslip.results.files import open_results
+    from stickslip.results.quantities import other_peaks, peak_table, quantity_table
 
     if out.suffix not in (".csv", ".mat"):
         raise fault("--out", "must end in .csv or .mat", str(out))
@@ -61,7 +61,7 @@ def export(
     say_several(files, results)
     datasets = {name: open_results(file) for name, file in files.items()}
     if out.suffix == ".mat":
-        from stickslip.results_matlab import save_all_mat
+        from stickslip.results.matlab import save_all_mat
 
         say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
         return

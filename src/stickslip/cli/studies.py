@@ -19,8 +19,8 @@ from stickslip.console import INCOMPLETE, progress, say, warn
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.analyses.dask_cluster import DaskCluster
-    from stickslip.checkpoint import CheckpointFolder
+    from stickslip.runs.checkpoint import CheckpointFolder
+    from stickslip.runs.dask_cluster import DaskCluster
     from stickslip.study import Job
     from stickslip.study.run import Run
 
@@ -155,7 +155,7 @@ def identify(
 
 def cluster(address: str, workers: int | None) -> DaskCluster:
     """Connect to the cluster at an address, and report its workers."""
-    from stickslip.analyses.dask_cluster import DaskCluster
+    from stickslip.runs.dask_cluster import DaskCluster
 
     if workers is not None:
         raise fault("--workers", "must stay away beside --scheduler, whose workers are used", workers)

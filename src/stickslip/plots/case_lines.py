@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from stickslip.plots.look import level_colours
-from stickslip.results_representative import is_cloud, levels_of, representative_starts
-from stickslip.results_view import force_text, level_text
+from stickslip.results.representative import is_cloud, levels_of, representative_starts
+from stickslip.results.view import force_text, level_text
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,8 +12,8 @@ from matplotlib.patches import Patch
 from stickslip.checks import Array
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import GREY, OPEN, PAGE, SLIP, STICK, headed, house_style, plain, state_colour
-from stickslip.results_representative import representatives, spread
-from stickslip.results_view import (
+from stickslip.results.representative import representatives, spread
+from stickslip.results.view import (
     ContactRow,
     along_curve,
     contact_rows,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from stickslip.checks import counted
 from stickslip.plots.damper_cycle import closed
 from stickslip.plots.look import STICK, house_style, legend, plain
-from stickslip.results_representative import spread
+from stickslip.results.representative import spread
 from stickslip.units import um
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from stickslip.checks import Array
 from stickslip.plots.look import FAILED, GREY, MOST_PANELS, PAGE, SLIP, STICK, house_style, plain
-from stickslip.results_view import Length, shown_unit
+from stickslip.results.view import Length, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array
 from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, headed, house_style, level_colours, plain, state_colour
-from stickslip.results_representative import representatives
-from stickslip.results_view import level_text, levels_in_newtons
+from stickslip.results.representative import representatives
+from stickslip.results.view import level_text, levels_in_newtons
 
 if TYPE_CHECKING:
     import xarray as xr

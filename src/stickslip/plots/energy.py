@@ -11,8 +11,8 @@ from matplotlib.ticker import EngFormatter
 
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import CONTACTS, beside, headed, house_style, legend, plain
-from stickslip.results_representative import representatives
-from stickslip.results_view import along_curve, dissipated, frequencies, level_text, shares_at_peak
+from stickslip.results.representative import representatives
+from stickslip.results.view import along_curve, dissipated, frequencies, level_text, shares_at_peak
 
 if TYPE_CHECKING:
     import xarray as xr

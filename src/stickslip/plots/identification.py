@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip.plots.look import CONTACTS, GREY, MOST_PANELS, headed, house_style
-from stickslip.results_representative import spread
+from stickslip.results.representative import spread
 
 if TYPE_CHECKING:
     import xarray as xr

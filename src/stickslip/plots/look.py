@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.checks import Array
-from stickslip.results_representative import spread
+from stickslip.results.representative import spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from stickslip.checks import Array, InputError, fault
 from stickslip.plots.look import CONTACTS, FAILED, GREY, STICK, house_style, plain
-from stickslip.results_view import measure_in, shown_unit
+from stickslip.results.view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr

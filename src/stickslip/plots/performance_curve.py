@@ -25,8 +25,8 @@ from stickslip.plots.look import (
     level_colours,
     plain,
 )
-from stickslip.results_representative import spread
-from stickslip.results_view import measure_in, shown_unit
+from stickslip.results.representative import spread
+from stickslip.results.view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr

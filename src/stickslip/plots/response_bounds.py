@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from stickslip.plots.look import CONTACTS, GREY, beside, headed, house_style, level_colours, shown_levels
 from stickslip.plots.response_curves import size_label
-from stickslip.results_view import Length, measure_in, shown_unit
+from stickslip.results.view import Length, measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,8 +13,8 @@ from stickslip.checks import Array, fault, nearest
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
 from stickslip.plots.case_lines import Line, case_lines
 from stickslip.plots.look import FAILED, GREY, beside, house_style, plain
-from stickslip.results_representative import is_cloud, levels_of
-from stickslip.results_view import (
+from stickslip.results.representative import is_cloud, levels_of
+from stickslip.results.view import (
     along_curve_as,
     failed_points,
     frequencies,

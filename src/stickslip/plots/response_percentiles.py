@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
 from stickslip.plots.response_curves import words_on_axis
-from stickslip.results_view import measure_in, peak_unit
+from stickslip.results.view import measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
 from stickslip.plots.response_curves import words_on_axis
-from stickslip.results_view import along_curve_as, frequencies, measure_in, peak_unit
+from stickslip.results.view import along_curve_as, frequencies, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr

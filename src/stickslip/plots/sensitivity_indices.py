@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.look import CONTACTS, GREY, house_style, plain
-from stickslip.results_view import measure_in
+from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import MOST_PANELS, headed, house_style, legend, plain
-from stickslip.results_view import along_curve, frequencies
+from stickslip.results.view import along_curve, frequencies
 
 if TYPE_CHECKING:
     import xarray as xr

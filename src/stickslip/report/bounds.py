@@ -13,7 +13,7 @@ from stickslip.plots.response_bounds import bound_unit, response_bounds
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.report.pictures import picture
-from stickslip.results_view import measure_in
+from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,8 +16,8 @@ from stickslip.harmonic.measure import QUANTITIES, Measure, Quantity
 from stickslip.outcome import Outcome
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.look import CONTACTS, FAILED, GREY, entries, level_colours, state_colour
-from stickslip.results_representative import levels_of, representatives
-from stickslip.results_view import (
+from stickslip.results.representative import levels_of, representatives
+from stickslip.results.view import (
     ContactRow,
     Length,
     along_curve,

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.report.numbers import hertz, number, percent
-from stickslip.results_view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak, measure_in, peak_unit
+from stickslip.results.view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr

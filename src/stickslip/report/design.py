@@ -12,7 +12,7 @@ from stickslip.plots.design import design_space
 from stickslip.plots.files import Figures
 from stickslip.report.numbers import percent
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import measure_in, size_text
+from stickslip.results.view import measure_in, size_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.checks import counted
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, percent
-from stickslip.results_view import highest_peak, level_text, points
+from stickslip.results.view import highest_peak, level_text, points
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from stickslip.checks import Array, counted
 from stickslip.plots.files import Figures
 from stickslip.plots.mistuning import all_blades, amplification, busiest_damper, worst_blade
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import size_text
+from stickslip.results.view import size_text
 
 if TYPE_CHECKING:
     import pandas as pd

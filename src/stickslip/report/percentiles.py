@@ -13,7 +13,7 @@ from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
 from stickslip.report.pictures import picture
-from stickslip.results_view import peak_unit
+from stickslip.results.view import peak_unit
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import dissipation, performance_curves
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import measure_in, size_text
+from stickslip.results.view import measure_in, size_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,7 +12,7 @@ from stickslip.plots.files import Figures
 from stickslip.plots.performance_curve import performance_band
 from stickslip.report.numbers import percent
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import size_text
+from stickslip.results.view import size_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from stickslip.checks import fault
-from stickslip.results_schema import analysis_of
+from stickslip.results.schema import analysis_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,14 +16,14 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.harmonic.orders import of_attribute
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
-from stickslip.quantities import peak_table, quantity_table
 from stickslip.report.bounds import bounds_table
 from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
-from stickslip.results_representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results_view import highest_peak, measure_in
+from stickslip.results.quantities import peak_table, quantity_table
+from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
+from stickslip.results.view import highest_peak, measure_in
 
 if TYPE_CHECKING:
     import pandas as pd

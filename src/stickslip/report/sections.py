@@ -15,8 +15,8 @@ from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, chart, radios, section, select, table, text
 from stickslip.report.numbers import energy, hertz, number
-from stickslip.results_representative import representatives
-from stickslip.results_view import (
+from stickslip.results.representative import representatives
+from stickslip.results.view import (
     Length,
     converged_points,
     highest_peak,

@@ -11,7 +11,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.files import Figures
 from stickslip.plots.sensitivity_indices import tornado
 from stickslip.report.presentation import Presentation
-from stickslip.results_view import measure_in, shown_unit
+from stickslip.results.view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import pandas as pd

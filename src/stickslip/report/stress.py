@@ -12,7 +12,7 @@ from stickslip.plots.stress import MPa, stress_curves
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
 from stickslip.report.pictures import picture
-from stickslip.results_view import level_text
+from stickslip.results.view import level_text
 
 if TYPE_CHECKING:
     import pandas as pd

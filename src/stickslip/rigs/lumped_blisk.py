@@ -14,7 +14,7 @@ from stickslip.checks import fault, finite
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset, Start
-from stickslip.disk import TunedDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.loads import Force
 from stickslip.structure.assembly import Spring
 from stickslip.structure.cyclic import CyclicStructure, sector_chain

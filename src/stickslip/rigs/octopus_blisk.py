@@ -18,7 +18,7 @@ from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, Direction, Motion, contact_in_space, node
 from stickslip.contact.start import Start
 from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
-from stickslip.disk import TunedDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.loads import Force
 from stickslip.rigs.blisk_sector import POINTS, BliskSector, reduced_sector, surface
 from stickslip.structure.assembly import Spring

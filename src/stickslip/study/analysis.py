@@ -12,11 +12,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.fields import Table
 from stickslip.study.units import Units
 from stickslip.units import Band

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
-from stickslip.analyses.work import Arrays
 from stickslip.checks import MOST, counted, fault
 from stickslip.dampers import (
     BetweenPlatforms,
@@ -28,6 +27,7 @@ from stickslip.dampers import (
     elliptic,
 )
 from stickslip.measurement.platform import read_motion
+from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si

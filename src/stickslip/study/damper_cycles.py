@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWork
-from stickslip.analyses.work import Arrays
 from stickslip.checks import MOST, counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
+from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable, MotionTable
 from stickslip.study.fields import NotNegatives, Positive, Seed, Table

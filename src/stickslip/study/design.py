@@ -15,11 +15,11 @@ from stickslip.analyses.performance.conditions import conditions_of
 from stickslip.analyses.performance.design import DesignWork, finished_design, planned_design
 from stickslip.analyses.performance.design_constraints import Constraint, LargestForce, NoJamming, NoLiftOff
 from stickslip.analyses.performance.scaled_problem import with_friction
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.checks import MOST, fault, nearest
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Harmonics, Positive, QuantityName, Seed, Table, Words
 from stickslip.study.tables import Ends

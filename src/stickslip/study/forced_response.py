@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.work import Arrays
+from stickslip.runs.work import Arrays
 from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.stress import StressTable, recovery_of

@@ -13,7 +13,6 @@ from pydantic import Field
 
 from stickslip.analyses.identification.damper_fit import parameters
 from stickslip.analyses.identification.identify import IdentificationWork, usual_unknowns
-from stickslip.analyses.work import Arrays
 from stickslip.checks import MOST, InputError, counted, fault, nearest
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet, whole_cycles
@@ -21,6 +20,7 @@ from stickslip.measurement.load_removal import read_load_removal, zeroed
 from stickslip.measurement.reconstruction import damper_motion
 from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
+from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.damper_cycle import DamperTable
 from stickslip.study.fields import Number, Positive, Seed, Table

@@ -13,9 +13,9 @@ from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
 from stickslip.analyses.mistuning.population import PEAK_TOLERANCE, planned_population
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, counted
-from stickslip.disk import TunedDisk
+from stickslip.disks.tuned import TunedDisk
+from stickslip.runs.work import Arrays, Work
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Numbers, Positive, Seed, Table
 from stickslip.study.forced_response import sweep_of

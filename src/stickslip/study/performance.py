@@ -14,8 +14,8 @@ from stickslip.analyses.performance.band import band_dataset, force_levels
 from stickslip.analyses.performance.curve import gathered
 from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
-from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import MOST, InputError, counted, fault, unique
+from stickslip.runs.work import Arrays, Work
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
 from stickslip.study.forced_response import sweep_of

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import stickslip
-from stickslip.analyses.cases import Together, all_cases
-from stickslip.analyses.work import Progress, Workers
-from stickslip.checkpoint import CheckpointFolder
 from stickslip.checks import InputError
 from stickslip.files import sweep
-from stickslip.results import open_results, save, stamped
+from stickslip.results.files import open_results, save, stamped
+from stickslip.runs.cases import Together, all_cases
+from stickslip.runs.checkpoint import CheckpointFolder
+from stickslip.runs.work import Progress, Workers
 from stickslip.study.analysis import SearchingPlan
 from stickslip.study.read import Job
 

@@ -12,11 +12,11 @@ from pydantic import Field
 from stickslip.analyses.performance.sampled_peaks import DrawsWork
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.analyses.performance.sensitivity_indices import MOST_DRAWS, gathered, planned_draws
-from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import InputError, fault
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.problem import Problem
+from stickslip.runs.work import Arrays, Work
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Seed, Table
 from stickslip.study.performance import sweep_over_a_band

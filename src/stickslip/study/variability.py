@@ -15,8 +15,8 @@ from stickslip.analyses.variability.bounds_dataset import attached
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.analyses.variability.samples import SamplesWork
 from stickslip.analyses.variability.start_draws import Law, draw, named_law
-from stickslip.analyses.work import Arrays, Work
 from stickslip.checks import MOST, InputError, fault
+from stickslip.runs.work import Arrays, Work
 from stickslip.starts.space import rule_words
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Seed, Table, Words, by_form

@@ -11,7 +11,7 @@ from stickslip.checks import InputError
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.receptance import REAL_MODE
 from stickslip.report.presentation import presentation_of
-from stickslip.results import open_results, save, stamped
+from stickslip.results.files import open_results, save, stamped
 from stickslip.rigs import lumped_blisk
 from stickslip.solve.sweep import swept_curve
 from stickslip.structure.damping import ModalDamping

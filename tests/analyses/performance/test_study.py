@@ -9,7 +9,7 @@ from stickslip import console
 from stickslip.checks import InputError
 from stickslip.cli import app
 from stickslip.report.presentation import presentation_of
-from stickslip.results import open_results, save, stamped
+from stickslip.results.files import open_results, save, stamped
 from stickslip.study import read
 from stickslip.study.design import RigDesign
 from stickslip.study.templates import write_new

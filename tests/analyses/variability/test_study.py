@@ -11,7 +11,7 @@ from stickslip.analyses.variability.percentiles import percentiles
 from stickslip.checks import Faults
 from stickslip.cli import main
 from stickslip.outcome import Outcome
-from stickslip.results import open_results, save
+from stickslip.results.files import open_results, save
 from stickslip.rigs import three_mass_wedge
 from stickslip.starts.extremes import AtFrequency
 from stickslip.starts.solutions import UnsolvedError

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
-from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, between, fault, of_kind, positive, vector
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -21,6 +20,7 @@ from stickslip.dampers.jamming import jamming
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.platforms.march import PlatformState, Record
+from stickslip.runs.work import Arrays, Report
 from stickslip.time.methods import Method
 
 if TYPE_CHECKING:

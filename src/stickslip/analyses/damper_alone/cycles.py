@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.damper_alone.cycle import DamperCycle, damper_cycle, gathered, march_arrays, march_of
-from stickslip.analyses.work import Arrays, Progress, Report
 from stickslip.checks import Array, InputError, between, fault, of_kind, positive, seed_of, several, vector
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import CycleModel, CycleOutcome
 from stickslip.platforms.march import PlatformState
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Progress, Report
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,13 +22,13 @@ from stickslip.analyses.identification.first_guess import Clues, clues
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.refits import ALIKE, COARSE, Refits, refits, refitted, slopes
 from stickslip.analyses.identification.result_checks import checked_cases, lag_remarks, never_sliding, remarks
-from stickslip.analyses.work import Arrays
 from stickslip.checks import Array, InputError, between, fault, nearest, seed_of
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.measurement.cycles import CycleSet
 from stickslip.measurement.load_removal import LoadRemoval, zeroed
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
+from stickslip.runs.work import Arrays
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,7 +15,8 @@ from scipy.stats import qmc
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
 from stickslip.checks import Array, InputError, fault, finite, nearest, several, vector
 from stickslip.contact.point import Contact
-from stickslip.disk import FullDisk, TunedDisk, sectors_of
+from stickslip.disks.full import FullDisk
+from stickslip.disks.tuned import TunedDisk, sectors_of
 from stickslip.loads import Output
 from stickslip.structure.cyclic import sector_name
 from stickslip.structure.damping import ModalDamping

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
 from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.analyses.work import Checkpoint, Progress, Workers
 from stickslip.checks import InputError, between, fault, of_kind, seed_of
-from stickslip.disk import TunedDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import checked_harmonics
 from stickslip.renamed import renamed_arguments
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Checkpoint, Progress, Workers
 from stickslip.units import Band
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from stickslip.checks import Array, InputError, of_kind
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.curves.curve import solve_curve
-from stickslip.disk import TunedDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.units import Band

@@ -14,16 +14,17 @@ from numpy.linalg import LinAlgError
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
-from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, InputError
 from stickslip.curves.curve import solve_curve
-from stickslip.disk import FullDisk, TunedDisk
+from stickslip.disks.full import FullDisk
+from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import cycle_work
 from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import PeakSearch
 from stickslip.problem import Problem
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.sweep import swept_curve
 

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.arguments import ends_of, fineness_of, output_of, ratios_of
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.resonance_band import no_resonance, resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import between, positive, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.starts.space import Rules, Sharing
 from stickslip.units import Band
 

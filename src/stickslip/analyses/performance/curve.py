@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.arguments import ends_of, fineness_of, frictions_of, output_of, ratios_of
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.resonance_band import no_resonance
 from stickslip.analyses.performance.work import OPTIMUM, PerformanceWork, Vary, stacked
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import between, fault, positive
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.units import Band
 
 if TYPE_CHECKING:

@@ -12,7 +12,6 @@ from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import made, maker, output_of, point_of, ranges_of
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.conditions import Conditions, conditions_of
 from stickslip.analyses.performance.design_constraints import Constraint
@@ -20,13 +19,14 @@ from stickslip.analyses.performance.design_ranges import DesignRanges, design_ra
 from stickslip.analyses.performance.design_search import Designs, Record, evolve, refine
 from stickslip.analyses.performance.design_starts import AllStarts
 from stickslip.analyses.performance.worst_case import WorstCase, searched_peak, worst_case
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, InputError, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.rigs import single_mass
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.analyses.performance.design_search import DesignCases, Designs
-from stickslip.analyses.work import Arrays, Report
+from stickslip.runs.work import Arrays, Report
 
 BESIDE = 2
 """Designs that are searched side by side while the best one is looked for."""

@@ -13,7 +13,6 @@ from scipy.stats import qmc
 from stickslip.analyses.arguments import made
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.performance.resonance_band import no_resonance
-from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import Array, fault
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
@@ -22,6 +21,7 @@ from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.peaks.sweep import swept_peaks
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
+from stickslip.runs.work import Arrays, Report
 from stickslip.solve.curve_points import LostCurveError
 
 BLOCK = 8

@@ -13,14 +13,14 @@ import numpy as np
 from scipy.stats import sobol_indices
 
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.performance.sampled_peaks import DrawsWork, ProblemOf
 from stickslip.analyses.response_dataset import levels_are_newtons
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.renamed import renamed_arguments
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.units import Band
 
 if TYPE_CHECKING:

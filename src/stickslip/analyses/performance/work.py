@@ -18,7 +18,6 @@ from stickslip.analyses.performance.contact_regions import contact_regions, whol
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
-from stickslip.analyses.work import Arrays, Report
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -31,6 +30,7 @@ from stickslip.peaks.frequency_band import PeakBand
 from stickslip.peaks.linear import linear_peak
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
+from stickslip.runs.work import Arrays, Report
 
 Vary = Literal["force", "preload"]
 

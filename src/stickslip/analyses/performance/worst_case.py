@@ -12,7 +12,6 @@ from stickslip.analyses.performance.design_constraints import Constraint, Trial,
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
-from stickslip.analyses.work import Report
 from stickslip.checks import Array, InputError, finite
 from stickslip.contact.table import remembering
 from stickslip.harmonic.balance import HarmonicBalance
@@ -21,6 +20,7 @@ from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
 from stickslip.peaks.continuation import PeakContinuation
 from stickslip.peaks.sweep import swept_peaks
 from stickslip.problem import Problem
+from stickslip.runs.work import Report
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.starts.solutions import SHORTEST, UnsolvedError
 

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import force_levels
 from stickslip.analyses.variability.bounds_work import BoundsWork, Target
-from stickslip.analyses.work import Checkpoint, Progress, Workers
 from stickslip.checks import Array, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Checkpoint, Progress, Workers
 from stickslip.starts.space import Rules, Sharing
 from stickslip.units import Band, listed
 

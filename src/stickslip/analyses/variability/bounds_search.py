@@ -9,13 +9,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.analyses.work import Report
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
+from stickslip.runs.work import Report
 from stickslip.starts.extremes import Effort, Extreme, Place, extreme, leapt
 from stickslip.starts.solutions import UnsolvedError
 

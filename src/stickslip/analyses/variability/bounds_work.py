@@ -16,7 +16,6 @@ from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
-from stickslip.analyses.work import Arrays, Report
 from stickslip.checks import InputError, among, between, seed_of
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
@@ -24,6 +23,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, fineness
 from stickslip.problem import Problem
 from stickslip.rigs import single_mass
+from stickslip.runs.work import Arrays, Report
 from stickslip.starts.extreme_peak import AtPeak
 from stickslip.starts.extremes import AtFrequency, Effort, loss_factor, size_of
 from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, rule_words, rules_of

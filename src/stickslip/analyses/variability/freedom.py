@@ -11,12 +11,12 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.response_dataset import as_given
-from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import InputError, fault, positive
 from stickslip.contact.period import OFFSET
 from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
+from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
 from stickslip.starts.space import refuse_forgetful
 from stickslip.starts.states import element_states

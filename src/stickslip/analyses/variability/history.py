@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.work import Progress, checked_progress
 from stickslip.checks import Array, InputError, between, fault, numbers, of_kind, positive
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
@@ -18,6 +17,7 @@ from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.orders import attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.newton import Correction
 from stickslip.starts.history import march
 from stickslip.units import Band, in_order

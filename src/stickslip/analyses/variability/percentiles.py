@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.checks import Array, InputError, fault
 from stickslip.outcome import Outcome
-from stickslip.results_view import measure_in, sizes
+from stickslip.results.view import measure_in, sizes
 
 if TYPE_CHECKING:
     import xarray as xr

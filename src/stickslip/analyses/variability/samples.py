@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.cases import all_cases
 from stickslip.analyses.forced_response import force_levels, forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
-from stickslip.analyses.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.checks import Array, of_kind
 from stickslip.curves.curve import Curve, solve_curve
 from stickslip.curves.refine import with_peaks
@@ -26,8 +24,10 @@ from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
-from stickslip.results_view import measure_in
+from stickslip.results.view import measure_in
 from stickslip.rigs import single_mass
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.starts.space import Rules, Sharing, StartSpace, rule_words
 from stickslip.starts.states import explored_space

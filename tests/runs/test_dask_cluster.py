@@ -14,15 +14,15 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from results.logged_cases import Deadly, LoggedCases, SlowToPrepare
+from runs.logged_cases import Deadly, LoggedCases, SlowToPrepare
 from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip import console
-from stickslip.analyses import dask_cluster
-from stickslip.analyses.cases import all_cases
 from stickslip.checks import InputError
 from stickslip.cli import app
+from stickslip.runs import dask_cluster
+from stickslip.runs.cases import all_cases
 
 needs_dask = pytest.mark.skipif(not dask_cluster.installed(), reason='needs distributed: pip install "stickslip[dask]"')
 

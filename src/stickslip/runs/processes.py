@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.work import Arrays, Keep, Progress, Work
 from stickslip.checks import fault
+from stickslip.runs.work import Arrays, Keep, Progress, Work
 
 if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess

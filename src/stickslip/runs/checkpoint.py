@@ -1,6 +1,6 @@
 """Checkpoints: one file per completed case beside the results, from which an interrupted run resumes.
 
-Plain NumPy archives without pickle, each written beside its place and renamed. `analyses.cases` saves and loads through it.
+Plain NumPy archives without pickle, each written beside its place and renamed. `runs.cases` saves and loads through it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bladed disks: a tuned disk under engine-order excitation as one sector, and the same disk with every sector of its own.
+"""A tuned disk under engine-order excitation, solved as one sector.
 
 Engine order EO forces sector j (0..N−1) by F cos(ωt − 2π EO j/N). The steady motion travels along: sector j is late by j EO/N
 periods. So harmonic h has nodal diameter h EO mod N, and the far side of a damper sees the neighbour's motion times
@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, InputError, fault, several, unique, whole
 from stickslip.contact.point import Contact
 from stickslip.contact.start import TractionRatio
+from stickslip.disks.full import FullDisk, full_structure
 from stickslip.loads import BaseMotion, Force, Output
 from stickslip.problem import LinearSystem, Problem, modal_damping_matrix
-from stickslip.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, circulant, sector_name
+from stickslip.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, sector_name
 from stickslip.structure.damping import ModalDamping, RayleighDamping
-from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import Modes, natural_modes
 from stickslip.structure.sector_surface import SectorSurface
 
@@ -188,43 +188,6 @@ class TunedDisk(Problem):
         return Output(f"{sector}/{given.name}", self._named(given.direction, sector))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class FullDisk(Problem):
-    """A disk with all its sectors, tuned or mistuned: a `Problem` that knows how many there are and what excites them."""
-
-    sectors: int = 1
-    engine_order: int = 0
-
-    def __repr__(self) -> str:
-        return f"{super().__repr__()}; {self.sectors} sectors, engine order {self.engine_order}"
-
-    @property
-    def sample_multiple(self) -> int:
-        return self.sectors // gcd(self.sectors, self.engine_order)
-
-    @cached_property
-    def tuned(self) -> bool:
-        """Whether structure, damping and contact stiffness of all sectors are alike, to rounding."""
-        return all(_is_circulant(matrix, self.sectors) for matrix in (self.structure.M, self.C, self.stuck_stiffness))
-
-    @property
-    def has_uncoupled_waves(self) -> bool:
-        return self.tuned
-
-    def waves(self, harmonic: int) -> Sequence[tuple[NDArray[np.complex128], LinearSystem]]:
-        """N small systems, one for each nodal diameter, instead of a large one; of a mistuned disk the large one."""
-        if not self.tuned:
-            return super().waves(harmonic)
-        whole = self.system(harmonic)
-        N = self.sectors
-        # Blocks (j, 0) of a circulant matrix times exp(+i n 2π j/N), summed; rows of B and outputs times exp(−i n 2π j/N)/√N.
-        M, C, K = (N * np.fft.ifft(matrix.reshape(N, -1, N, matrix.shape[1] // N)[:, :, 0], axis=0) for matrix in whole[:3])
-        B, outputs = (np.fft.fft(rows.reshape(rows.shape[0], N, rows.shape[1] // N), axis=1) / np.sqrt(N) for rows in whole[3:])
-        turns = np.exp(-2j * np.pi * np.outer(np.arange(N), np.arange(N)) / N) / np.sqrt(N)
-        M, C, K = (0.5 * (blocks + blocks.conj().swapaxes(1, 2)) for blocks in (M, C, K))
-        return [(turns[n], LinearSystem(M[n], C[n], K[n], B[:, n], outputs[:, n])) for n in range(N)]
-
-
 def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:
     """Sectors of a disk, each from 1 to `sectors` and given once."""
     found = tuple(whole(what, sector) for sector in several(what, given))
@@ -235,24 +198,5 @@ def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]
     return found
 
 
-def full_structure(disk: CyclicStructure, dampings: NDArray[np.complex128] | None = None) -> Structure:
-    """All sectors of a disk as one real structure, names "SECTOR/NODE.DIRECTION"; dampings: C of each nodal diameter."""
-    assert disk.masses is not None
-    assert disk.stiffnesses is not None
-    M, K = (circulant(waves, disk.sectors) for waves in (disk.masses, disk.stiffnesses))
-    C = None if dampings is None or not dampings.any() else circulant(dampings, disk.sectors)
-    return Structure(M, K, tuple(sector_name(j, dof) for j in range(1, disk.sectors + 1) for dof in disk.dofs), C)
-
-
 def _is_whole(value: object) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
-
-
-def _is_circulant(matrix: Array, sectors: int) -> bool:
-    """Whether block (j, k) of a matrix depends on j − k alone, to rounding."""
-    size, rest = divmod(matrix.shape[0], sectors)
-    if rest:
-        return False
-    blocks = matrix.reshape(sectors, size, sectors, size)
-    turned = np.roll(blocks, (1, 1), axis=(0, 2))
-    return bool(np.abs(turned - blocks).max() <= 1e-10 * np.abs(blocks).max(initial=1e-300))

@@ -4,12 +4,12 @@ from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from results.logged_cases import Broken, KilledWhileItAnswers
+from runs.logged_cases import Broken, KilledWhileItAnswers
 
 import stickslip as ss
-from stickslip.analyses.cases import all_cases
-from stickslip.checkpoint import ABOUT, CheckpointFolder
 from stickslip.checks import Faults
+from stickslip.runs.cases import all_cases
+from stickslip.runs.checkpoint import ABOUT, CheckpointFolder
 
 LEVELS = [0.5, 1.0, 2.0]
 BAND = ss.radians_per_second(0.5, 2.0)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.harmonic.measure import Measure, Quantity, quantity_named
-from stickslip.results_view import levels_in_newtons, measure_in, nearest_point, sizes
+from stickslip.results.view import levels_in_newtons, measure_in, nearest_point, sizes
 
 if TYPE_CHECKING:
     import pandas as pd

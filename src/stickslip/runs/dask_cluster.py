@@ -19,8 +19,8 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 import stickslip
-from stickslip.analyses.work import Arrays, Keep, Progress, Work
 from stickslip.checks import InputError, fault
+from stickslip.runs.work import Arrays, Keep, Progress, Work
 
 PACKAGE = "distributed"
 ADDRESS = re.compile(r"(\w+://)?\S+:\d+")

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stickslip.analyses.processes import Processes
-from stickslip.analyses.work import Arrays, Checkpoint, Executor, Progress, Report, Work, Workers, checked_progress
 from stickslip.checks import fault
+from stickslip.runs.processes import Processes
+from stickslip.runs.work import Arrays, Checkpoint, Executor, Progress, Report, Work, Workers, checked_progress
 
 
 def all_cases(

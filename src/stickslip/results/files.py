@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.checks import Faults, InputError, fault
 from stickslip.files import replacing
-from stickslip.results_schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped
+from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped
 
 if TYPE_CHECKING:
     import xarray as xr

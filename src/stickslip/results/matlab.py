@@ -15,8 +15,8 @@ from scipy import io
 
 from stickslip.checks import fault
 from stickslip.files import replacing
-from stickslip.quantities import as_quantity
-from stickslip.results_view import measure_in
+from stickslip.results.quantities import as_quantity
+from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.results_view import highest_peak
+from stickslip.results.view import highest_peak
 
 if TYPE_CHECKING:
     import xarray as xr
