@@ -60,7 +60,8 @@ def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
     factors = balance.factorise(point.evaluation, _plane(balance, point))
     matrix = np.asfortranarray(np.eye(factors.size + 1) + 1e-3 * np.random.default_rng(1).normal(size=(factors.size + 1,) * 2))
 
-    blocks = (state.w, target, unknown, own, coupling, cross)
+    by_omega = np.zeros_like(target)
+    blocks = (state.w, omega, target, unknown, own, coupling, cross, by_omega)
     found = {
         "contact_sweep": time_of_one(_sweeps, balance.table, balance.tables, *blocks),
         "motion": time_of_one(_motions, modes, state.forces, omega, point.point.level),
@@ -72,9 +73,9 @@ def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
 
 
 @njit
-def _sweeps(times, table, tables, w, target, unknown, own, coupling, cross):
+def _sweeps(times, table, tables, w, omega, target, unknown, own, coupling, cross, by_omega):
     for _ in range(times):
-        contact_forces(table, tables, w, target, unknown, own, coupling, cross)
+        contact_forces(table, tables, w, omega, target, unknown, own, coupling, cross, by_omega)
 
 
 @njit

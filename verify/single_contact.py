@@ -81,7 +81,7 @@ def rows() -> Iterator[Row]:
     yield absolute("Jenkins: order in the samples, 256 to 4096", order((256, 4096)), 2.0, 0.15, "second order")
     law = Macroslip(2.0, 1.0, normal_load=3.0)
     cycle = contact_cycle(
-        contact_table([Contact("c", law, (between("1.x", "ground"),))]), fourier(1, 16384), np.array([[0.0, 4, 0.0]])
+        contact_table([Contact("c", law, (between("1.x", "ground"),))]), fourier(1, 16384), np.array([[0.0, 4, 0.0]]), 1.0
     )
     yield relative("Jenkins, A = 4: slip work, 16384 samples", cycle.slip_work[0], 30.0, 1e-6, f"{CLOSED} 4 μN (A − μN/kd)")
     yield relative("Normal load in phase: energy per cycle, 4096 samples", in_phase(4096), 3.36140792, 1e-6, INDEPENDENT)

@@ -31,6 +31,8 @@ _HOME = {
     "FourParameter": "stickslip.contact.spectrum",
     "Gap": "stickslip.contact.gap",
     "CubicSpring": "stickslip.contact.cubic",
+    "Dahl": "stickslip.contact.dahl",
+    "TanhCoulomb": "stickslip.contact.tanh_coulomb",
     "Dashpot": "stickslip.structure.damping",
     "BaseMotion": "stickslip.loads",
     "SliderOffset": "stickslip.contact.start",
@@ -160,6 +162,7 @@ if TYPE_CHECKING:
     from stickslip.analyses.variability.samples import ResponseSamples, response_samples
     from stickslip.checks import InputError
     from stickslip.contact.cubic import CubicSpring
+    from stickslip.contact.dahl import Dahl
     from stickslip.contact.friction_disc import FrictionDisc
     from stickslip.contact.gap import Gap
     from stickslip.contact.iwan import Iwan, mindlin_sphere
@@ -169,6 +172,7 @@ if TYPE_CHECKING:
     from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic
     from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
     from stickslip.contact.stiffness import LineContact, SphereContact, static_normal_load
+    from stickslip.contact.tanh_coulomb import TanhCoulomb
     from stickslip.disks.full import FullDisk
     from stickslip.disks.tuned import TunedDisk
     from stickslip.loads import BaseMotion, Force, Output

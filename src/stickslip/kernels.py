@@ -45,7 +45,7 @@ def _digest() -> str:
     digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted(path for folder in _FOLDERS for path in (_PACKAGE / folder).glob("*.py")):
         source = path.read_bytes()
-        if b"@kernel" in source:
+        if b"@kernel" in source or b"@inlined" in source:
             digest.update(path.name.encode() + source)
     return digest.hexdigest()[:16]
 

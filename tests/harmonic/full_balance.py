@@ -35,7 +35,7 @@ def full_matrix(balance: HarmonicBalance, evaluation: Evaluation) -> np.ndarray:
     for r in everything:
         here = slice(r * size, (r + 1) * size)
         E[here, here] = evaluation.state.own[r]
-        n = balance.system.normal[r]
+        n = balance.table.loading_row[r]
         if n >= 0:
             E[here, n * size : (n + 1) * size] += evaluation.state.coupling[r]
     return np.eye(rows * size) + E @ G

@@ -1,7 +1,7 @@
 """Parameters of the law harness: every law sample, every start rule."""
 
 import pytest
-from laws.samples import SAMPLES
+from laws.samples import SAMPLES, SMOOTH_SAMPLES
 
 from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
 
@@ -21,13 +21,25 @@ def sample(request):
     return request.param
 
 
+@pytest.fixture(params=[*SAMPLES, *SMOOTH_SAMPLES], ids=lambda sample: sample.name)
+def any_sample(request):
+    """A sample of independent directions, of sliders or of a law with kernels of its own."""
+    return request.param
+
+
+@pytest.fixture(params=[s for s in (*SAMPLES, *SMOOTH_SAMPLES) if any(e.mu > 0.0 for e in s.elements)], ids=lambda s: s.name)
+def any_rubbing(request):
+    """The same with friction."""
+    return request.param
+
+
 @pytest.fixture(params=[s for s in SAMPLES if any(e.mu > 0.0 for e in s.elements)], ids=lambda sample: sample.name)
 def rubbing(request):
     """A sample with friction."""
     return request.param
 
 
-@pytest.fixture(params=[s for s in SAMPLES if s.law.has_normal], ids=lambda sample: sample.name)
+@pytest.fixture(params=[s for s in (*SAMPLES, *SMOOTH_SAMPLES) if s.law.has_normal], ids=lambda sample: sample.name)
 def touching(request):
     """A sample with a normal direction."""
     return request.param

@@ -20,13 +20,19 @@ DIRECTIONS = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Answer:
-    """λ̂ (rows, 2H+1), state of each row, derivatives by own, normal and the other tangential motion (rows, 2H+1, 2H+1)."""
+    """λ̂ (rows, 2H+1), state of each row, derivatives by own, normal and the other tangential motion (rows, 2H+1, 2H+1), by ω
+    (rows, 2H+1)."""
 
     target: np.ndarray
     unknown: np.ndarray
     own: np.ndarray
     normal: np.ndarray
     cross: np.ndarray
+    by_omega: np.ndarray
+
+
+OMEGA = 0.8
+"""Angular frequency of the tests, rad/s; to most laws it does not matter."""
 
 
 def contact_of(sample: Sample, start: Start) -> Contact:
@@ -36,7 +42,7 @@ def contact_of(sample: Sample, start: Start) -> Contact:
     return Contact("contact", sample.law, tangential, normal, start)
 
 
-def evaluated(contact: Contact, w: np.ndarray, samples: int) -> Answer:
+def evaluated(contact: Contact, w: np.ndarray, samples: int, omega: float = OMEGA) -> Answer:
     """Forces and derivatives of a contact for motion w (rows, 2H+1): the only place of the tests that calls the kernel."""
     rows, columns = w.shape
     found = Answer(
@@ -45,15 +51,16 @@ def evaluated(contact: Contact, w: np.ndarray, samples: int) -> Answer:
         np.full((rows, columns, columns), np.nan),
         np.zeros((rows, columns, columns)),
         np.zeros((rows, columns, columns)),
+        np.zeros((rows, columns)),
     )
-    tables, blocks = fourier((columns - 1) // 2, samples), (found.own, found.normal, found.cross)
-    contact_forces(contact_table([contact]), tables, w, found.target, found.unknown, *blocks)
+    tables, blocks = fourier((columns - 1) // 2, samples), (found.own, found.normal, found.cross, found.by_omega)
+    contact_forces(contact_table([contact]), tables, w, omega, found.target, found.unknown, *blocks)
     return found
 
 
-def answer(sample: Sample, start: Start, w: np.ndarray, samples: int) -> Answer:
+def answer(sample: Sample, start: Start, w: np.ndarray, samples: int, omega: float = OMEGA) -> Answer:
     """Forces and derivatives of a sample."""
-    return evaluated(contact_of(sample, start), w, samples)
+    return evaluated(contact_of(sample, start), w, samples, omega)
 
 
 def carried(contact: Contact, w: np.ndarray, samples: int) -> np.ndarray:
@@ -64,14 +71,14 @@ def carried(contact: Contact, w: np.ndarray, samples: int) -> np.ndarray:
     return evaluated(contact, w, samples).target + np.array(stiffness)[:, None] * w
 
 
-def forces(sample: Sample, start: Start, w: np.ndarray, samples: int) -> np.ndarray:
+def forces(sample: Sample, start: Start, w: np.ndarray, samples: int, omega: float = OMEGA) -> np.ndarray:
     """F = λ̂ + K_c w (rows, 2H+1), K_c from the sample's own elements."""
-    return answer(sample, start, w, samples).target + np.array(sample.stiffness)[:, None] * w
+    return answer(sample, start, w, samples, omega).target + np.array(sample.stiffness)[:, None] * w
 
 
 def cycle(sample: Sample, start: Start, w: np.ndarray, samples: int) -> ContactCycle:
     """The period sample by sample."""
-    return contact_cycle(contact_table([contact_of(sample, start)]), fourier((w.shape[1] - 1) // 2, samples), w)
+    return contact_cycle(contact_table([contact_of(sample, start)]), fourier((w.shape[1] - 1) // 2, samples), w, OMEGA)
 
 
 def motion_of(sample: Sample, w: np.ndarray, samples: int) -> Motion:

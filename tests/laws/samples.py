@@ -14,6 +14,7 @@ import numpy as np
 
 import stickslip.contact
 from stickslip.contact.cubic import CubicSpring
+from stickslip.contact.dahl import Dahl
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.iwan import Iwan
@@ -21,6 +22,7 @@ from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
+from stickslip.contact.tanh_coulomb import TanhCoulomb
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,9 @@ def every_law() -> list[type[Law]]:
 
 
 def samples_of(law: type[Law]) -> list[Sample]:
-    """The samples of one law, of independent directions or on a disc."""
-    return [sample for sample in (*SAMPLES, *DISC_SAMPLES, *SPRING_SAMPLES) if type(sample.law) is law]
+    """The samples of one law, be it a table of sliders or not."""
+    every = (*SAMPLES, *DISC_SAMPLES, *SPRING_SAMPLES, *DAHL_SAMPLES, *TANH_SAMPLES)
+    return [sample for sample in every if type(sample.law) is law]
 
 
 def _array(kts: tuple[float, ...], mu: float, **others: tuple[float, ...]) -> tuple[Element, ...]:
@@ -137,3 +140,20 @@ SPRING_SAMPLES = (
     Sample("softening, plane", CubicSpring(-0.2), 2, ()),
 )
 """Springs without friction and without a linear part: `test_cubic_spring` referees them."""
+
+DAHL_SAMPLES = (
+    Sample("Dahl of constant load", Dahl(2.0, 0.5, normal_load=1.2), 1, (Element(2.0, 0.5, load=1.2),)),
+    Sample("Dahl of varying load", Dahl(2.0, 0.4, 3.0, 1.0), 1, (Element(2.0, 0.4, 3.0, preload=1.0),)),
+    Sample("Dahl with gap, plane", Dahl(1.3, 0.7, 2.0, 0.2, 0.1), 2, (Element(1.3, 0.7, 2.0, 0.1, 0.2),)),
+)
+"""Friction that never sticks: `test_dahl` referees it; of elements the kt, L and N."""
+
+TANH_SAMPLES = (
+    Sample("tanh of constant load", TanhCoulomb(0.5, 0.3, normal_load=1.2), 1, (Element(0.0, 0.5, load=1.2),)),
+    Sample("tanh of varying load", TanhCoulomb(0.4, 0.2, 3.0, 1.0), 1, (Element(0.0, 0.4, 3.0, preload=1.0),)),
+    Sample("tanh with gap, plane", TanhCoulomb(0.7, 0.5, 2.0, 0.2, 0.1), 2, (Element(0.0, 0.7, 2.0, 0.1, 0.2),)),
+)
+"""Friction by the velocity, without a spring: `test_tanh_coulomb` referees it; of elements the L and N."""
+
+SMOOTH_SAMPLES = (*DAHL_SAMPLES, *TANH_SAMPLES)
+"""What shares the properties of sliders but for sticking and a start."""

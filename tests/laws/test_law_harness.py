@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from laws.conftest import STARTS
 from laws.kernel import answer, cycle, forces, motion_of, random_motion
 from laws.marching import harmonics_of, steady_forces
-from laws.samples import SAMPLES, every_law, samples_of
+from laws.samples import SAMPLES, SMOOTH_SAMPLES, every_law, samples_of
 
 from stickslip.contact.gap import Gap
 from stickslip.contact.macroslip import Macroslip
@@ -55,7 +55,8 @@ def test_samples_of_the_cycle_equal_brute_force_marching(k, name, seed, size):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_friction_stays_below_its_limit_and_contacts_only_push(sample, start, seed):
+def test_friction_stays_below_its_limit_and_contacts_only_push(any_sample, start, seed):
+    sample = any_sample
     w = random_motion(sample, H, np.random.default_rng(100 + seed), size=10.0 ** (-1.5 + 0.5 * seed))
     found, motion = cycle(sample, start, w, NT), motion_of(sample, w, NT)
     limit = sum(e.mu * e.normal(motion.normal) for e in sample.elements)
@@ -83,6 +84,15 @@ def test_energy_in_is_energy_out_with_second_order(rubbing, start):
     assert work > 0.1
     assert fine < 2e-5 * work
     assert np.log2(coarse / fine) / 4.0 == pytest.approx(2.0, abs=0.35)
+
+
+@pytest.mark.parametrize("smooth", SMOOTH_SAMPLES, ids=lambda sample: sample.name)
+def test_energy_in_is_energy_out_of_laws_with_kernels_of_their_own(smooth):
+    """The same of friction without sliders: of second order, or better where nothing has a kink."""
+    (coarse, _), (fine, work) = (work_errors(smooth, SliderOffset(), samples) for samples in (256, 4096))
+    assert work > 0.1
+    assert fine < 2e-5 * work
+    assert np.log2(coarse / fine) / 4.0 > 1.65
 
 
 def test_normal_forces_do_no_work(touching, start):
@@ -142,8 +152,9 @@ def turned(w: np.ndarray, shift: int, samples: int) -> np.ndarray:
 @pytest.mark.parametrize("start", [SliderOffset(), SliderOffset(0.2), MeanTraction(0.1)], ids=str)
 @pytest.mark.parametrize("shift", [1, 17, 50])
 @pytest.mark.parametrize("size", [0.1, 1.0, 5.0])
-def test_forces_follow_a_shift_of_time(sample, start, shift, size):
+def test_forces_follow_a_shift_of_time(any_sample, start, shift, size):
     """A delay by whole samples delays the forces; the harmonic 0 of a contact clipped at the last sample excepted."""
+    sample = any_sample
     w = random_motion(sample, H, np.random.default_rng(shift), size)
     plain, delayed = answer(sample, start, w, NT), answer(sample, start, turned(w, shift, NT), NT)
     moving = (plain.unknown == SLIPPING) | (plain.unknown == HELD)
@@ -153,8 +164,9 @@ def test_forces_follow_a_shift_of_time(sample, start, shift, size):
     np.testing.assert_allclose(delayed.target[compared, 1:], turned(plain.target, shift, NT)[compared, 1:], atol=scale)
 
 
-def test_forces_change_sign_with_the_tangential_motion(rubbing):
+def test_forces_change_sign_with_the_tangential_motion(any_rubbing):
     """Friction has no preferred direction: motion, start and force along t1 turn round together."""
+    rubbing = any_rubbing
     for value in (0.0, 0.3):
         w = random_motion(rubbing, H, np.random.default_rng(11))
         mirrored = w.copy()
@@ -166,7 +178,7 @@ def test_forces_change_sign_with_the_tangential_motion(rubbing):
 
 def scaled(law, stiffness: float, force: float):
     """The law with its stiffness and its forces multiplied; lengths change by force/stiffness."""
-    lengths = {"gap", "gaps"}
+    lengths = {"gap", "gaps", "v0"}
     changes = {}
     for name, value in vars(law).items():
         factor = {"kt": stiffness, "kn": stiffness, "preload": force, "normal_load": force}.get(name)
@@ -177,8 +189,9 @@ def scaled(law, stiffness: float, force: float):
 
 
 @pytest.mark.parametrize(("stiffness", "force"), [(1.0, 3.0), (4.0, 1.0), (0.5, 7.0)])
-def test_forces_scale(sample, stiffness, force):
+def test_forces_scale(any_sample, stiffness, force):
     """Forces times s and stiffness times k: motion times s/k gives forces times s."""
+    sample = any_sample
     w = random_motion(sample, H, np.random.default_rng(5))
     length = force / stiffness
     larger = replace(sample, law=scaled(sample.law, stiffness, force))

@@ -91,7 +91,9 @@ def test_energy_residual_tells_a_solution_from_a_near_miss(name):
     solved = correct(balance, balance.stuck_point(omega, 1.0), fixed("omega", omega), iterations=60, halvings=12).evaluation
     energy = EnergyBalance(balance)
     wrong = balance.evaluate(solved.point.moved(1e-3 * np.roll(solved.point.forces, 1, axis=0), "omega", 0.0))
-    numbers = [energy.at(e, contact_cycle(balance.table, balance.tables, e.w)).energy_residual for e in (solved, wrong)]
+    numbers = [
+        energy.at(e, contact_cycle(balance.table, balance.tables, e.w, e.point.omega)).energy_residual for e in (solved, wrong)
+    ]
     assert numbers[0] < 1e-9
     assert numbers[1] > 1e-6
 

@@ -83,7 +83,7 @@ def test_energy_per_cycle(amplitude):
     assert np.pi * amplitude * -measured(amplitude, 4096)[2] == pytest.approx(exact, rel=1e-6)
     contact = Contact("c", law, (between("1.x", "ground"),))
     w = np.array([[0.0, amplitude, 0.0]])
-    slip_work = contact_cycle(contact_table([contact]), fourier(1, 4096), w).slip_work
+    slip_work = contact_cycle(contact_table([contact]), fourier(1, 4096), w, 1.0).slip_work
     assert slip_work[0] == pytest.approx(exact, rel=1e-5)
 
 

@@ -106,6 +106,32 @@ gap = 0.3
     assert stop.normal == {"1.y": -1.0}
 
 
+def test_laws_with_kernels_of_their_own(folder):
+    """In the units of the file: v0 in mm/s."""
+    contacts = """
+[units]
+length = "mm"
+[[contact]]
+law = "dahl"
+between = ["1.x", "2.x"]
+kt = 2.0
+mu = 0.5
+normal_load = 3.0
+[[contact]]
+law = "tanh_coulomb"
+tangential = [["1.x", "ground"], ["2.x", "ground"]]
+normal = ["1.y", "ground"]
+mu = 0.4
+v0 = 20.0
+kn = 3.0
+preload = 4.0
+"""
+    dahl, tanh = made(folder, contacts).sweep.problem.contacts
+    assert dahl.law == ss.Dahl(2e3, 0.5, normal_load=3.0)
+    assert tanh.law == ss.TanhCoulomb(0.4, 0.02, 3e3, 4.0)
+    assert len(tanh.tangential) == 2
+
+
 ARRAY = """
 [[contact]]
 law = "microslip_array"

@@ -21,7 +21,7 @@ SAMPLES = 4096
 @pytest.mark.parametrize(("kt", "load", "mu", "amplitude"), [(2.0, 6.0, 0.5, 3.0), (5.0, 1.0, 0.3, 0.7), (1.0, 2.0, 0.4, 0.85)])
 def test_transitions_come_at_their_instants(kt, load, mu, amplitude):
     contact = Contact("c", Macroslip(kt, mu, normal_load=load), (between("1.x", "ground"),))
-    cycle = contact_cycle(contact_table([contact]), fourier(1, SAMPLES), np.array([[0.0, 0.0, amplitude]]))
+    cycle = contact_cycle(contact_table([contact]), fourier(1, SAMPLES), np.array([[0.0, 0.0, amplitude]]), 1.0)
     phase, force = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES, cycle.force[0]
     slipping = np.abs(force) >= mu * load * (1.0 - 1e-12)
     changes = phase[np.flatnonzero(slipping != np.roll(slipping, 1))]

@@ -115,7 +115,8 @@ class ForcedResponse:
     def cycle(self, case: int, point: int) -> ContactCycle:
         """Motion, force and state of every contact row over the period of one point."""
         points = SolvedPoints(self.dataset, self.problem)
-        return contact_cycle(points.balance.table, points.balance.tables, points.contact_motion(case, point))
+        motion, omega = points.contact_motion(case, point), points.point(case, point).omega
+        return contact_cycle(points.balance.table, points.balance.tables, motion, omega)
 
     def verify_in_time(
         self,

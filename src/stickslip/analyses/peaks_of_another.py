@@ -37,7 +37,7 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
                 for point in search.peaks(output, measure).points:
                     evaluation, omega = point.evaluation, point.point.omega
                     row = evaluation.w[balance.rows + output]
-                    cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+                    cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
                     sizes = {str(one.kind): one.size(row, omega) / one.per(level) for one in (measure, largest)}
                     found.append(
                         {"frequency": omega / (2.0 * np.pi), **sizes, "loss_factor": energy.at(evaluation, cycle).loss_factor}

@@ -211,7 +211,7 @@ class _CurveTable:
         self.arrays["loop_force"] = self.rows.spread(cycle.force)
 
     def _cycle(self, evaluation: Evaluation) -> ContactCycle:
-        return contact_cycle(evaluation.table, self.balance.tables, evaluation.w)
+        return contact_cycle(evaluation.table, self.balance.tables, evaluation.w, evaluation.point.omega)
 
     def _size(self, measure: Measure, point: CurvePoint, output: int) -> float:
         return measure.size(point.evaluation.w[self.balance.rows + output], point.point.omega) / measure.per(self.curve.level)

@@ -196,7 +196,7 @@ def _scales(problem: Problem, evaluation: Evaluation) -> tuple[Array, ...]:
         "friction": np.ones(1),
         "constant_limit": np.full(1, force),
         "start_value": start,
-        "cubic": np.full(1, force / width**3),
+        "parameter": np.concatenate([c.law.parameter_scales(force, width) for c in problem.contacts] or [np.zeros(0)]),
     }
     tables = (contacts.get(field, np.full(1, np.inf)) for field in table._fields)
     return (*linear, np.full(1, force), force / omega ** np.arange(len(powers))[:, None, None], *tables)

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from stickslip.checks import fault, finite
+from stickslip.checks import Array, fault, finite
 from stickslip.contact.law import Elements, FrictionElements, Law
+from stickslip.contact.period import SLIPPING, STICK
+from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
+from stickslip.kernels import kernel
+
+KIND = 2
 
 
 @dataclass(frozen=True)
@@ -19,6 +25,10 @@ class CubicSpring(Law):
     """
 
     k3: float
+
+    kind: ClassVar[int] = KIND
+    sticks: ClassVar[bool] = False
+    remembers_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if finite("k3", self.k3) == 0.0:
@@ -32,4 +42,29 @@ class CubicSpring(Law):
         if not tangential or normal:
             raise fault("A cubic spring", "must have tangential and no normal directions", f"normal: {normal}")
         none, index = np.zeros(0), np.zeros(0, dtype=np.int64)
-        return Elements((FrictionElements(none, none, none, index, index),) * tangential, None, cubic=self.k3)
+        return Elements((FrictionElements(none, none, none, index, index),) * tangential, None, (self.k3,))
+
+    def parameter_scales(self, force: float, width: float) -> Array:
+        return np.array([force / width**3])
+
+
+@kernel
+def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
+    """k3 u³ and its derivative 3 k3 u² E; every harmonic is unknown at all times."""
+    k3 = data.parameter[0]
+    forces.event[:] = STICK
+    for d in range(motion.u.shape[0]):
+        for n in range(motion.u.shape[1]):
+            forces.y[d, n] = k3 * motion.u[d, n] ** 3
+            for j in range(motion.E.shape[1]):
+                forces.tangents[n, d, d, j] = 3.0 * k3 * motion.u[d, n] ** 2 * motion.E[n, j]
+    return SLIPPING
+
+
+@kernel
+def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
+    """k3 u³ after a step, whatever was before."""
+    k3 = data.parameter[0]
+    for d in range(motion.u.size):
+        forces.y[d], forces.by_u[d, d] = k3 * motion.u[d] ** 3, 3.0 * k3 * motion.u[d] ** 2
+    return 0.0

@@ -13,15 +13,19 @@ to repeat as well: along a line the state does so after a period, a small motion
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from stickslip.checks import Array, Index, fault
 from stickslip.contact.law import Elements, Law
 from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.period import OPEN, RATIO, STICK
+from stickslip.contact.period import HELD, OPEN, RATIO, SLIPPING, STATIC, STICK
+from stickslip.contact.protocol import NOT_PERIODIC, ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
 from stickslip.kernels import kernel
+
+KIND = 1
 
 PERIODS = 200
 """Periods after which a contact that has not become periodic is given up."""
@@ -56,6 +60,9 @@ class FrictionDisc(Law):
     gap: float = 0.0
     normal_load: float | None = None
 
+    kind: ClassVar[int] = KIND
+    couples_directions: ClassVar[bool] = True
+
     def __post_init__(self) -> None:
         _ = self._one_direction
 
@@ -70,30 +77,52 @@ class FrictionDisc(Law):
     def elements(self, tangential: int, normal: bool) -> Elements:
         if tangential != 2:
             raise fault("A friction disc", "must have two tangential directions", tangential, "Use macroslip for one.")
-        return replace(self._one_direction.elements(2, normal), coupled=True)
+        return self._one_direction.elements(2, normal)
 
 
 @kernel
-def disc_period(
-    kinds: Index,
-    values: Array,
-    kt: float,
-    u: Array,
-    limit: Array,
-    slope: Array,
-    E: Array,
-    y: Array,
-    event: Index,
-    tangents: Array,
-) -> tuple[int, bool]:
-    """March the period until it repeats: fill the intercepts y (2, Nt) and events (Nt,) of the steady one.
+def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
+    """The steady period of both directions: slip at any sample, a start that the disc clips or gives, or neither."""
+    periods, acted = _until_periodic(data, motion, forces)
+    y, limit = forces.y, motion.limit
+    for n in range(limit.size):
+        slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / data.kt[0]
+        forces.work[0] += 0.5 * (limit[n] + limit[n - 1]) * slipped
+    if periods < 0:
+        return NOT_PERIODIC
+    if np.any(forces.event != STICK):
+        return SLIPPING
+    return STATIC if acted else HELD
 
-    u (2, Nt) [m]; limit L and slope dL/dz (Nt,); kinds, values (2,): the start of each direction. tangents (Nt, 2, 3, 2H+1), or
-    empty: filled with dy/d(U1, U2, Z) after each event. Returns the periods marched (−1: not periodic) and whether anything,
-    the clipping of the start included, ever acted.
 
-    Along a line the state repeats at once, long before the derivative across it, which is then brought to its own limit.
+@kernel
+def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
+    """Tractions after a step of both directions; the work L |Δs| of the slider, L at the middle of the step."""
+    kt, L, turn = data.kt[0], motion.limit, np.empty(6)
+    y, u0, u = motion.intercept, motion.u0, motion.u
+    tx, ty = y[0] + kt * u0[0], y[1] + kt * u0[1]
+    slips, c, s = disc_step(tx, ty, kt * (u[0] - u0[0]), kt * (u[1] - u0[1]), motion.limit0, L, turn)
+    if not slips:
+        forces.y[:] = y
+        return 0.0
+    forces.y[0], forces.y[1] = L * c - kt * u[0], L * s - kt * u[1]
+    forces.by_u[0, 0], forces.by_u[0, 1] = -kt * (1.0 + s * L * turn[2]), -kt * s * L * turn[3]
+    forces.by_u[1, 0], forces.by_u[1, 1] = kt * c * L * turn[2], -kt * (1.0 - c * L * turn[3])
+    forces.by_limit[0], forces.by_limit[1] = c - s * L * turn[5], s + c * L * turn[5]
+    slid = np.hypot(forces.y[0] - y[0], forces.y[1] - y[1]) / kt
+    return float(0.5 * (L + motion.limit0) * slid)
+
+
+@kernel
+def _until_periodic(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> tuple[int, bool]:
+    """March the period until it repeats: fill the intercepts, events and, if asked for, derivatives of the steady one.
+
+    Returns the periods marched (−1: not periodic) and whether anything, the clipping of the start included, ever acted. Along a
+    line the state repeats at once, long before the derivative across it, which is then brought to its own limit.
     """
+    kinds, values, kt = data.start_kind, data.start_value, data.kt[0]
+    u, limit, slope, E = motion.u, motion.limit, motion.slope, motion.E
+    y, event, tangents = forces.y, forces.event, forces.tangents
     columns = E.shape[1]
     last = u.shape[1] - 1
     derive = tangents.size > 0

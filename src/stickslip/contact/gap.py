@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,6 +18,9 @@ class Gap(Law):
     kn: float
     gap: float = 0.0
     preload: float = 0.0
+
+    sticks: ClassVar[bool] = False
+    remembers_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         positive("kn", self.kn)

@@ -1,14 +1,16 @@
-"""Interface of contact laws: a law is a table of parallel springs and sliders, and its author only fills the table.
+"""Interface of contact laws. Most are a table of parallel springs and sliders, and their author only fills the table.
 
 Normal elements:      N_e = max(k_e z + c_e, 0), summed to the normal force N of the contact.
 Friction elements:    Jenkins, a spring kt in series with a slider of limit L = μ (sum of some N_e) + L0.
-One compiled kernel (`stickslip.contact.period`) carries every such law round a period, with its derivatives.
+One compiled kernel (`stickslip.contact.period`) carries every such law round a period, with its derivatives. A law that is no
+such table brings its own kernels (`stickslip.contact.protocol`) and says what it has not in common with sliders.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -52,22 +54,41 @@ class FrictionElements:
 class Elements:
     """The whole table of a contact: one set of friction elements per tangential direction, and the normal elements.
 
-    coupled: the two directions, of one equal element each, share one friction disc. cubic: k3 of a spring k3 w³ along each
-    tangential direction, N/m³, which then has no friction elements; 0 without one.
+    parameters: the numbers that the law's own kernels read; none for a table of sliders.
     """
 
     friction: tuple[FrictionElements, ...]
     normal: NormalElements | None
-    coupled: bool = False
-    cubic: float = 0.0
+    parameters: tuple[float, ...] = ()
+
+
+SLIDERS = 0
+"""Kind of a law that is a table of springs and sliders."""
 
 
 class Law(ABC):
-    """A contact law. A member gives its table for a contact with so many tangential directions and a normal or none."""
+    """A contact law. A member gives its table for a contact with so many tangential directions and a normal or none.
+
+    kind: `SLIDERS`, or the number of the law's own kernels in `stickslip.contact.dispatch`.
+    couples_directions: the force along one tangential direction depends on the motion along the other.
+    rate_independent: forces depend on the path of the motion, not on how fast it is passed.
+    sticks: a motion small enough is that of the stuck spring kt, and its loop holds no energy.
+    remembers_start: where it sticks, the steady force depends on the start state.
+    """
+
+    kind: ClassVar[int] = SLIDERS
+    couples_directions: ClassVar[bool] = False
+    rate_independent: ClassVar[bool] = True
+    sticks: ClassVar[bool] = True
+    remembers_start: ClassVar[bool] = True
 
     @abstractmethod
     def elements(self, tangential: int, normal: bool) -> Elements:
         """The table of springs and sliders; refuses a number of directions that the law does not suit."""
+
+    def parameter_scales(self, force: float, width: float) -> Array:
+        """What a whole change of each of the law's `Elements.parameters` is, for forces [N] and motions [m] of a size."""
+        return np.zeros(0)
 
     def loop_energy(self, amplitude: float, z: float = 0.0) -> float:
         """Energy per cycle of u = A cos ωt at constant z, one direction: Σ 4 L (A − L/kt) over the elements with A > L/kt, J."""

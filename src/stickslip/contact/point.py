@@ -104,7 +104,7 @@ class Contact:
             raise fault(f"Contact {self.name!r}, balanced", "must go with a normal direction", "none")
         for start, friction in zip(self.starts, self.elements.friction, strict=True):
             start.values(friction.stiffness.size)
-        if self.elements.coupled:
+        if self.law.couples_directions:
             self._check_disc_start()
 
     def _check_disc_start(self) -> None:

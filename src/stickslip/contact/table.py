@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.point import Contact
@@ -22,8 +23,10 @@ class ContactTable(NamedTuple):
     normal_first (contacts + 1), normal_stiffness, normal_constant: N_e = max(stiffness z + constant, 0).
     friction_first (rows + 1): friction elements of each row (none for a normal row); stiffness kt, friction μ,
     constant_limit; load_first, load_last: the normal elements that load it; start_kind, start_value: the start state.
-    coupled (contacts): 1 where the two tangential directions share a friction disc.
-    cubic (rows): k3 of a spring k3 w³ in place of friction elements, 0 without one.
+    kind (contacts): which kernels the law has (`stickslip.contact.dispatch`); parameter_first (contacts + 1), parameter: their
+    own numbers.
+    loading_row (rows): the row of the normal load of a tangential row, partner_row (rows): the other tangential row where the law
+    couples both; −1 without one.
     """
 
     first_row: Index
@@ -39,12 +42,21 @@ class ContactTable(NamedTuple):
     load_last: Index
     start_kind: Index
     start_value: Array
-    coupled: Index
-    cubic: Array
+    kind: Index
+    parameter_first: Index
+    parameter: Array
+    loading_row: Index
+    partner_row: Index
 
     @property
     def rows(self) -> int:
         return int(self.first_row[-1])
+
+
+def remembering(contacts: Sequence[Contact]) -> NDArray[np.bool_]:
+    """Friction elements whose law remembers its start state, (elements,)."""
+    sizes = [sum(group.stiffness.size for group in contact.elements.friction) for contact in contacts]
+    return np.repeat(np.array([contact.law.remembers_start for contact in contacts], dtype=bool), sizes)
 
 
 def contact_table(contacts: Sequence[Contact]) -> ContactTable:
@@ -52,7 +64,10 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
     first_row, normal_row, normal_first, friction_first = [0], [], [0], [0]
     normal: list[tuple[float, float]] = []
     friction: list[tuple[float, float, float, int, int, int, float]] = []
-    cubic: list[float] = []
+    parameter_first: list[int] = [0]
+    parameter: list[float] = []
+    loading_row: list[int] = []
+    partner_row: list[int] = []
     for contact in contacts:
         elements = contact.elements
         base = len(normal)
@@ -65,11 +80,16 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
                 parameters = (group.stiffness[e], group.friction[e], group.constant_limit[e])
                 friction.append((*parameters, *loads, start.code, values[e]))
             friction_first.append(len(friction))
-        normal_row.append(first_row[-1] + len(elements.friction) if elements.normal is not None else -1)
+        row, both = first_row[-1], contact.law.couples_directions
+        normal_row.append(row + len(elements.friction) if elements.normal is not None else -1)
         if elements.normal is not None:
             friction_first.append(len(friction))
         first_row.append(first_row[-1] + len(contact.directions))
-        cubic += [elements.cubic] * len(elements.friction) + [0.0] * (elements.normal is not None)
+        alone = [-1] * (elements.normal is not None)
+        loading_row += [normal_row[-1]] * len(elements.friction) + alone
+        partner_row += ([row + 1, row] if both else [-1] * len(elements.friction)) + alone
+        parameter += elements.parameters
+        parameter_first.append(len(parameter))
         normal_first.append(len(normal))
     springs = np.array(normal, dtype=float).reshape(len(normal), 2)
     sliders = np.array(friction, dtype=float).reshape(len(friction), 7)
@@ -94,6 +114,9 @@ def contact_table(contacts: Sequence[Contact]) -> ContactTable:
         load_last=integers(sliders[:, 4]),
         start_kind=integers(sliders[:, 5]),
         start_value=floats(sliders[:, 6]),
-        coupled=integers([contact.elements.coupled for contact in contacts]),
-        cubic=floats(np.array(cubic)),
+        kind=integers([contact.law.kind for contact in contacts]),
+        parameter_first=integers(parameter_first),
+        parameter=floats(np.array(parameter)),
+        loading_row=integers(loading_row),
+        partner_row=integers(partner_row),
     )

@@ -23,7 +23,7 @@ from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
-from stickslip.harmonic.newton_matrix import pushed, related_rows
+from stickslip.harmonic.newton_matrix import pushed
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
 from stickslip.problem import Problem
 
@@ -178,7 +178,6 @@ class HarmonicBalance:
             self.stiffness,
             self.kept,
             self.dropped,
-            *related_rows(table),
             np.linalg.norm(powers, axis=(1, 2)),
             1e-3 * _constant_size(problem, table) + np.finfo(float).tiny,
             np.zeros(2, dtype=np.int64),
@@ -239,5 +238,6 @@ class HarmonicBalance:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""
         result = np.empty(int(offsets[-1]))
         state = evaluation.state
-        pushed(offsets, self.kept, self.system.normal, self.system.partner, state.own, state.coupling, state.cross, dw, result)
+        normal, partner = self.table.loading_row, self.table.partner_row
+        pushed(offsets, self.kept, normal, partner, state.own, state.coupling, state.cross, dw, result)
         return result

@@ -9,20 +9,32 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.contact.friction_disc import disc_period
+from stickslip.contact.dispatch import law_period
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period
+from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 
 @kernel
 def contact_forces(
-    table: ContactTable, tables: Fourier, w: Array, target: Array, unknown: Index, own: Array, normal: Array, cross: Array
+    table: ContactTable,
+    tables: Fourier,
+    w: Array,
+    omega: float,
+    target: Array,
+    unknown: Index,
+    own: Array,
+    normal: Array,
+    cross: Array,
+    by_omega: Array,
 ) -> None:
-    """Fill, for motion w (rows, 2H+1): target λ̂ (rows, 2H+1), unknown (rows,) as HELD, STATIC or SLIPPING, and the
-    derivatives own[r] = ∂λ̂_r/∂w_r, normal[r] = ∂λ̂_r/∂z, and on friction discs cross[r] = ∂λ̂_r/∂w of the other tangential
-    direction, each (rows, 2H+1, 2H+1); cross may be empty without discs."""
+    """Fill, for motion w (rows, 2H+1) at omega [rad/s]: target λ̂ (rows, 2H+1), unknown (rows,) as HELD, STATIC or SLIPPING, and
+    the derivatives own[r] = ∂λ̂_r/∂w_r, normal[r] = ∂λ̂_r/∂z, and where a law couples both tangential directions cross[r] =
+    ∂λ̂_r/∂w of the other one, each (rows, 2H+1, 2H+1); cross may be empty where none does. by_omega (rows, 2H+1), zeros before:
+    ∂λ̂/∂ω at fixed w, of laws that depend on the velocity."""
     E = tables.E
     samples = E.shape[0]
     most = 1
@@ -34,13 +46,11 @@ def contact_forces(
         if row >= 0:
             z = E @ w[row]
             unknown[row] = _normal_forces(table, c, z, tables, target[row], own[row], loads, slopes)
-        if table.coupled[c]:
-            _disc_forces(table, c, w, tables, loads, slopes, target, unknown, own, normal, cross)
+        if table.kind[c] != SLIDERS:
+            _law_forces(table, c, w, omega, tables, loads, slopes, target, unknown, own, normal, cross, by_omega)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
-            if table.cubic[r] != 0.0:
-                unknown[r] = _cubic_forces(table.cubic[r], w[r], tables, target[r], own[r], normal[r])
-            elif r != row:
+            if r != row:
                 unknown[r] = _friction_forces(
                     table, r, w[r], tables, table.normal_first[c], loads, slopes, target[r], own[r], normal[r]
                 )
@@ -133,26 +143,12 @@ def _friction_forces(
     return unknown
 
 
-@kernel
-def _cubic_forces(k3: float, motion: Array, tables: Fourier, target: Array, own: Array, normal: Array) -> int:
-    """λ̂ = P (k3 u³) of a cubic spring and its derivative P 3 k3 u² E; every harmonic is unknown at all times."""
-    u = tables.E @ motion
-    force, slope = np.empty_like(u), np.empty_like(tables.E)
-    for n in range(u.size):
-        force[n] = k3 * u[n] ** 3
-        for j in range(slope.shape[1]):
-            slope[n, j] = 3.0 * k3 * u[n] ** 2 * tables.E[n, j]
-    target[:] = tables.P @ force
-    own[:, :] = tables.P @ slope
-    normal[:, :] = 0.0
-    return SLIPPING
-
-
-@kernel
-def _disc_forces(
+@inlined
+def _law_forces(
     table: ContactTable,
     c: int,
     w: Array,
+    omega: float,
     tables: Fourier,
     loads: Array,
     slopes: Array,
@@ -161,36 +157,47 @@ def _disc_forces(
     own: Array,
     normal: Array,
     cross: Array,
+    by_omega: Array,
 ) -> None:
-    """λ̂ of the two coupled rows of contact c and its derivatives; NaN when the contact does not become periodic."""
-    r = table.first_row[c]
-    e = table.friction_first[r]
-    samples, columns = tables.E.shape
-    u = np.ascontiguousarray((tables.E @ np.ascontiguousarray(w[r : r + 2].T)).T)
-    limit, slope = np.empty(samples), np.empty(samples)
-    element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
-    y, event = np.empty((2, samples)), np.empty(samples, dtype=np.int64)
-    tangents = np.empty((samples, 2, 3, columns))
-    kinds, values = table.start_kind[e : e + 2], table.start_value[e : e + 2]
-    periods, acted = disc_period(kinds, values, table.stiffness[e], u, limit, slope, tables.E, y, event, tangents)
-    state = SLIPPING if np.any(event != STICK) else (STATIC if acted else HELD)
-    for d in range(2):
-        row = r + d
-        unknown[row] = state
-        if state == SLIPPING:
-            target[row] = tables.P @ y[d]
+    """λ̂ of the tangential rows of contact c by the kernel of its law, and its derivatives; NaN where it is not periodic."""
+    first, data = table.first_row[c], contact_data(table, c)
+    directions, (samples, columns) = data.kt.size, tables.E.shape
+    motion = np.ascontiguousarray(w[first : first + directions].T)
+    u, velocity = np.ascontiguousarray((tables.E @ motion).T), np.ascontiguousarray((tables.D @ motion).T)
+    for d in range(directions):
+        for n in range(samples):
+            velocity[d, n] *= omega
+    limit, slope = np.zeros(samples), np.zeros(samples)
+    if table.friction_first[first + 1] > table.friction_first[first]:
+        element_limits(table, table.friction_first[first], table.normal_first[c], loads, slopes, limit, slope)
+    found = no_forces(directions, samples, columns)
+    state = law_period(table.kind[c], data, PeriodMotion(u, velocity, limit, slope, omega, tables.E, tables.D), found)
+    for d in range(directions):
+        row = first + d
+        normal[row] = 0.0
+        unknown[row] = SLIPPING if state == NOT_PERIODIC else state
+        if unknown[row] == SLIPPING:
+            target[row] = tables.P @ found.y[d]
+            by_omega[row] = tables.P @ found.by_omega[d]
         else:
             target[row] = 0.0
-            target[row, 0] = y[d, 0]
-        if periods < 0:
+            target[row, 0] = found.y[d, 0]
+        if state == NOT_PERIODIC:
             target[row] = np.nan
         for part in range(3):
-            block = own[row] if part == d else (normal[row] if part == 2 else cross[row])
-            if state == SLIPPING:
-                block[:, :] = tables.P @ np.ascontiguousarray(tangents[:, d, part])
+            if part == d:
+                block = own[row]
+            elif part == 2 and table.loading_row[row] >= 0:
+                block = normal[row]
+            elif part < 2 and table.partner_row[row] >= 0:
+                block = cross[row]
+            else:
+                continue
+            if unknown[row] == SLIPPING:
+                block[:, :] = tables.P @ np.ascontiguousarray(found.tangents[:, d, part])
             else:
                 block[:, :] = 0.0
-                block[0] = tangents[0, d, part]
+                block[0] = found.tangents[0, d, part]
 
 
 @kernel

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.contact.friction_disc import disc_period
+from stickslip.contact.dispatch import law_period
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, STICK, friction_period
+from stickslip.contact.protocol import PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 SLIP = 1
 
@@ -22,9 +24,9 @@ SLIP = 1
 class ContactCycle:
     """Samples over one period of every row: displacement [m], force [N], state (STICK, SLIP or OPEN), each (rows, Nt).
 
-    slip_work (rows,): Σ μN |Δs| over the period, J; a friction disc has it on its first row.
+    slip_work (rows,): work of friction over the period, of sliders Σ μN |Δs|, J; a friction disc has it on its first row.
     slider (elements,): where the slider of each friction element stands at the last sample, s = u − T/kt, m; mean_slider: its
-    mean over the period.
+    mean over the period. Zero without a spring kt.
     """
 
     displacement: Array
@@ -39,19 +41,28 @@ class ContactCycle:
         return np.stack([np.mean(self.state == code, axis=1) for code in (STICK, SLIP, OPEN)])
 
 
-def contact_cycle(table: ContactTable, tables: Fourier, w: Array) -> ContactCycle:
-    """The period of every contact for motion w (rows, 2H+1), m."""
+def contact_cycle(table: ContactTable, tables: Fourier, w: Array, omega: float) -> ContactCycle:
+    """The period of every contact for motion w (rows, 2H+1) [m] at omega [rad/s]."""
     rows, samples = table.rows, tables.E.shape[0]
     displacement = np.ascontiguousarray(w[:rows] @ tables.E.T)
+    velocity = np.ascontiguousarray(omega * (w[:rows] @ tables.D.T))
     force, state = np.zeros((rows, samples)), np.zeros((rows, samples), dtype=np.int64)
     slip_work, slider = np.zeros(rows), np.zeros((2, table.stiffness.size))
-    _fill_cycle(table, displacement, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work, slider)
+    _fill_cycle(table, displacement, velocity, omega, np.ascontiguousarray(w[:rows, 0]), force, state, slip_work, slider)
     return ContactCycle(displacement, force, state, slip_work, slider[0], slider[1])
 
 
 @kernel
 def _fill_cycle(
-    table: ContactTable, displacement: Array, mean: Array, force: Array, state: Index, slip_work: Array, slider: Array
+    table: ContactTable,
+    displacement: Array,
+    velocity: Array,
+    omega: float,
+    mean: Array,
+    force: Array,
+    state: Index,
+    slip_work: Array,
+    slider: Array,
 ) -> None:
     """slider (2, elements): at the last sample, and the mean."""
     samples = displacement.shape[1]
@@ -68,15 +79,11 @@ def _fill_cycle(
         if row >= 0:
             for n in range(samples):
                 state[row, n] = STICK if force[row, n] > 0.0 else OPEN
-        if table.coupled[c]:
-            _fill_disc(table, c, displacement, loads, slopes, force, state, slip_work, slider)
+        if table.kind[c] != SLIDERS:
+            _fill_law(table, c, displacement, velocity, omega, loads, slopes, force, state, slip_work, slider)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
-                continue
-            if table.cubic[r] != 0.0:
-                state[r, :] = STICK
-                force[r] = table.cubic[r] * displacement[r] ** 3
                 continue
             state[r, :] = OPEN
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
@@ -93,11 +100,13 @@ def _fill_cycle(
                         state[r, n] = STICK if event[n] == STICK else SLIP
 
 
-@kernel
-def _fill_disc(
+@inlined
+def _fill_law(
     table: ContactTable,
     c: int,
     displacement: Array,
+    velocity: Array,
+    omega: float,
     loads: Array,
     slopes: Array,
     force: Array,
@@ -105,22 +114,24 @@ def _fill_disc(
     slip_work: Array,
     slider: Array,
 ) -> None:
-    """The two coupled rows of contact c."""
-    r, samples = table.first_row[c], displacement.shape[1]
-    e = table.friction_first[r]
-    kt, u = table.stiffness[e], displacement[r : r + 2]
-    limit, slope = np.empty(samples), np.empty(samples)
-    element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
-    y, event = np.empty((2, samples)), np.empty(samples, dtype=np.int64)
-    kinds, values = table.start_kind[e : e + 2], table.start_value[e : e + 2]
-    disc_period(kinds, values, kt, u, limit, slope, np.empty((samples, 0)), y, event, np.empty((0, 0, 0, 0)))
-    for d in range(2):
-        force[r + d] = y[d] + kt * u[d]
-        state[r + d] = event
-        slider[0, e + d], slider[1, e + d] = -y[d, -1] / kt, -np.mean(y[d]) / kt
-    for n in range(samples):
-        slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / kt
-        slip_work[r] += 0.5 * (limit[n] + limit[n - 1]) * slipped
+    """The tangential rows of contact c by the kernel of its law."""
+    first, samples, data = table.first_row[c], displacement.shape[1], contact_data(table, c)
+    last = first + data.kt.size
+    limit, slope, none = np.zeros(samples), np.zeros(samples), np.empty((samples, 0))
+    e = table.friction_first[first]
+    if table.friction_first[first + 1] > e:
+        element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
+    found = no_forces(data.kt.size, samples, 0)
+    motion = PeriodMotion(displacement[first:last], velocity[first:last], limit, slope, omega, none, none)
+    law_period(table.kind[c], data, motion, found)
+    for d in range(data.kt.size):
+        kt, y = data.kt[d], found.y[d]
+        for n in range(samples):
+            force[first + d, n] = y[n] + kt * displacement[first + d, n]
+            state[first + d, n] = found.event[n]
+        slip_work[first + d] = found.work[d]
+        if kt > 0.0:
+            slider[0, e + d], slider[1, e + d] = -y[-1] / kt, -np.mean(y) / kt
 
 
 @kernel
@@ -150,9 +161,10 @@ def friction_limits(table: ContactTable, tables: Fourier, w: Array) -> Iterator[
 
 
 def friction_reach(table: ContactTable, tables: Fourier, w: Array) -> tuple[Array, Array]:
-    """For each friction element, over the period of motion w: max|u| + max L/kt [m], and max L [N]."""
+    """For each friction element, over the period of motion w: max|u| + max L/kt [m], 0 without a spring kt, and max L [N]."""
     reach, largest = np.zeros(table.stiffness.size), np.zeros(table.stiffness.size)
     for e, _, u, limit in friction_limits(table, tables, w):
         largest[e] = limit.max()
-        reach[e] = np.abs(u).max() + limit.max() / table.stiffness[e]
+        if table.stiffness[e] > 0.0:
+            reach[e] = np.abs(u).max() + limit.max() / table.stiffness[e]
     return reach, largest

@@ -16,9 +16,11 @@ from stickslip.kernels import kernel
 
 
 class Fourier(NamedTuple):
-    """E (Nt, 2H+1): x = E X. P (2H+1, Nt): X = P x. cosines, sines (2H+1, Nt+1): Σ_{k<n} cos mθ_k, sin mθ_k for m = 0..2H."""
+    """E, D (Nt, 2H+1): x = E X, dx/dt = ω D X. P (2H+1, Nt): X = P x. cosines, sines (2H+1, Nt+1): Σ_{k<n} cos mθ_k, sin mθ_k
+    for m = 0..2H."""
 
     E: Array
+    D: Array
     P: Array
     cosines: Array
     sines: Array
@@ -39,11 +41,13 @@ def fourier(harmonics: int, samples: int) -> Fourier:
     E[:, 0] = 1.0
     E[:, 1::2] = cosine[1 : harmonics + 1].T
     E[:, 2::2] = sine[1 : harmonics + 1].T
+    D, order = np.zeros_like(E), np.arange(1.0, harmonics + 1)
+    D[:, 1::2], D[:, 2::2] = -order * E[:, 2::2], order * E[:, 1::2]
     P = (2.0 / samples) * E.T.copy()
     P[0] = 1.0 / samples
     start = np.zeros((2 * harmonics + 1, 1))
     cosines, sines = (np.ascontiguousarray(np.hstack([start, np.cumsum(table, axis=1)])) for table in (cosine, sine))
-    return Fourier(E, P, cosines, sines)
+    return Fourier(E, D, P, cosines, sines)
 
 
 @kernel

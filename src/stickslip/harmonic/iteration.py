@@ -32,9 +32,8 @@ from stickslip.kernels import kernel
 class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
-    stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; normal,
-    partner: `related_rows`; load_size (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and
-    factorisations were made, counted on.
+    stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; load_size
+    (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and factorisations were made, counted on.
     """
 
     table: ContactTable
@@ -43,8 +42,6 @@ class System(NamedTuple):
     stiffness: Array
     kept: Index
     dropped: Index
-    normal: Index
-    partner: Index
     load_size: Array
     least_scale: float
     effort: Index
@@ -52,8 +49,8 @@ class System(NamedTuple):
 
 class State(NamedTuple):
     """Everything at a point: forces λ (rows, 2H+1); gains of the modes; motion w (rows and outputs, 2H+1); residual λ − λ̂;
-    unknown (rows,) and the derivatives own, coupling, cross of λ̂, as `contact_forces` fills them; error: ‖residual‖ relative to
-    the contact forces or the harmonic load, whichever is larger."""
+    unknown (rows,) and the derivatives own, coupling, cross, by_omega of λ̂, as `contact_forces` fills them; error: ‖residual‖
+    relative to the contact forces or the harmonic load, whichever is larger."""
 
     forces: Array
     gains: Complex
@@ -63,6 +60,7 @@ class State(NamedTuple):
     own: Array
     coupling: Array
     cross: Array
+    by_omega: Array
     error: float
 
 
@@ -126,13 +124,13 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
     """Motion, residual and derivatives at a point."""
     system.effort[0] += 1
     rows, columns = forces.shape
-    coupled = rows if np.any(system.table.coupled) else 0
+    coupled = rows if np.any(system.table.partner_row >= 0) else 0
     gains = frequency_gains(system.modes, omega, (columns - 1) // 2)
     w = motion(system.modes, gains, forces, omega, level)
     target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
     own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
-    cross = np.empty((coupled, columns, columns))
-    contact_forces(system.table, system.tables, w, target, unknown, own, coupling, cross)
+    cross, by_omega = np.empty((coupled, columns, columns)), np.zeros((rows, columns))
+    contact_forces(system.table, system.tables, w, omega, target, unknown, own, coupling, cross, by_omega)
     for i in system.dropped:
         target[:, i] = 0.0
     residual = np.empty((rows, columns))
@@ -141,7 +139,7 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
             residual[r, i] = forces[r, i] - target[r, i]
             target[r, i] += system.stiffness[r] * w[r, i]
     scale = max(_size(target), level * _load_size(system, omega), system.least_scale)
-    return State(forces, gains, w, residual, unknown, own, coupling, cross, _size(residual) / scale)
+    return State(forces, gains, w, residual, unknown, own, coupling, cross, by_omega, _size(residual) / scale)
 
 
 @kernel
@@ -164,12 +162,15 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     if border.weight.shape[0]:
         matrix[size, size] += _dot(border.weight, by)
     if size:
-        active, moved, place = moved_rows(system.table, state.unknown)
+        normal, partner = system.table.loading_row, system.table.partner_row
+        active, moved, place = moved_rows(normal, partner, state.unknown)
         driven = driven_states(system.modes, state.gains, omega, active)
         G = receptance(system.modes, driven, moved)
         blocks = (state.own, state.coupling, state.cross)
-        newton_matrix(offsets, system.kept, system.normal, system.partner, active, place, *blocks, G, matrix)
+        newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
         matrix[:size, size] = -_pushed(system, state, offsets, by)
+        if not border.by_level:
+            _subtract(system.kept, offsets, state.by_omega, matrix[:size, size])
         if border.weight.shape[0]:
             pull = pulled(system.modes, driven, border.weight)
             for i in range(active.size):
@@ -183,8 +184,17 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
 @kernel
 def _pushed(system: System, state: State, offsets: Index, dw: Array) -> Array:
     result = np.empty(offsets[-1])
-    pushed(offsets, system.kept, system.normal, system.partner, state.own, state.coupling, state.cross, dw, result)
+    normal, partner = system.table.loading_row, system.table.partner_row
+    pushed(offsets, system.kept, normal, partner, state.own, state.coupling, state.cross, dw, result)
     return result
+
+
+@kernel
+def _subtract(kept: Index, offsets: Index, values: Array, column: Array) -> None:
+    """column (N,) −= the unknown entries of values (rows, 2H+1)."""
+    for r in range(values.shape[0]):
+        for k in range(offsets[r + 1] - offsets[r]):
+            column[offsets[r] + k] -= values[r, kept[k]]
 
 
 @kernel

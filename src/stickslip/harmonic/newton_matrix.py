@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
-from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
 
 
@@ -33,37 +32,22 @@ def unknown_entries(unknown: Index, kept: Index, columns: int) -> tuple[Index, N
 
 
 @kernel
-def moved_rows(table: ContactTable, unknown: Index) -> tuple[Index, Index, Index]:
-    """Unknown rows; the rows whose motion they depend on (own, normal, coupled); where each row stands in these, or −1."""
+def moved_rows(normal: Index, partner: Index, unknown: Index) -> tuple[Index, Index, Index]:
+    """Unknown rows; the rows whose motion they depend on (own, normal, partner); where each row stands in these, or −1."""
     rows = unknown.size
     needed = np.zeros(rows, dtype=np.bool_)
-    for c in range(table.normal_row.size):
-        for r in range(table.first_row[c], table.first_row[c + 1]):
-            if unknown[r] != HELD:
-                needed[r] = True
-                if table.normal_row[c] >= 0:
-                    needed[table.normal_row[c]] = True
-                if table.coupled[c]:
-                    needed[table.first_row[c] : table.first_row[c] + 2] = True
+    for r in range(rows):
+        if unknown[r] != HELD:
+            needed[r] = True
+            if normal[r] >= 0:
+                needed[normal[r]] = True
+            if partner[r] >= 0:
+                needed[partner[r]] = True
     place = np.full(rows, -1)
     moved = np.flatnonzero(needed)
     for i in range(moved.size):
         place[moved[i]] = i
     return np.flatnonzero(unknown != HELD), moved, place
-
-
-@kernel
-def related_rows(table: ContactTable) -> tuple[Index, Index]:
-    """The normal row that loads each tangential row, and the row it shares a friction disc with; −1 for none."""
-    normal, partner = np.full(table.first_row[-1], -1), np.full(table.first_row[-1], -1)
-    for c in range(table.normal_row.size):
-        first = table.first_row[c]
-        for r in range(first, table.first_row[c + 1]):
-            if r != table.normal_row[c]:
-                normal[r] = table.normal_row[c]
-                if table.coupled[c]:
-                    partner[r] = 2 * first + 1 - r
-    return normal, partner
 
 
 @kernel

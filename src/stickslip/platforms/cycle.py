@@ -6,13 +6,13 @@ Rotations are scaled inside by the distance of the contacts from the mass centre
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
 
-from stickslip.checks import Array
+from stickslip.checks import Array, fault
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import LEFT, RIGHT, BetweenPlatforms
 from stickslip.platforms.march import (
@@ -61,7 +61,8 @@ class SteadyCycle:
 @dataclass(frozen=True, eq=False)
 class CycleModel:
     """A damper between platforms as arrays: contact table, B of the unknowns and of the left and right platform (rows, ...),
-    M, C, K, static load, and the length that rotations are scaled by. `with_parameters` changes the contacts for a fit."""
+    M, C, K, static load, and the length that rotations are scaled by; names of the contacts whose law depends on the velocity.
+    `with_parameters` changes the contacts for a fit."""
 
     table: ContactTable
     B: Array
@@ -70,6 +71,7 @@ class CycleModel:
     matrices: tuple[Array, Array, Array]
     load: Array
     length: float
+    rate_dependent: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, rig: BetweenPlatforms) -> CycleModel:
@@ -78,7 +80,9 @@ class CycleModel:
         size = np.ones(len(rig.free))
         size[2] = 1.0 / length
         M, C, K = (size[:, None] * matrix * size for matrix in rig.matrices)
-        return cls(rig.table, rig.rows(rig.free) * size, rig.rows(LEFT), rig.rows(RIGHT), (M, C, K), rig.pull * size, length)
+        dependent = tuple(p.name for p, law in zip(rig.points, rig.laws, strict=True) if not law.rate_independent)
+        B, sides = rig.rows(rig.free) * size, (rig.rows(LEFT), rig.rows(RIGHT))
+        return cls(rig.table, B, *sides, (M, C, K), rig.pull * size, length, dependent)
 
     def with_parameters(self, kt: Array, kn: Array, mu: Array) -> CycleModel:
         """A copy with other kt, kn [N/m] and mu of macroslip contacts, (contacts,) each: a microsecond's work, for fits."""
@@ -87,7 +91,7 @@ class CycleModel:
             normal_stiffness=np.asarray(kn, dtype=float),
             friction=np.asarray(mu, dtype=float),
         )
-        return CycleModel(table, self.B, self.left, self.right, self.matrices, self.load, self.length)
+        return replace(self, table=table)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -117,10 +121,11 @@ class CycleModel:
 
     def virgin(self, offsets: Array | float = 0.0) -> PlatformState:
         """Platforms at rest, no pull; sliders of all elements at `offsets` [m]."""
-        size, elements = self.load.size, self.table.stiffness.size
+        size, elements, w = self.load.size, self.table.stiffness.size, np.zeros(self.B.shape[0])
         intercept = -self.table.stiffness * np.broadcast_to(np.asarray(offsets, float), elements)
         zero = [np.zeros(size) for _ in range(5)]
-        return PlatformState(zero[0], zero[1], zero[2], zero[3], intercept, np.zeros(self.B.shape[0]), zero[4])
+        limit = slip_limits(self.table, normal_forces(self.table, w))
+        return PlatformState(zero[0], zero[1], zero[2], zero[3], intercept, w.copy(), zero[4], w, limit)
 
 
 @dataclass(frozen=True)
@@ -141,6 +146,13 @@ def steady_cycle(
     model: CycleModel, platform: Array, marching: Marching = QUASI_STATIC, start: PlatformState | None = None
 ) -> SteadyCycle:
     """The steady cycle under platform motion (steps, 2) [m], from virgin sliders unless a state is given (it is not changed)."""
+    if marching.method is None and model.rate_dependent:
+        raise fault(
+            "frequency",
+            f"must be given with a method in time, since the law of {model.rate_dependent[0]} depends on the velocity",
+            None,
+            "A quasi-static cycle has no velocity: give method=GeneralisedAlpha() and a frequency.",
+        )
     drive = np.ascontiguousarray(np.asarray(platform, dtype=float) @ model.left.T)
     state = _copied(start) if start is not None else model.virgin()
     steps = drive.shape[0]
@@ -150,7 +162,8 @@ def steady_cycle(
         unsolved = new_record(steps, *shape)
         unsolved.iterations[:] = -1
         return SteadyCycle(unsolved, drive, state, 0, CycleOutcome.NOT_CONVERGED, np.inf)
-    path = Path(np.roll(drive, -1, axis=0), np.ones(steps))
+    speed = _speed(drive, marching.frequency)
+    path = Path(np.roll(drive, -1, axis=0), np.roll(speed, -1, axis=0), np.ones(steps))
     previous, record, change = new_record(steps, *shape), new_record(steps, *shape), np.inf
     for cycle in range(1, marching.cycles + 1):
         previous, record, before = record, previous, standing(model, state)
@@ -160,6 +173,13 @@ def steady_cycle(
         if cycle > 1 and change <= marching.tolerance:
             return SteadyCycle(_shown(model, before, record), drive, state, cycle, CycleOutcome.STEADY, change)
     return SteadyCycle(_shown(model, before, record), drive, state, marching.cycles, CycleOutcome.NOT_STEADY, change)
+
+
+def _speed(drive: Array, frequency: float) -> Array:
+    """Speed of the platforms along a periodic motion d (steps, rows), of which they pass `frequency` periods a second, m/s."""
+    spectrum = np.fft.rfft(drive, axis=0)
+    order = np.arange(spectrum.shape[0])[:, None]
+    return np.asarray(np.fft.irfft(2.0j * np.pi * frequency * order * spectrum, drive.shape[0], axis=0))
 
 
 def _carrier(model: CycleModel, marching: Marching, steps: int):  # type: ignore[no-untyped-def]
@@ -190,7 +210,8 @@ def _settle(model: CycleModel, drive: Array, state: PlatformState) -> int:
         loads.append(np.ones(LEAD_IN))
     if not waypoints:
         return 0
-    path = Path(np.concatenate(waypoints), np.concatenate(loads))
+    drives = np.concatenate(waypoints)
+    path = Path(drives, np.zeros_like(drives), np.concatenate(loads))
     record = new_record(path.load.size, model.B.shape[0], state.intercept.size, model.load.size)
     bodies, few = model.bodies(model.matrices[2]), enumerable(model.table)
     failed = carry_quasi_static(bodies, model.table, model.load, path, state, record, few)
@@ -202,18 +223,27 @@ def _copied(state: PlatformState) -> PlatformState:
     return PlatformState(*(part.copy() for part in state))
 
 
+def normal_forces(table: ContactTable, w: Array) -> Array:
+    """N_e of every normal element at motion w (rows,), N."""
+    press = np.repeat(w[table.normal_row], np.diff(table.normal_first))
+    return np.maximum(table.normal_stiffness * press + table.normal_constant, 0.0)
+
+
+def slip_limits(table: ContactTable, normal: Array) -> Array:
+    """L = μ Σ N + L0 of every friction element for normal element forces, N."""
+    loads = np.append(0.0, np.cumsum(normal))
+    return np.asarray(table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit)
+
+
 def standing(model: CycleModel, state: PlatformState) -> Record:
     """A state as a record of one sample; nothing is solved: friction is what the sliders hold."""
     table = model.table
     w = model.B @ state.motion + state.drive
-    normal = np.maximum(
-        table.normal_stiffness * np.repeat(w[table.normal_row], np.diff(table.normal_first)) + table.normal_constant, 0.0
-    )
+    normal = normal_forces(table, w)
     traction = state.intercept + table.stiffness * np.repeat(w, np.diff(table.friction_first))
     force = np.add.reduceat(np.append(traction, 0.0), table.friction_first[:-1])
     force[table.normal_row] = np.add.reduceat(normal, table.normal_first[:-1])
-    loads = np.append(0.0, np.cumsum(normal))
-    limit = table.friction * (loads[table.load_last] - loads[table.load_first]) + table.constant_limit
+    limit = slip_limits(table, normal)
     iterations = np.zeros(1, dtype=np.int64)
     return Record(state.motion[None].copy(), w[None], force[None], state.intercept[None].copy(), limit[None], iterations)
 

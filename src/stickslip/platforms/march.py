@@ -12,9 +12,10 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 from stickslip.platforms.states import find_states
 from stickslip.platforms.step import Bodies, Workspace, solve_step, workspace
+from stickslip.time.contact_law import Earlier
 from stickslip.time.methods import Coefficients
 
 FINEST = 1e-3
@@ -26,7 +27,7 @@ JUMPS = 400
 
 class PlatformState(NamedTuple):
     """Between two steps, changed in place: motion, velocity, acceleration (n,), force Bᵀf on the bodies (n,), intercepts
-    T − kt u (elements,), platform part d (rows,), motion of the step before (n,)."""
+    T − kt u (elements,), platform part d (rows,), motion of the step before (n,); w (rows,) and limits (elements,) reached."""
 
     motion: Array
     velocity: Array
@@ -35,12 +36,15 @@ class PlatformState(NamedTuple):
     intercept: Array
     drive: Array
     before: Array
+    w: Array
+    limit: Array
 
 
 class Path(NamedTuple):
-    """What happens over some steps: d (steps, rows) and the factor of the load (steps,)."""
+    """What happens over some steps: d and its speed, which counts in time alone (steps, rows), the load's factor (steps,)."""
 
     drive: Array
+    speed: Array
     load: Array
 
 
@@ -93,7 +97,7 @@ def carry_quasi_static(
     return 0
 
 
-@kernel
+@inlined
 def _quasi_static_step(
     bodies: Bodies,
     table: ContactTable,
@@ -108,37 +112,46 @@ def _quasi_static_step(
     """One step to platform part `goal` and load factor `level`, whole or in parts; Newton's iterations, −1 when it fails."""
     q, start = np.empty_like(load), state.drive.copy()
     total, done, part = 0, 0.0, 1.0
+    before = Earlier(state.intercept, state.w, state.limit, np.zeros(state.w.size), 0.0)
     while done < 1.0:
         target = min(done + part, 1.0)
         drive = start + target * (goal - start)
         right = (last + target * (level - last)) * load
         iterations = -1
-        if part == 1.0:
-            q[:] = 2.0 * state.motion - state.before
-            iterations = solve_step(bodies, table, drive, right, state.intercept, q, work)
-        if iterations < 0:
-            q[:] = state.motion
-            iterations = solve_step(bodies, table, drive, right, state.intercept, q, work)
-        if iterations < 0 and few:
-            if find_states(bodies, table, drive, right, state.intercept, state.motion, q):
-                iterations = solve_step(bodies, table, drive, right, state.intercept, q, work)
-        elif iterations < 0:
+        for attempt in range(0 if part == 1.0 else 1, 3 if few else 2):
+            if attempt == 0:
+                q[:] = 2.0 * state.motion - state.before
+            elif attempt == 1:
+                q[:] = state.motion
+            elif not find_states(bodies, table, drive, right, state.intercept, state.motion, q):
+                break
+            iterations = solve_step(bodies, table, drive, right, before, q, work)
+            if iterations >= 0:
+                break
+        if iterations < 0 and not few:
             if part > FINEST:
                 part *= 0.5
                 continue
-            iterations = _jump(bodies, table, drive, right, state, q, work)
+            iterations = _jump(bodies, table, drive, right, state, before, q, work)
         if iterations < 0:
             return -1
         total, done, part = total + iterations, target, 2.0 * part
         state.before[:], state.motion[:] = state.motion, q
-        state.intercept[:] = work.intercept
+        _remember(state, work)
     state.drive[:] = goal
     return total
 
 
-@kernel
+@inlined
 def _jump(
-    bodies: Bodies, table: ContactTable, drive: Array, right: Array, state: PlatformState, q: Array, work: Workspace
+    bodies: Bodies,
+    table: ContactTable,
+    drive: Array,
+    right: Array,
+    state: PlatformState,
+    before: Earlier,
+    q: Array,
+    work: Workspace,
 ) -> int:
     """Where no equilibrium lies near the last one, the damper snaps to another: look from starts that fill a box of the size of
     its motion under the load (a lattice of the generalised golden ratio). Returns Newton's iterations, −1 when none is found."""
@@ -151,13 +164,19 @@ def _jump(
         for i in range(size):
             share = (0.5 + (attempt + 1) * ratio ** -(i + 1)) % 1.0
             q[i] = state.motion[i] + (4.0 * share - 2.0) * reach.max()
-        iterations = solve_step(bodies, table, drive, right, state.intercept, q, work)
+        iterations = solve_step(bodies, table, drive, right, before, q, work)
         if iterations >= 0:
             return iterations
     return -1
 
 
-@kernel
+@inlined
+def _remember(state: PlatformState, work: Workspace) -> None:
+    """What the contacts remember of a step."""
+    state.intercept[:], state.w[:], state.limit[:] = work.intercept, work.w, work.limit
+
+
+@inlined
 def _keep(record: Record, k: int, state: PlatformState, work: Workspace, iterations: int) -> None:
     record.motion[k], record.w[k], record.force[k] = state.motion, work.w, work.force
     record.intercept[k], record.limit[k], record.iterations[k] = work.intercept, work.limit, iterations
@@ -169,15 +188,17 @@ def carry_in_time(
 ) -> int:
     """Carry the bodies along a path in equal time steps; returns the number of failed steps, and stops there."""
     work = workspace(bodies.B.shape[0], state.intercept.size, load.size)
-    q, before = np.empty_like(load), np.empty_like(state.intercept)
+    q, drift = np.empty_like(load), np.empty_like(state.w)
     h, (am, af, beta, gamma) = inertia.step, inertia.method
+    before = Earlier(state.intercept, state.w, state.limit, drift, gamma / (beta * h))
     for k in range(path.drive.shape[0]):
         a = -(state.motion + h * state.velocity) / (beta * h * h) - (0.5 / beta - 1.0) * state.acceleration
         v = state.velocity + h * ((1.0 - gamma) * state.acceleration + gamma * a)
         right = path.load[k] * load - af * state.force - af * (inertia.K @ state.motion)
         right -= inertia.M @ ((1.0 - am) * a + am * state.acceleration)
         right -= inertia.C @ ((1.0 - af) * v + af * state.velocity)
-        before[:] = state.intercept
+        # w = B q + d moves at B q' + d', and q' = v + γ/(βh) q.
+        drift[:] = bodies.B @ v + path.speed[k] - before.rate * path.drive[k]
         iterations = -1
         for attempt in range(2):
             q[:] = state.motion + (0.0 if attempt else h) * state.velocity
@@ -192,6 +213,7 @@ def carry_in_time(
         state.acceleration[:] = acceleration
         state.before[:], state.motion[:] = state.motion, q
         state.force[:] = bodies.B.T @ work.force
-        state.intercept[:], state.drive[:] = work.intercept, path.drive[k]
+        state.drive[:] = path.drive[k]
+        _remember(state, work)
         _keep(record, k, state, work, iterations)
     return 0

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.checks import Array, Index, fault
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.kernels import kernel
@@ -69,7 +70,12 @@ def elements_of(rig: BetweenPlatforms) -> Elements:
     for index, (point, law) in enumerate(zip(rig.points, rig.laws, strict=True)):
         table = law.elements(1, True)
         friction, springs = table.friction[0], table.normal
-        paired = springs is not None and np.all(friction.last - friction.first == 1) and not np.any(friction.constant_limit)
+        paired = (
+            law.kind == SLIDERS
+            and springs is not None
+            and np.all(friction.last - friction.first == 1)
+            and not np.any(friction.constant_limit)
+        )
         if springs is None or not paired or friction.stiffness.size != springs.stiffness.size:
             raise fault(f"The law of {point.name}", "must pair each slider with a normal spring", type(law).__name__)
         columns = (springs.stiffness, springs.constant, friction.stiffness, friction.friction)
@@ -281,8 +287,11 @@ def _as_model(e: Elements, pull: float) -> CycleModel:
         load_last=number + 1,
         start_kind=0 * number,
         start_value=zero,
-        coupled=np.zeros(lines, dtype=np.int64),
-        cubic=np.zeros(2 * lines),
+        kind=np.full(lines, SLIDERS),
+        parameter_first=np.zeros(lines + 1, dtype=np.int64),
+        parameter=np.zeros(0),
+        loading_row=np.stack([2 * np.arange(lines) + 1, np.full(lines, -1)], axis=1).ravel(),
+        partner_row=np.full(2 * lines, -1),
     )
     length = float(np.mean(np.hypot(e.arm[:, 0], e.arm[:, 1])))
     B, sides = -_rigid(e).reshape(-1, 3) / np.array([1.0, 1.0, length]), np.repeat(e.moving, 2)[:, None]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
 from stickslip.platforms.step import UNIT, Bodies
@@ -25,7 +26,9 @@ def enumerable(table: ContactTable) -> bool:
     contacts = table.normal_row.size
     plain = np.all(np.diff(table.first_row) == 2) and np.all(table.normal_row == table.first_row[:-1] + 1)
     single = table.stiffness.size == contacts and table.normal_stiffness.size == contacts
-    return bool(contacts <= MOST_CONTACTS and plain and single and not np.any(table.constant_limit))
+    return bool(
+        contacts <= MOST_CONTACTS and plain and single and not np.any(table.constant_limit) and np.all(table.kind == SLIDERS)
+    )
 
 
 @kernel

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.time.contact_law import Earlier, Slopes, contact_law
+from stickslip.time.contact_law import Earlier, Slopes, contact_law, no_slopes
 from stickslip.time.contact_step import solve_in_place
 
 TOLERANCE = 1e-12
@@ -60,13 +60,12 @@ class Workspace(NamedTuple):
 @kernel
 def workspace(rows: int, elements: int, size: int) -> Workspace:
     """Fresh arrays."""
-    slopes = Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
     return Workspace(
         np.zeros(rows),
         np.zeros(rows),
         np.zeros(elements),
         np.zeros(elements),
-        slopes,
+        no_slopes(rows),
         np.zeros(size),
         np.zeros(size),
         np.zeros(size),
@@ -76,7 +75,7 @@ def workspace(rows: int, elements: int, size: int) -> Workspace:
 
 @kernel
 def residual_of(
-    bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Array, work: Workspace
+    bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Earlier, work: Workspace
 ) -> float:
     """Fill w, forces, intercepts, limits, slopes and A q + φ Bᵀf − g; returns its norm."""
     rows, size = bodies.B.shape
@@ -85,7 +84,7 @@ def residual_of(
         for i in range(size):
             total += bodies.B[r, i] * q[i]
         work.w[r] = total
-    contact_law(table, work.w, Earlier(before, work.w, work.limit), work.intercept, work.limit, work.slopes)
+    contact_law(table, work.w, before, work.intercept, work.limit, work.slopes)
     for r in range(rows):
         work.force[r] = work.slopes.target[r] + bodies.stiffness[r] * work.w[r]
     square = 0.0
@@ -141,7 +140,9 @@ def _direction(bodies: Bodies, work: Workspace) -> None:
 
 
 @kernel
-def solve_step(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, q: Array, work: Workspace) -> int:
+def solve_step(
+    bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Earlier, q: Array, work: Workspace
+) -> int:
     """Solve one step from the start in q (n,), which becomes the solution. Returns the iterations, −1 where Newton fails."""
     size = residual_of(bodies, table, q, drive, right, before, work)
     patience = PATIENCE

@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import MEAN, OFFSET, friction_period
+from stickslip.contact.table import remembering
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Point
 from stickslip.harmonic.cycle import friction_limits
 from stickslip.problem import Problem
@@ -48,8 +49,9 @@ def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Inde
     """Elements whose start value acts on the force, and ∂λ̂/∂(value) of each, (k, rows, 2H+1).
 
     An element acts when it sticks all through the steady period and its start is not clipped: offset −kt, ratio μN_last,
-    mean traction 1, at harmonic 0.
+    mean traction 1, at harmonic 0. One whose law forgets its start never does.
     """
+    remember = remembering(balance.problem.contacts)
     table, tables, w = evaluation.table, balance.tables, evaluation.w
     samples = tables.E.shape[0]
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
@@ -58,7 +60,7 @@ def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Inde
     for e, r, u, limit in friction_limits(table, tables, w):
         kt, kind, value = table.stiffness[e], int(table.start_kind[e]), table.start_value[e]
         state = friction_period(kind, value, kt, kt * u, limit, kt * w[r, 0], y, event)
-        acts = _start_slope(state, kind, kt, limit)
+        acts = _start_slope(state, kind, kt, limit) if remember[e] else None
         if acts is not None:
             found.append(e)
             slopes.append((r, acts))

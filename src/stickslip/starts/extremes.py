@@ -62,7 +62,7 @@ def loss_factor(energy: EnergyBalance) -> Objective:
     """
 
     def objective(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[float, Slopes]:
-        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         value = energy.at(evaluation, cycle).loss_factor
         return value, lambda forces, motion: energy.loss_factor_slopes(evaluation, forces, motion)
 

@@ -14,7 +14,7 @@ from stickslip.solve.newton import Correction, correct, fixed
 
 def sliders(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
     """Where the slider of every friction element stands at the last sample, s = u_last − T_last/kt, m, (elements,)."""
-    return contact_cycle(evaluation.table, balance.tables, evaluation.w).slider
+    return contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega).slider
 
 
 def march(balance: HarmonicBalance, omegas: Sequence[float], levels: Sequence[float]) -> Iterator[tuple[float, Correction]]:

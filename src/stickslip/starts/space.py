@@ -19,6 +19,7 @@ from stickslip.contact.period import OFFSET
 from stickslip.contact.start import STARTS
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import friction_reach
+from stickslip.problem import Problem
 
 Rule = Literal["slider_offset", "traction_ratio", "mean_traction", "virgin"]
 Sharing = Literal["element", "direction", "contact", "all"]
@@ -79,7 +80,8 @@ def start_space(
     An offset beyond max|u| + max L/kt is clipped; a mean traction beyond max L too.
     """
     rules = rules_of(rule)
-    if balance.table.coupled.any() and (len(set(rules)) > 1 or "mean_traction" in rules):
+    coupled = any(contact.law.couples_directions for contact in balance.problem.contacts)
+    if coupled and (len(set(rules)) > 1 or "mean_traction" in rules):
         raise fault("rule", "must be slider_offset or traction_ratio, the same in both directions, with friction discs", rule)
     table = balance.table
     row = np.repeat(np.arange(table.rows), np.diff(table.friction_first))
@@ -92,6 +94,18 @@ def start_space(
     reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
     space = StartSpace(kind, _groups(row, contact, kind, varied, share), reach)
     return replace(space, scale=space.by_rule(slider_offset=reach, traction_ratio=np.ones_like(reach), mean_traction=limit))
+
+
+def refuse_forgetful(problem: Problem) -> None:
+    """Start states must matter to every law with friction; a law without friction has none."""
+    for contact in problem.contacts:
+        if not contact.law.remembers_start and any(group.stiffness.size for group in contact.elements.friction):
+            raise fault(
+                f"The law of {contact.name!r}",
+                "must remember its start state, which is varied here",
+                f"{type(contact.law).__name__}, which forgets it",
+                "Its response is unique: take forced_response. Or take macroslip.",
+            )
 
 
 def rules_of(rule: Rules) -> tuple[Rule, ...]:

@@ -18,7 +18,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import friction_limits
 from stickslip.solve.continuation import first_point
 from stickslip.starts.solutions import StartSolutions, UnsolvedError
-from stickslip.starts.space import RULES, Rules, Sharing, StartSpace, start_space
+from stickslip.starts.space import RULES, Rules, Sharing, StartSpace, refuse_forgetful, start_space
 
 ROUNDS, CORNERS, GROWTH = 2, 2, 0.02
 """Rounds of widening a space, corners of it that are solved in each, and the growth below which it is wide enough."""
@@ -103,6 +103,7 @@ def explored_space(
     The virgin solution alone is too narrow: another start state moves the bodies and shifts the normal loads, which allows
     sliders further out. Random corners are solved, and the space grows until they allow no more.
     """
+    refuse_forgetful(balance.problem)
     virgin = balance.with_starts(np.zeros(balance.table.stiffness.size), OFFSET)
     firsts = [first_point(virgin, omega, level) for omega in omegas]
     solved = [first.evaluation for first in firsts if first.converged]

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from stickslip.checks import fault, nearest
 from stickslip.contact.cubic import CubicSpring
+from stickslip.contact.dahl import Dahl
 from stickslip.contact.friction_disc import FrictionDisc
 from stickslip.contact.gap import Gap
 from stickslip.contact.iwan import Iwan
@@ -16,6 +17,7 @@ from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.microslip import MicroslipArray
 from stickslip.contact.spectrum import FourParameter, Hertz, Parabolic, Spectrum
+from stickslip.contact.tanh_coulomb import TanhCoulomb
 from stickslip.study.fields import (
     Direction,
     Directions,
@@ -30,7 +32,7 @@ from stickslip.study.fields import (
     Table,
 )
 from stickslip.study.starts import Starts
-from stickslip.study.units import CUBIC_STIFFNESS, FORCE, LENGTH, STIFFNESS, Units, in_si
+from stickslip.study.units import CUBIC_STIFFNESS, FORCE, LENGTH, STIFFNESS, VELOCITY, Units, in_si
 
 
 class ContactTable(Table):
@@ -69,19 +71,27 @@ class FrictionTable(ContactTable):
     ] = None
 
 
-SLIDER = ("kt", "mu", "kn", "preload", "gap", "normal_load")
+LOAD = ("mu", "kn", "preload", "gap", "normal_load")
+"""Parameters of the limit μN."""
+
+SLIDER = ("kt", *LOAD)
 """Parameters of a law with one spring and slider."""
 
 
-class SliderTable(FrictionTable):
-    """What contacts with one spring and slider have."""
+class LoadTable(FrictionTable):
+    """What contacts have whose limit is μN of one normal spring, or constant."""
 
-    kt: Annotated[Positive, STIFFNESS, Field(description="tangential stiffness")]
     mu: Annotated[NotNegative, Field(description="friction coefficient")]
     normal_load: Annotated[NotNegative | None, FORCE, Field(description="constant normal load, when there is no kn")] = None
     kn: Annotated[Positive | None, STIFFNESS, Field(description="normal stiffness; needs `normal`")] = None
     preload: Annotated[Number, FORCE, Field(description="N0: normal force at z = 0 (an interference)")] = 0.0
     gap: Annotated[Number, LENGTH, Field(description="closes at z = gap")] = 0.0
+
+
+class SliderTable(LoadTable):
+    """What contacts with one spring and slider have."""
+
+    kt: Annotated[Positive, STIFFNESS, Field(description="tangential stiffness")]
 
 
 class MacroslipTable(SliderTable):
@@ -101,6 +111,25 @@ class FrictionDiscTable(SliderTable):
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         return FrictionDisc(**{key: values[key] for key in SLIDER})
+
+
+class DahlTable(SliderTable):
+    """Friction that yields from the first motion on, without stick and whatever the start: kt is the slope at a reversal."""
+
+    law: Annotated[Literal["dahl"], Field(description="the contact law")]
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        return Dahl(**{key: values[key] for key in SLIDER})
+
+
+class TanhCoulombTable(LoadTable):
+    """Friction by the velocity v, μN tanh(v/v0), without stiffness and whatever the start."""
+
+    law: Annotated[Literal["tanh_coulomb"], Field(description="the contact law")]
+    v0: Annotated[Positive, VELOCITY, Field(description="velocity that reaches 76 % of the limit")]
+
+    def law_in_si(self, values: dict[str, Any]) -> Law:
+        return TanhCoulomb(**{key: values[key] for key in (*LOAD, "v0")})
 
 
 class MicroslipArrayTable(FrictionTable):
@@ -217,6 +246,8 @@ LAWS: dict[str, type[ContactTable]] = {
     "friction_disc": FrictionDiscTable,
     "microslip_array": MicroslipArrayTable,
     "iwan": IwanTable,
+    "dahl": DahlTable,
+    "tanh_coulomb": TanhCoulombTable,
     "gap": GapTable,
     "cubic_spring": CubicSpringTable,
 }

@@ -1,7 +1,7 @@
 """All contacts at one instant of a time march: λ̂(w) = f − K_c w from the motion and the previous slider positions.
 
 A Jenkins step in the intercept y = T − kt u is a clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n), as in
-`stickslip.contact.period`; on a friction disc it is the step of `stickslip.contact.friction_disc`.
+`stickslip.contact.period`; laws that are no table of sliders have a step of their own (`stickslip.contact.dispatch`).
 """
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.checks import Array, Index
-from stickslip.contact.friction_disc import disc_step
+from stickslip.checks import Array
+from stickslip.contact.dispatch import law_step
+from stickslip.contact.law import SLIDERS
+from stickslip.contact.protocol import StepForces, StepMotion, contact_data
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 
 class ContactState(NamedTuple):
@@ -27,45 +29,31 @@ class ContactState(NamedTuple):
 
 
 class Earlier(NamedTuple):
-    """What contacts remember of the instant before: intercepts (elements,), motion w (rows,) and limits (elements,); the last two
-    matter to friction discs alone."""
+    """What contacts remember of the instant before, intercepts (elements,), motion w (rows,) and limits (elements,), and how the
+    velocity follows from the motion of the new instant: drift + rate w, drift (rows,) [m/s], rate [1/s]."""
 
     intercept: Array
     w: Array
     limit: Array
+    drift: Array
+    rate: float
 
 
 class Slopes(NamedTuple):
     """λ̂(w) of every row and its derivatives, each (rows,): by the own motion, by the normal motion of the same contact, and by
-    the other tangential motion on a friction disc."""
+    the other tangential motion where a law couples both. work: friction work of the step of laws with kernels of their own, J."""
 
     target: Array
     own: Array
     coupling: Array
     cross: Array
+    work: Array
 
 
-class Neighbours(NamedTuple):
-    """For each friction row (rows,): the normal row of its contact and the other row of its friction disc, −1 where none is."""
-
-    normal: Index
-    partner: Index
-
-
-def neighbours(table: ContactTable) -> Neighbours:
-    """The neighbours of all rows of a table."""
-    normal, partner = np.full(table.rows, -1), np.full(table.rows, -1)
-    for c, row in enumerate(table.normal_row):
-        friction = [r for r in range(table.first_row[c], table.first_row[c + 1]) if r != row]
-        normal[friction] = row
-        if table.coupled[c]:
-            partner[friction] = friction[::-1]
-    return Neighbours(normal, partner)
-
-
+@kernel
 def no_slopes(rows: int) -> Slopes:
     """Slopes to be filled."""
-    return Slopes(*(np.zeros(rows) for _ in range(4)))
+    return Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
 
 
 @kernel
@@ -76,13 +64,11 @@ def contact_law(table: ContactTable, w: Array, before: Earlier, intercept: Array
         z = w[row] if row >= 0 else 0.0
         if row >= 0:
             _normal_row(table, c, row, z, slopes)
-        if table.coupled[c]:
-            _disc_rows(table, table.first_row[c], w, z, before, intercept, limit, slopes)
+        if table.kind[c] != SLIDERS:
+            _law_rows(table, c, w, z, before, intercept, limit, slopes)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
-            if table.cubic[r] != 0.0:
-                slopes.target[r], slopes.own[r] = table.cubic[r] * w[r] ** 3, 3.0 * table.cubic[r] * w[r] ** 2
-            elif r != row:
+            if r != row:
                 _friction_row(table, r, w[r], z, before.intercept, intercept, limit, slopes)
 
 
@@ -134,23 +120,31 @@ def _friction_row(
     slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
 
 
-@kernel
-def _disc_rows(
-    table: ContactTable, r: int, w: Array, z: float, before: Earlier, intercept: Array, limit: Array, slopes: Slopes
+@inlined
+def _law_rows(
+    table: ContactTable, c: int, w: Array, z: float, before: Earlier, intercept: Array, limit: Array, slopes: Slopes
 ) -> None:
-    """T − K_c u of the two rows r, r + 1 of a friction disc."""
-    e = table.friction_first[r]
-    L, slope = _limit(table, e, z)
-    kt, turn = table.stiffness[e], np.empty(6)
-    tx, ty = before.intercept[e] + kt * before.w[r], before.intercept[e + 1] + kt * before.w[r + 1]
-    x, y = kt * (w[r] - before.w[r]), kt * (w[r + 1] - before.w[r + 1])
-    slips, c, s = disc_step(tx, ty, x, y, before.limit[e], L, turn)
-    limit[e] = limit[e + 1] = L
-    intercept[e] = L * c - kt * w[r] if slips else before.intercept[e]
-    intercept[e + 1] = L * s - kt * w[r + 1] if slips else before.intercept[e + 1]
-    stuck = 0.0 if slips else kt
-    slopes.own[r], slopes.own[r + 1] = stuck - kt * (1.0 + s * L * turn[2]), stuck - kt * (1.0 - c * L * turn[3])
-    slopes.cross[r], slopes.cross[r + 1] = -kt * s * L * turn[3], kt * c * L * turn[2]
-    slopes.coupling[r], slopes.coupling[r + 1] = (c - s * L * turn[5]) * slope, (s + c * L * turn[5]) * slope
-    for d in range(2):
-        slopes.target[r + d] = intercept[e + d]
+    """T − K_c u of the tangential rows of contact c by the kernel of its law."""
+    first, data = table.first_row[c], contact_data(table, c)
+    size, e = data.kt.size, table.friction_first[first]
+    last, elements = first + size, table.friction_first[first + size] - e
+    y0, L0, L, slope = np.zeros(size), 0.0, 0.0, 0.0
+    if elements:
+        L, slope = _limit(table, e, z)
+        L0 = before.limit[e]
+        y0[:] = before.intercept[e : e + size]
+    velocity = np.empty(size)
+    for d in range(size):
+        velocity[d] = before.drift[first + d] + before.rate * w[first + d]
+    motion = StepMotion(y0, before.w[first:last], w[first:last], velocity, L0, L)
+    found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
+    slopes.work[first] = law_step(table.kind[c], data, motion, found)
+    for d in range(size):
+        row, other = first + d, size - 1 - d
+        slopes.target[row] = found.y[d]
+        slopes.own[row] = found.by_u[d, d] + before.rate * found.by_velocity[d, d]
+        slopes.coupling[row] = found.by_limit[d] * slope
+        if table.partner_row[row] >= 0:
+            slopes.cross[row] = found.by_u[d, other] + before.rate * found.by_velocity[d, other]
+        if elements:
+            intercept[e + d], limit[e + d] = found.y[d], L

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.time.contact_law import ContactState, Earlier, Neighbours, Slopes, contact_law
+from stickslip.time.contact_law import ContactState, Earlier, Slopes, contact_law
 
 TOLERANCE = 1e-11
 """Residual of a step relative to the contact forces."""
@@ -27,13 +27,13 @@ SINGULAR = 1e-13
 
 
 @kernel
-def _slope(slopes: Slopes, near: Neighbours, G: Array, r: int, s: int) -> float:
+def _slope(slopes: Slopes, table: ContactTable, G: Array, r: int, s: int) -> float:
     """−∂λ̂_r/∂λ_s, with w = w_free − Gλ."""
     value = slopes.own[r] * G[r, s]
-    if near.normal[r] >= 0:
-        value += slopes.coupling[r] * G[near.normal[r], s]
-    if near.partner[r] >= 0:
-        value += slopes.cross[r] * G[near.partner[r], s]
+    if table.loading_row[r] >= 0:
+        value += slopes.coupling[r] * G[table.loading_row[r], s]
+    if table.partner_row[r] >= 0:
+        value += slopes.cross[r] * G[table.partner_row[r], s]
     return float(value)
 
 
@@ -45,7 +45,7 @@ def _active_rows(slopes: Slopes) -> Index:
 
 
 @kernel
-def _change(residual: Array, slopes: Slopes, near: Neighbours, G: Array, change: Array) -> bool:
+def _change(residual: Array, slopes: Slopes, table: ContactTable, G: Array, change: Array) -> bool:
     """Newton's change of λ (rows,); False where the system of the rows that slip or open is singular."""
     change[:] = -residual
     active = _active_rows(slopes)
@@ -57,9 +57,9 @@ def _change(residual: Array, slopes: Slopes, near: Neighbours, G: Array, change:
         right[i] = -residual[r]
         for s in range(residual.size):
             if change[s] != 0.0:
-                right[i] -= _slope(slopes, near, G, r, s) * change[s]
+                right[i] -= _slope(slopes, table, G, r, s) * change[s]
         for j in range(size):
-            matrix[i, j] = _slope(slopes, near, G, r, active[j])
+            matrix[i, j] = _slope(slopes, table, G, r, active[j])
         matrix[i, i] += 1.0
     if not solve_in_place(matrix, right):
         return False
@@ -106,18 +106,17 @@ def _residual(
 @kernel
 def solve_contacts(
     table: ContactTable,
-    near: Neighbours,
     stiffness: Array,
     G: Array,
     free: Array,
     guess: Array,
     before: Earlier,
     state: ContactState,
+    slopes: Slopes,
 ) -> int:
-    """Contacts at the end of a step: fills `state` from the motion without λ (`free`, rows), a guess of λ and what was
-    `before` the step. Returns the iterations, −1 where Newton's method fails."""
+    """Contacts at the end of a step: fills `state` and `slopes` from the motion without λ (`free`, rows), a guess of λ and what
+    was `before` the step. Returns the iterations, −1 where Newton's method fails."""
     rows = free.size
-    slopes = Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))
     residual, change, start = np.empty(rows), np.empty(rows), np.empty(rows)
     state.forces[:] = guess
     size = _residual(table, G, free, before, state, slopes, residual)
@@ -126,7 +125,7 @@ def solve_contacts(
         scale = np.sqrt(np.sum(state.forces**2)) + np.sqrt(np.sum((stiffness * state.w) ** 2))
         if size <= TOLERANCE * scale:
             return iteration
-        if not _change(residual, slopes, near, G, change):
+        if not _change(residual, slopes, table, G, change):
             change[:] = -0.5 * residual
         start[:] = state.forces
         length, trial = 1.0, size

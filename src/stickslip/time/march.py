@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.checks import Array, fault, positive
 from stickslip.problem import Problem
-from stickslip.time.contact_law import ContactState, neighbours
+from stickslip.time.contact_law import ContactState
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.time.model import StepMatrices, TimeModel, time_model
 from stickslip.time.period import History, Loads, PeriodWork, State, march_period, settle
@@ -146,7 +146,6 @@ def _until_periodic(
     model: TimeModel, matrices: StepMatrices, loads: Loads, state: State, omega: float, level: float, settings: March
 ) -> TimeCycle:
     last, history = (_history(model, settings.steps_per_period) for _ in range(2))
-    near = neighbours(model.table)
     changes: list[float] = []
     outcome = MarchOutcome.NOT_PERIODIC
     work = PeriodWork(0.0, 0.0, 0, -1)
@@ -154,7 +153,7 @@ def _until_periodic(
     count = 0
     while outcome == MarchOutcome.NOT_PERIODIC and count < settings.periods:
         last, history = history, last
-        work = march_period(model.table, near, matrices, loads, state, history)
+        work = march_period(model.table, matrices, loads, state, history)
         count += 1
         first_outputs = history.outputs.copy() if count == 1 else first_outputs
         if work.failed >= 0:

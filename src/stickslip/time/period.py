@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
-from stickslip.time.contact_law import ContactState, Earlier, Neighbours, contact_law, no_slopes
+from stickslip.kernels import inlined, kernel
+from stickslip.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes
 from stickslip.time.contact_step import solve_contacts
 from stickslip.time.model import StepMatrices
 
@@ -38,7 +39,7 @@ class Loads(NamedTuple):
 
 class History(NamedTuple):
     """Samples t_0 .. t_{N−1} of a period: outputs, contact motion, contact force f (rows, N); friction work of rows (rows,), that
-    of a friction disc on its first row."""
+    of a law with kernels of its own on its first row."""
 
     outputs: Array
     contact_motion: Array
@@ -71,7 +72,8 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     contacts = state.contacts
     slopes = no_slopes(contacts.w.size)
     contacts.w[:] = matrices.shape @ state.motion
-    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy())
+    drift = matrices.shape @ state.velocity
+    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, 0.0)
     contact_law(table, contacts.w, before, contacts.intercept, contacts.limit, slopes)
     contacts.forces[:] = slopes.target
     state.forces_before[:] = slopes.target
@@ -82,14 +84,13 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
 
 
 @kernel
-def march_period(
-    table: ContactTable, near: Neighbours, matrices: StepMatrices, loads: Loads, state: State, history: History
-) -> PeriodWork:
+def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, state: State, history: History) -> PeriodWork:
     """March N steps from t = 0 of a period. Column n of the histories holds t_n, column 0 the end of the period."""
     contacts, step = state.contacts, matrices.step
     mass_weight, force_weight, beta, gamma = matrices.coefficients
     history.friction_work[:] = 0.0
     given, viscous, iterations = 0.0, 0.0, 0
+    rate, slopes = gamma / (beta * step), no_slopes(contacts.w.size)
     resistance = _times(matrices.damping, state.velocity)
     pushed = matrices.receiver @ contacts.forces
     rest = loads.static + loads.harmonic @ loads.rows[0] - pushed - state.motion - resistance
@@ -101,45 +102,45 @@ def march_period(
         right = (1.0 - force_weight) * (loads.static + shaken - predicted - _times(matrices.damping, drifted))
         right += force_weight * rest - mass_weight * matrices.mass * state.acceleration
         free = matrices.shape @ (predicted + _times(matrices.inverse, right))
-        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy())
+        drift = matrices.shape @ (drifted - rate * predicted)
+        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, rate)
         guess = 2.0 * contacts.forces - state.forces_before
         state.forces_before[:] = contacts.forces
-        used = solve_contacts(table, near, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
-        if used < 0:
-            guess[:] = state.forces_before
-            used = solve_contacts(table, near, matrices.stiffness, matrices.compliance, free, guess, before, contacts)
+        used = -1
+        for attempt in range(2):
+            if attempt:
+                guess[:] = state.forces_before
+            used = solve_contacts(table, matrices.stiffness, matrices.compliance, free, guess, before, contacts, slopes)
+            if used >= 0:
+                break
         if used < 0:
             return PeriodWork(given, viscous, iterations, n)
         iterations += used
         pushed = matrices.receiver @ contacts.forces
         change = _times(matrices.inverse, right - (1.0 - force_weight) * pushed)
         state.motion[:] = predicted + change
-        state.velocity[:] = drifted + gamma / (beta * step) * change
+        state.velocity[:] = drifted + rate * change
         state.acceleration[:] = change / (beta * step**2)
         resistance = _times(matrices.damping, state.velocity)
         rest = loads.static + shaken - pushed - state.motion - resistance
         given += step * float(np.sum(shaken * state.velocity))
         viscous += step * float(np.sum(resistance * state.velocity))
-        _record(table, matrices, state, before, column, history)
+        _record(table, matrices, state, before, slopes, column, history)
     return PeriodWork(given, viscous, iterations, -1)
 
 
-@kernel
-def _record(table: ContactTable, matrices: StepMatrices, state: State, before: Earlier, column: int, history: History) -> None:
-    """Fill a column of the histories and add the friction work L |Δs| of the step, s = −y/kt, L at the middle of the step."""
+@inlined
+def _record(
+    table: ContactTable, matrices: StepMatrices, state: State, before: Earlier, slopes: Slopes, column: int, history: History
+) -> None:
+    """Fill a column of the histories and add the friction work of the step, of sliders L |Δs|, s = −y/kt, L at its middle."""
     contacts = state.contacts
     history.outputs[:, column] = matrices.outputs @ state.motion
     history.contact_motion[:, column] = contacts.w
     history.contact_force[:, column] = contacts.forces + matrices.stiffness * contacts.w
-    for c in range(table.coupled.size):
-        if table.coupled[c]:
-            r = table.first_row[c]
-            e = table.friction_first[r]
-            slid = (
-                np.hypot(contacts.intercept[e] - before.intercept[e], contacts.intercept[e + 1] - before.intercept[e + 1])
-                / table.stiffness[e]
-            )
-            history.friction_work[r] += 0.5 * (contacts.limit[e] + before.limit[e]) * slid
+    for c in range(table.kind.size):
+        if table.kind[c] != SLIDERS:
+            history.friction_work[table.first_row[c]] += slopes.work[table.first_row[c]]
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             for e in range(table.friction_first[r], table.friction_first[r + 1]):

@@ -32,6 +32,31 @@ def test_the_law_and_its_parameters_are_found(law):
     assert choice.fits[law].mu == pytest.approx(0.4, rel=0.03)
 
 
+def dahl_loop(kt, limit, amplitude, samples=400):
+    """u and T of the steady cycle, T from rest by small steps of dT = kt (1 − s T/L) du, cycle after cycle."""
+    u, traction, found = amplitude * np.sin(2.0 * np.pi * np.arange(samples) / samples), 0.0, np.empty(samples)
+    for _ in range(20):
+        for n in range(samples):
+            du = u[n] - u[n - 1]
+            middle = traction + 0.5 * kt * (1.0 - np.sign(du) * traction / limit) * du
+            traction += kt * (1.0 - np.sign(du) * middle / limit) * du
+            found[n] = traction
+    return u, found
+
+
+def test_a_contact_that_yields_from_the_first_motion_on_is_recognised():
+    """With the errors of `loops`: the law and, to 3 %, its kt and μ."""
+    generator, measured = np.random.default_rng(3), []
+    for amplitude in (2e-6, 4e-6, 8e-6, 16e-6):
+        u, f = dahl_loop(20e6, 0.4 * 100.0, amplitude)
+        u = u + 0.08e-6 / np.sqrt(20.0) * generator.standard_normal(u.size)
+        measured.append(ContactLoop(u, f + 0.05 * generator.standard_normal(u.size) + 0.8 * generator.standard_normal(), 100.0))
+    choice = identify_law(measured)
+    assert choice.best == "dahl"
+    assert choice.fits["dahl"].kt == pytest.approx(20e6, rel=0.03)
+    assert choice.fits["dahl"].mu == pytest.approx(0.4, rel=0.03)
+
+
 def test_too_little_motion_is_said():
     choice = identify_law(loops("iwan", 2, (1e-6, 2e-6)))
     assert any("gross slip" in sentence for sentence in choice.warnings)

@@ -99,7 +99,7 @@ def _contact_motions(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycl
     """Motion at every contact, parted into elastic and slip, and the rolling."""
     tangential, normal_rows = _rows(model)
     u, z = march.record.w[:, tangential], march.record.w[:, normal_rows]
-    elastic = march.record.force[:, tangential] / model.stiffness[tangential]
+    elastic = _sprung(march.record.force[:, tangential], model.stiffness[tangential])
     rolling = march.record.motion[:, 2:3] * np.array([point.radius for point in rig.points])
     words = "tangential motion of the damper at the contact, relative to the platform"
     return {
@@ -160,7 +160,7 @@ def slip_work(model: CycleModel, march: SteadyCycle) -> Array:
     """Friction work of each contact over the cycle, Σ T δ(slip) over its elements, trapezoidal, (contacts,) [J]."""
     path, table = march.path(model), model.table
     traction = _tractions(model, path)
-    slid = -np.diff(path.intercept, axis=0) / table.stiffness
+    slid = np.where(table.stiffness > 0.0, _sprung(-np.diff(path.intercept, axis=0), table.stiffness), _travel(model, path))
     work = np.sum(0.5 * (traction[1:] + traction[:-1]) * slid, axis=0)
     return np.array([work[elements].sum() for elements in _elements(model)])
 
@@ -172,7 +172,8 @@ def stored_energy(model: CycleModel, path: Record) -> Array:
     motion = path.motion * size
     press = np.repeat(path.w[:, table.normal_row], np.diff(table.normal_first), axis=1)
     normal = np.maximum(table.normal_stiffness * press + table.normal_constant, 0.0)
-    elastic = (_tractions(model, path) ** 2 / table.stiffness).sum(axis=1) + (normal**2 / table.normal_stiffness).sum(axis=1)
+    elastic = _sprung(_tractions(model, path) ** 2, table.stiffness).sum(axis=1)
+    elastic = elastic + (normal**2 / table.normal_stiffness).sum(axis=1)
     return np.asarray(0.5 * (elastic + np.sum(motion @ model.matrices[2] * motion, axis=1)) - motion @ model.load)
 
 
@@ -188,6 +189,16 @@ def contact_states(model: CycleModel, march: SteadyCycle) -> Index:
         found[moved, c] = np.where(force[moved, row] >= 0.0, SLIP_UP, SLIP_DOWN)
         found[force[:, normal] <= 0.0, c] = OPEN
     return np.roll(found, 1, axis=0)
+
+
+def _sprung(values: Array, stiffness: Array) -> Array:
+    """values/kt, and 0 without a spring, (samples, elements)."""
+    return np.divide(values, stiffness, out=np.zeros_like(values), where=stiffness > 0.0)
+
+
+def _travel(model: CycleModel, path: Record) -> Array:
+    """Change of the displacement of each element from sample to sample, (samples − 1, elements) [m]."""
+    return np.repeat(np.diff(path.w, axis=0), np.diff(model.table.friction_first), axis=1)
 
 
 def _tractions(model: CycleModel, path: Record) -> Array:

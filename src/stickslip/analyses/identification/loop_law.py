@@ -4,6 +4,8 @@ Every law is a set of parallel sliders of equal stiffness kt/n with limits μ N(
     jenkins   w = 1, n = 1: all slips at once
     array     limits that fall evenly from one element to the next, by `spread`: five elements with gaps
     iwan      w ~ √(1 − ξ²): the half ellipse of a cylinder on a flat (Li, Xu, Gola and Botto 2020, equation 1)
+and beside them
+    dahl      the smooth law of `stickslip.contact.dahl`, with the same kt and μ as jenkins
 """
 
 from __future__ import annotations
@@ -17,13 +19,18 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from stickslip.checks import Array, fault, nearest
+from stickslip.contact import dahl
 from stickslip.contact.period import OFFSET, friction_period
+from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
 
 if TYPE_CHECKING:
     import xarray as xr
 
 IWAN_ELEMENTS = 24
 ARRAY_ELEMENTS = 5
+SMOOTHED = 30
+"""Harmonics of the displacement that Dahl's law is led along: it yields to every reversal, and noise would make many."""
+
 CLOSE = 1.1
 """A law with fewer parameters is kept while its held-out error is below this times the smallest."""
 
@@ -49,14 +56,6 @@ def half_ellipse(count: int) -> Array:
     place = (np.arange(count) + 0.5) / count
     found = np.sqrt(1.0 - place**2)
     return np.asarray(found / found.mean())
-
-
-LAWS: dict[str, tuple[Callable[[Array], Array], int]] = {
-    "jenkins": (jenkins_weights, 0),
-    "iwan": (iwan_weights, 0),
-    "array": (array_weights, 1),
-}
-"""Of each law, the simplest first: weights of its elements from its shape parameters, and how many of those it has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +101,34 @@ def steady_force(loop: ContactLoop, kt: float, mu: float, weights: Array) -> Arr
         friction_period(OFFSET, 0.0, kt, ku, mu * weight / weights.size * normal, 0.0, y, event)
         total += y + ku
     return total
+
+
+def dahl_force(loop: ContactLoop, kt: float, mu: float) -> Array:
+    """The steady force (n,) of Dahl's law, along the displacement smoothed to its first harmonics."""
+    spectrum = np.fft.rfft(np.asarray(loop.displacement))
+    spectrum[SMOOTHED + 1 :] = 0.0
+    u, limit = np.fft.irfft(spectrum, np.size(loop.displacement))[None], mu * np.asarray(loop.normal)
+    zero, none = np.zeros(u.size), np.zeros((u.size, 0))
+    data = ContactData(np.zeros(0), np.array([kt]), np.zeros(1, dtype=np.int64), np.zeros(1))
+    found = no_forces(1, u.size, 0)
+    dahl.period(data, PeriodMotion(u, 0.0 * u, limit, zero, 0.0, none, none), found)
+    return np.asarray(found.y[0] + kt * u[0])
+
+
+def _sliders(weights: Callable[[Array], Array]) -> LoopForce:
+    return lambda loop, kt, mu, shape: steady_force(loop, kt, mu, weights(shape))
+
+
+LoopForce = Callable[[ContactLoop, float, float, Array], Array]
+"""The steady force of a loop for kt, μ and the shape parameters."""
+
+LAWS: dict[str, tuple[LoopForce, int]] = {
+    "jenkins": (_sliders(jenkins_weights), 0),
+    "iwan": (_sliders(iwan_weights), 0),
+    "dahl": (lambda loop, kt, mu, shape: dahl_force(loop, kt, mu), 0),
+    "array": (_sliders(array_weights), 1),
+}
+"""Of each law, the simplest first: its force, and how many shape parameters it has."""
 
 
 @dataclass(frozen=True)
@@ -170,8 +197,7 @@ def _without(loops: tuple[ContactLoop, ...], index: int) -> tuple[ContactLoop, .
 def _residuals(theta: Array, loops: tuple[ContactLoop, ...], law: str) -> Array:
     """Measured less computed force of all loops, without the unknown zero of each."""
     kt, mu = np.exp(theta[:2])
-    weights = LAWS[law][0](theta[2:])
-    left = [np.asarray(loop.force) - steady_force(loop, kt, mu, weights) for loop in loops]
+    left = [np.asarray(loop.force) - LAWS[law][0](loop, kt, mu, theta[2:]) for loop in loops]
     return np.concatenate([one - one.mean() for one in left])
 
 

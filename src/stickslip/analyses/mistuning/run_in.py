@@ -41,7 +41,7 @@ def run_in_by(work: ForcedResponseWork, disk: TunedDisk) -> TunedDisk:
         raise InputError(f"The tuned disk must have a response to be run in by, but none was found. {curve.message}")
     row = balance.rows
     highest = max((point.evaluation for point in curve.points), key=lambda found: float(np.hypot(*found.w[row, 1:3])))
-    sliders = contact_cycle(balance.table, balance.tables, highest.w).mean_slider
+    sliders = contact_cycle(balance.table, balance.tables, highest.w, highest.point.omega).mean_slider
     return replace(disk, contacts=tuple(_started(disk.contacts, sliders)))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Index
+from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, STICK, friction_period
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, friction_limits
@@ -50,10 +51,9 @@ def _slipping_elements(balance: HarmonicBalance, evaluation: Evaluation, cycle: 
     table, tables, w = evaluation.table, balance.tables, evaluation.w
     samples = tables.E.shape[0]
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
-    coupled = _coupled_rows(balance)
     found: dict[int, list[bool]] = {row: [] for row in range(balance.rows)}
     for e, row, u, limit in friction_limits(table, tables, w):
-        if row in coupled:
+        if table.kind[np.searchsorted(table.first_row, row, side="right") - 1] != SLIDERS:
             found[row] = [bool(np.any((cycle.state[row] != STICK) & (cycle.state[row] != OPEN)))]
             continue
         kt, kind, value = table.stiffness[e], int(table.start_kind[e]), table.start_value[e]
@@ -61,9 +61,3 @@ def _slipping_elements(balance: HarmonicBalance, evaluation: Evaluation, cycle: 
         if not np.all(event == OPEN):
             found[row].append(bool(np.any((event != STICK) & (event != OPEN))))
     return found
-
-
-def _coupled_rows(balance: HarmonicBalance) -> set[int]:
-    table = balance.table
-    coupled = np.flatnonzero(table.coupled)
-    return {int(row) for c in coupled for row in range(table.first_row[c], table.first_row[c] + 2)}

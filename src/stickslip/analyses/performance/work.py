@@ -158,7 +158,7 @@ class _Curve:
     def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, peak_band: PeakBand, force: float) -> None:
         balance, peak = self.balance_and_level(place.value)[0], place.peak
         evaluation = peak.evaluation
-        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         energy = EnergyBalance(balance).at(evaluation, cycle)
         per_force = peak.amplitude / force
         frequency = peak_band.omega / (2.0 * np.pi)

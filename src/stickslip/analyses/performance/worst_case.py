@@ -13,6 +13,7 @@ from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.variability.bounds_search import UPPER
 from stickslip.analyses.variability.bounds_work import BoundsWork
 from stickslip.checks import Array, InputError, finite
+from stickslip.contact.table import remembering
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle, friction_reach
 from stickslip.peaks.climb import NoPeakError, PeakSolver, SolvedPeak
@@ -104,10 +105,10 @@ CLOUD, BEGIN = 8, 1
 def searched_peak(problem: Problem, level: float, conditions: Conditions) -> float:
     """The highest resonance over all start states, one variable per contact: the best that a search finds.
 
-    NaN with friction discs, whose start states cannot be searched, and where no solution is found. Per force level where
-    amplitudes count so.
+    NaN with friction discs, whose start states cannot be searched, with laws that forget theirs, and where no solution is found.
+    Per force level where amplitudes count so.
     """
-    if any(contact.elements.coupled for contact in problem.contacts):
+    if any(contact.law.couples_directions for contact in problem.contacts) or not np.all(remembering(problem.contacts)):
         return np.nan
     output, fineness = conditions.output, (conditions.harmonics, conditions.samples)
     band = resonance_band(HarmonicBalance(problem, *fineness), output)
@@ -221,7 +222,7 @@ class _Search:
 
     def _trial(self, mu: float, level: float, peak: SolvedPeak, balance: HarmonicBalance) -> Trial:
         evaluation = peak.evaluation
-        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w)
+        cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
         normal = {
             contact.name: cycle.force[row]
             for contact, row in zip(balance.problem.contacts, balance.table.normal_row, strict=True)

@@ -26,7 +26,7 @@ from stickslip.rigs import single_mass
 from stickslip.runs.work import Arrays, Report
 from stickslip.starts.extreme_peak import AtPeak
 from stickslip.starts.extremes import AtFrequency, Effort, loss_factor, size_of
-from stickslip.starts.space import Rules, Sharing, StartSpace, rule_words, rules_of
+from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, rule_words, rules_of
 from stickslip.starts.states import explored_space
 
 if TYPE_CHECKING:
@@ -177,8 +177,10 @@ class BoundsWork:
 
 
 def refuse_discs(problem: Problem) -> None:
-    """A search goes by the derivative with respect to the start state, which a friction disc does not have in closed form."""
-    discs = [contact.name for contact in problem.contacts if contact.elements.coupled]
+    """A search goes by the derivative with respect to the start state, which a friction disc does not have in closed form, and
+    which is nothing where a law forgets its start."""
+    refuse_forgetful(problem)
+    discs = [contact.name for contact in problem.contacts if contact.law.couples_directions]
     if discs:
         raise InputError(
             f"Bounds must be of contacts with independent directions, but {discs[0]!r} is a friction disc: the derivative by its "

@@ -18,6 +18,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
+from stickslip.starts.space import refuse_forgetful
 from stickslip.starts.states import element_states
 from stickslip.units import Band, in_order
 
@@ -72,6 +73,7 @@ def friction_freedom(
     band: a `Band` to continue over, or frequencies in Hz.
     """
     output, force = output_of(problem, output), positive("force", force)
+    refuse_forgetful(problem)
     checked_progress(progress)
     if isinstance(band, Band):
         listed, exactly = [band.start, band.stop], False
@@ -79,7 +81,7 @@ def friction_freedom(
         listed, exactly = sorted(set(in_order(band))), True
     with threadpool_limits(1, user_api="blas"):
         balance = HarmonicBalance(problem, harmonics, samples)
-        if balance.table.coupled.any():
+        if any(contact.law.couples_directions for contact in problem.contacts):
             raise InputError("Intervals must be of one direction each, but a friction disc couples two. Use macroslip.")
         omegas = [2.0 * np.pi * f for f in listed]
         curve = solve_curve(balance, omegas, force, exactly, lambda fraction: progress(fraction, f"force {force:g}"))

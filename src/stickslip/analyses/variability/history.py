@@ -130,7 +130,7 @@ class _Table:
         self._keep_cycle(run, evaluation, float(self.amplitude[run, step, 0]))
 
     def _keep_cycle(self, run: int, evaluation: Evaluation, size: float) -> None:
-        cycle = contact_cycle(evaluation.table, self.balance.tables, evaluation.w)
+        cycle = contact_cycle(evaluation.table, self.balance.tables, evaluation.w, evaluation.point.omega)
         self.slider[run] = cycle.slider
         if size > self.largest.get(run, -1.0):
             self.largest[run] = size

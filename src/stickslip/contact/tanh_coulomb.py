@@ -1,0 +1,122 @@
+"""Coulomb friction with the jump at zero velocity smoothed by a hyperbolic tangent, a common regularisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from stickslip.checks import Array, fault, finite, not_negative, positive
+from stickslip.contact.law import Elements, FrictionElements, Law, NormalElements
+from stickslip.contact.period import OPEN, SLIPPING
+from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
+from stickslip.kernels import kernel
+
+KIND = 4
+
+SLIP = 1
+
+
+@dataclass(frozen=True)
+class TanhCoulomb(Law):
+    """T = L tanh(v/v0), v = du/dt, L = μN, in each of one or two tangential directions.
+
+    mu [-]; v0 [m/s]: the velocity that reaches 76 % of the limit. kn, preload, gap, normal_load: the load N, as of `Macroslip`.
+    It has no stiffness and never sticks: below v0 it is a viscous damper L/v0. What nothing else holds is refused. The force
+    depends on the velocity, so a quasi-static damper cycle, which has none, is refused too.
+    Sharp for a small v0: it wants samples and harmonics that resolve the passage through ±v0.
+    Source: Andersson, Söderberg and Björklund, Tribology International 40 (2007) 580-587.
+    """
+
+    mu: float
+    v0: float
+    kn: float | None = None
+    preload: float = 0.0
+    gap: float = 0.0
+    normal_load: float | None = None
+
+    kind: ClassVar[int] = KIND
+    rate_independent: ClassVar[bool] = False
+    sticks: ClassVar[bool] = False
+    remembers_start: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        not_negative("mu", self.mu)
+        positive("v0", self.v0)
+        finite("preload", self.preload)
+        finite("gap", self.gap)
+        if self.kn is not None:
+            positive("kn", self.kn)
+        if self.normal_load is not None:
+            not_negative("normal_load", self.normal_load)
+        if (self.kn is None) == (self.normal_load is None):
+            raise fault(
+                "A tanh_coulomb contact",
+                "must have either kn (varying normal load) or normal_load (constant)",
+                {"kn": self.kn, "normal_load": self.normal_load},
+                "Give exactly one of the two.",
+            )
+
+    @property
+    def has_normal(self) -> bool:
+        return self.kn is not None
+
+    def elements(self, tangential: int, normal: bool) -> Elements:
+        if normal != self.has_normal:
+            words = f"kn = {self.kn}, normal direction {'given' if normal else 'missing'}"
+            raise fault("A tanh_coulomb contact", "must have a normal direction exactly when kn is given", words)
+        one, limit = np.ones(1), 0.0 if self.normal_load is None else self.mu * self.normal_load
+        friction = FrictionElements(0.0 * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)]))
+        springs = None
+        if self.kn is not None:
+            springs = NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one)
+        return Elements((friction,) * tangential, springs, (self.v0,))
+
+    def parameter_scales(self, force: float, width: float) -> Array:
+        return np.array([self.v0])
+
+    def loop_energy(self, amplitude: float, z: float = 0.0) -> float:
+        raise fault("The loop energy of a tanh_coulomb contact", "must be asked for at a frequency", "a displacement alone")
+
+    def virgin_curve(self, u: float, z: float = 0.0) -> float:
+        raise fault("The force of a tanh_coulomb contact", "must be asked for at a velocity", "a displacement alone")
+
+
+@kernel
+def _share(velocity: float, v0: float) -> tuple[float, float]:
+    """T/L = tanh(v/v0) and its derivative by v."""
+    share = np.tanh(velocity / v0)
+    return share, (1.0 - share * share) / v0
+
+
+@kernel
+def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
+    """The force at every sample by the velocity there; every harmonic is unknown at all times."""
+    v0, limit, u, E, D = data.parameter[0], motion.limit, motion.u, motion.E, motion.D
+    for n in range(limit.size):
+        forces.event[n] = SLIP if limit[n] > 0.0 else OPEN
+        for d in range(u.shape[0]):
+            share, slope = _share(motion.velocity[d, n], v0)
+            forces.y[d, n] = limit[n] * share
+            if motion.omega > 0.0:
+                forces.by_omega[d, n] = limit[n] * slope * motion.velocity[d, n] / motion.omega
+            for j in range(E.shape[1]):
+                forces.tangents[n, d, d, j] = limit[n] * slope * motion.omega * D[n, j]
+                forces.tangents[n, d, 2, j] = motion.slope[n] * share * E[n, j]
+    for n in range(limit.size):
+        for d in range(u.shape[0]):
+            forces.work[d] += 0.5 * (forces.y[d, n] + forces.y[d, n - 1]) * (u[d, n] - u[d, n - 1])
+    return SLIPPING
+
+
+@kernel
+def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
+    """The force by the velocity after a step, whatever was before."""
+    work = 0.0
+    for d in range(motion.u.size):
+        share, slope = _share(motion.velocity[d], data.parameter[0])
+        forces.y[d], forces.by_limit[d] = motion.limit * share, share
+        forces.by_velocity[d, d] = motion.limit * slope
+        work += 0.5 * (forces.y[d] + motion.intercept[d]) * (motion.u[d] - motion.u0[d])
+    return work

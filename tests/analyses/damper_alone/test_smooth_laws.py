@@ -1,0 +1,85 @@
+"""Damper cycles of laws that are no table of sliders: Dahl's in every way there is, tanh-regularised friction where there is a
+velocity."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip.analyses.damper_alone.cycle import damper_cycle
+from stickslip.analyses.damper_alone.harmonic_cycle import harmonic_cycle
+from stickslip.checks import InputError
+from stickslip.contact.dahl import Dahl
+from stickslip.contact.tanh_coulomb import TanhCoulomb
+from stickslip.dampers.platform_motion import in_phase, out_of_phase
+from stickslip.platforms.relaxation import elements_of
+from stickslip.rigs.laboratory_damper import laboratory_damper
+from stickslip.time.methods import GeneralisedAlpha
+
+SLIDING = laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32))
+FREQUENCY = 50.0
+
+
+def rig_of(make):
+    """The laboratory damper with another law of the same limits on every line of contact."""
+    return replace(SLIDING, laws=tuple(make(law) for law in SLIDING.laws))
+
+
+def dahl_rig():
+    return rig_of(lambda law: Dahl(law.kt, law.mu, law.kn))
+
+
+def tanh_rig():
+    return rig_of(lambda law: TanhCoulomb(law.mu, 5e-4, law.kn))
+
+
+def stepped(kt, traction, du, before, after):
+    """A step of Dahl's law in plain Python."""
+    limit, s = 0.5 * (before + after), np.sign(du)
+    if after <= 0.0:
+        return 0.0
+    return float(np.clip(s * limit + (traction - s * limit) * np.exp(-kt * abs(du) / limit), -after, after))
+
+
+@pytest.mark.parametrize("motion", [out_of_phase(10e-6), in_phase(10e-6)], ids=["out-of-phase", "in-phase"])
+@pytest.mark.parametrize("options", [{}, {"method": GeneralisedAlpha(), "frequency": FREQUENCY}], ids=["quasi-static", "in time"])
+def test_a_cycle_takes_the_steps_of_the_law(motion, options):
+    """Every friction force is that of a step from the sample before, motion and limit included; |T| ≤ μN, energies balance."""
+    rig = dahl_rig()
+    data = damper_cycle(rig, motion, steps=400, tolerance=1e-8, **options).dataset
+    assert data.attrs["outcome"] == "steady", data.attrs["message"]
+    T, u, L = (data[name].values for name in ("friction_force", "tangential_motion", "slip_limit"))
+    assert np.all(np.abs(T) <= L + 1e-9)
+    for c, law in enumerate(rig.laws):
+        expected = [stepped(law.kt, T[n - 1, c], u[n, c] - u[n - 1, c], L[n - 1, c], L[n, c]) for n in range(400)]
+        np.testing.assert_allclose(T[:, c], expected, atol=1e-5)
+    assert data.loop_energy > 0.0
+    assert data.energy_error < 1e-3
+
+
+def test_quasi_static_cycle_against_harmonic_balance():
+    """At 5 Hz inertia is nothing: the loop energy of both methods."""
+    motion = in_phase(10e-6)
+    marched = damper_cycle(dahl_rig(), motion, steps=2000).energy
+    assert harmonic_cycle(dahl_rig(), motion, 5.0, harmonics=31, samples=1024).energy == pytest.approx(marched, rel=2e-3)
+
+
+def test_friction_by_the_velocity_in_time_against_harmonic_balance():
+    """At 50 Hz, v0 a sixth of the platform's largest velocity."""
+    motion, options = in_phase(10e-6), {"method": GeneralisedAlpha(), "frequency": FREQUENCY}
+    data = damper_cycle(tanh_rig(), motion, steps=2000, tolerance=1e-7, **options).dataset
+    assert data.attrs["outcome"] == "steady", data.attrs["message"]
+    assert np.all(np.abs(data.friction_force) <= data.slip_limit + 1e-9)
+    assert data.energy_error < 1e-3
+    balanced = harmonic_cycle(tanh_rig(), motion, FREQUENCY, harmonics=31, samples=2048)
+    assert float(data.loop_energy) == pytest.approx(balanced.energy, rel=2e-3)
+
+
+def test_without_a_velocity_it_is_refused():
+    with pytest.raises(InputError, match="must be given with a method in time, since the law of L1 depends on the velocity"):
+        damper_cycle(tanh_rig(), in_phase(10e-6), steps=100)
+
+
+def test_relaxation_takes_sliders_alone():
+    with pytest.raises(InputError, match="must pair each slider with a normal spring, but is 'Dahl'"):
+        elements_of(dahl_rig())
