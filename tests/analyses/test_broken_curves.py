@@ -156,3 +156,20 @@ def test_only_a_prescribed_start_is_blamed_for_a_static_state_that_is_not_found(
     monkeypatch.setattr(sweep, "solve_cold", lambda *_: unsolved)
     assert sweep.failure(balance, unsolved) == outcome
     assert "may be" in outcome.sentence
+
+
+def test_a_lost_curve_without_damping_or_of_a_body_that_friction_alone_holds_says_so():
+    chain = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=0.5, normal_load=1.0), (ss.between("1.x", "ground"),))
+
+    def message(K, damping, level, band):
+        structure = ss.Structure(np.eye(2), K, ("1.x", "2.x"), damping=damping)
+        problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x", "2.x"))
+        return str(ss.forced_response(problem, ss.radians_per_second(*band), level, 3, 64).dataset.case_message.values[0])
+
+    undamped = message(chain + np.eye(2), None, 1e-6, (0.3, 3.0))
+    assert "The structure has no damping" in undamped
+    assert "friction alone" not in undamped
+    floating = message(chain, ss.ModalDamping(0.01), 1.0, (0.3, 3.0))
+    assert "A body is held by friction alone" in floating
+    assert "no damping" not in floating

@@ -101,6 +101,7 @@ def new(
 def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
     """Check a study without running it, and list all its faults."""
     job = read_job(study)
+    _ = job.plan.works  # reads the files that the study names
     say(f"{study} is valid: {job.plan.summary}.")
 
 

@@ -25,6 +25,12 @@ SWEEP = 0.3
 """Share of the work that is the sweep, about; the rest is the search for its peaks."""
 
 
+UNDAMPED = "The structure has no damping: where nothing slips its response is infinite at a resonance."
+
+FREE = 1e-10
+"""Ratio of the smallest to the largest stiffness below which a motion counts as free."""
+
+
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Solved points in order; outcome and sentence of the end; where it was lost, in rad/s, or None.
@@ -163,6 +169,7 @@ def _with_peaks(
     unsolved = sum(peaks.unsolved for peaks in (*found, *largest))
     if unsolved:
         message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
+        message += "" if balance.problem.C.any() else f" {UNDAMPED}"
     highest = tuple(
         _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
     )
@@ -181,7 +188,29 @@ def _lost_message(problem: Problem, swept: Sweep, ends: tuple[float, float]) -> 
         where = f"It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest {rest}."
     else:
         where = f"Compute it {rest}."
-    return " ".join(filter(None, (swept.lost, where, *problem.warnings)))
+    return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(problem))))
+
+
+def _causes(problem: Problem) -> list[str]:
+    """What a problem lacks for its curve to be finite, and determined where contacts slip."""
+    causes = []
+    if not problem.C.any():
+        causes.append(UNDAMPED)
+    if type(problem) is Problem and _held_by_friction_alone(problem):
+        causes.append(
+            "A body is held by friction alone: where it slips, its mean position is not determined. Hold it by mean_springs, or "
+            "leave harmonic 0 out."
+        )
+    return causes
+
+
+def _held_by_friction_alone(problem: Problem) -> bool:
+    """Whether structure, mean springs and normal directions of contacts leave a motion free."""
+    normal = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
+    held = problem.structure.K + problem.mean_stiffness
+    held = held + np.trace(held) * (normal.T @ normal) if normal.size else held
+    eigenvalues = np.linalg.eigvalsh(held)
+    return bool(eigenvalues.min() < FREE * eigenvalues.max())
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

@@ -243,7 +243,7 @@ def test_a_lag_is_corrected_and_reported(truths):
     assert lag == pytest.approx(1e-3, abs=1.5e-4)
     assert 1e-6 < error < 2e-4
     line = next(line for line in str(found).splitlines() if line.startswith("lag "))
-    assert line.endswith("of the forces behind the motions")
+    assert line.endswith("the forces behind the motions where positive")
     assert line in PRESENTATION.sentences(found.dataset)
     assert any(sentence.startswith("The forces come") and "behind the motions" in sentence for sentence in found.warnings)
     blind = identify(loops, UNKNOWN_RIG, errors=RigErrors(lag=0.0), **settings)

@@ -127,9 +127,9 @@ def chain_sentences(dataset: xr.Dataset) -> list[str]:
     lag, error = 1e3 * float(dataset["lag"]), 1e3 * float(dataset["lag_error"])
     seen, rows = 1e3 * float(dataset.attrs["lag_seen"]), []
     if dataset.attrs["lag_fitted"]:
-        rows.append(f"lag    {_with_interval(lag, error, ' ms')} of the forces behind the motions")
+        rows.append(f"lag    {_with_interval(lag, error, ' ms')}, the forces behind the motions where positive")
     elif np.isfinite(seen):
-        rows.append(f"lag    none of the forces behind the motions was fitted ({seen:.2f} ms would be, as gradual slip may look)")
+        rows.append(f"lag    not fitted; the apparent lag, {seen:.2f} ms, is too small to tell from gradual slip")
     for case in dataset["case"].values:
         one = dataset.sel(case=case)
         cells = [str(name) for name in one["channel"].values if str(name).startswith("force")]
