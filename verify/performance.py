@@ -105,7 +105,7 @@ def slopes() -> Iterator[Row]:
 
 def dry_and_oiled() -> Iterator[Row]:
     """What docs/performance.md says of the rig with two semi-cylinders."""
-    optima = {(56.0, "inertance"): 0.75, (56.0, "receptance"): 0.89, (206.0, "inertance"): 0.65, (206.0, "receptance"): 0.81}
+    optima = {(56.0, "inertance"): 0.75, (56.0, "receptance"): 0.89, (206.0, "inertance"): 0.66, (206.0, "receptance"): 0.81}
     for (pull, quantity), ratio in optima.items():
         rig = two_semi_cylinders(pull)
         best = performance_curve(rig, logspace(0.3, 10.0, 25), OILED, harmonics=3, quantity=quantity).optimum()

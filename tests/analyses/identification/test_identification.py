@@ -121,7 +121,7 @@ def test_loops_with_the_errors_of_a_rig(truths):
     assert found.dataset.misfit.sel(channel="force_x").max() < 0.05
     assert float(found.dataset.lag) == 0.0
     assert abs(found.dataset.attrs["lag_seen"]) < 1e-4
-    assert any(line.startswith("lag    none") for line in str(found).splitlines())
+    assert any(line.startswith("lag    not fitted") for line in str(found).splitlines())
     for figure in ("", "residuals", "posterior"):
         assert found.plot(figure=figure).axes
 

@@ -169,7 +169,7 @@ class CycleWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return (f"cycle {self.motion.digest}",)
+        return (f"steady cycle {self.motion.digest}",)
 
     @property
     def words(self) -> Sequence[str]:

@@ -129,7 +129,7 @@ def chain_sentences(dataset: xr.Dataset) -> list[str]:
     if dataset.attrs["lag_fitted"]:
         rows.append(f"lag    {_with_interval(lag, error, ' ms')}, the forces behind the motions where positive")
     elif np.isfinite(seen):
-        rows.append(f"lag    not fitted; the apparent lag, {seen:.2f} ms, is too small to tell from gradual slip")
+        rows.append(f"lag    not fitted; the apparent lag, {seen:.2f} ms, is too small to distinguish from gradual slip")
     for case in dataset["case"].values:
         one = dataset.sel(case=case)
         cells = [str(name) for name in one["channel"].values if str(name).startswith("force")]
