@@ -24,7 +24,6 @@ ARRIVED = "The curve reached the end of the band."
 SWEEP = 0.3
 """Share of the work that is the sweep, about; the rest is the search for its peaks."""
 
-
 UNDAMPED = "The structure has no damping: where nothing slips its response is infinite at a resonance."
 
 FREE = 1e-10
@@ -208,7 +207,7 @@ def _held_by_friction_alone(problem: Problem) -> bool:
     """Whether structure, mean springs and normal directions of contacts leave a motion free."""
     normal = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
     held = problem.structure.K + problem.mean_stiffness
-    held = held + np.trace(held) * (normal.T @ normal) if normal.size else held
+    held = held + (np.trace(held) or 1.0) * (normal.T @ normal) if normal.size else held
     eigenvalues = np.linalg.eigvalsh(held)
     return bool(eigenvalues.min() < FREE * eigenvalues.max())
 
