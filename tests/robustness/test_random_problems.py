@@ -29,7 +29,7 @@ BARELY = [
     ("barely pressed, start state", 1),
     pytest.param("barely pressed, start state", 0, marks=pytest.mark.slow),
 ]
-"""The last one closes on itself in a cascade of folds, and is traced again with careful steps."""
+"""The last one closes on itself in a cascade of folds, and is traced again with reversible steps."""
 
 
 @pytest.mark.parametrize(("kind", "seed"), [*product(CLASSES[:4], range(4)), *HARD, *BARELY])
@@ -58,7 +58,7 @@ def test_a_curve_that_comes_back_to_a_point_ends_and_says_so(monkeypatch):
     assert not tracer._meets(known[0], turned)
 
 
-def test_a_closed_curve_is_traced_again_with_careful_steps(monkeypatch):
+def test_a_lost_curve_is_traced_again_with_reversible_steps(monkeypatch):
     controls = []
 
     def traced(balance, first, start, end, progress, control):
@@ -69,7 +69,23 @@ def test_a_closed_curve_is_traced_again_with_careful_steps(monkeypatch):
     monkeypatch.setattr(sweep, "_traced", traced)
     balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
     assert curve.solve_curve(balance, [0.5, 2.0], 0.5, exactly=False).outcome == Outcome.CONVERGED
-    assert [control.sideways for control in controls] == [np.inf, sweep.CAREFUL]
+    assert [control.reversible for control in controls] == [False, True]
+
+
+def test_a_step_is_reversible_on_its_branch_and_not_beside_it():
+    case = random_case("lift-off", 2)
+    balance = HarmonicBalance(case.problem, 5, 256)
+    start, end = (2.0 * np.pi * f for f in (case.band.start, case.band.stop))
+    first = first_point(balance, start, case.level)
+    control = continuation.StepControl(reversible=True)
+    points = list(trace(balance, first, "omega", end, control))
+    assert points[-1].point.omega == end
+    tracer = continuation._Tracer(balance, "omega", first, end, control)
+    k = int(np.argmax([point.length for point in points]))
+    before, after = points[k - 1], points[k]
+    assert tracer._returns(before, after)
+    aside = balance.evaluate(before.point.moved(0.2 * before.point.forces, "omega", 0.0))
+    assert not tracer._returns(dataclasses.replace(before, evaluation=aside), after)
 
 
 def test_a_curve_that_is_lost_is_followed_from_the_end_of_its_band(monkeypatch):

@@ -23,6 +23,13 @@ from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
 CLOSED = "The curve closed on itself."
 
+BEYOND = (1e-3, 1e-2, 1e-4)
+SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
+"""Steps along the tangent from beyond a kink, in the order in which they are tried; `SHORT` where each must be reversible."""
+
+RETURN = 0.03
+"""Share of a step by which the step back may miss the point that it came from."""
+
 MET = 1e-7
 """Arc length within which a curve is back at a point; below the smallest step."""
 
@@ -34,8 +41,8 @@ class StepControl:
     patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
     iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
     accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
-    point, where the cosine is below `reversed`; sideways: how much more a step may go aside of the tangent than the curve turns
-    in it, rad: no limit lets it jump from branch to branch of a cascade of folds; points: the most of them.
+    point, where the cosine is below `reversed`; reversible: believe a step only if the step back leads to where it came from,
+    which costs a second solution but keeps to one branch in a cascade of folds; points: the most of them.
     """
 
     first: float = 0.1
@@ -50,7 +57,7 @@ class StepControl:
     cosine: float = 0.1
     straight: float = 0.05
     reversed: float = -0.95
-    sideways: float = np.inf
+    reversible: bool = False
     points: int = 8000
 
 
@@ -233,22 +240,37 @@ class _Tracer:
         elif backwards and turn < self.control.reversed and self._kinked(following, distance, error, turn):
             crossed, following, turn = True, replace(following, tangent=following.tangent.turned()), -turn
         close = error < 8.0 * self.control.error and turn > self.control.cosine
-        if distance >= 1e-3 and not (close and self._beside(current, following, distance, turn)):
+        if distance >= 1e-3 and not (close and self._beside(current, following, distance)):
             return 0.5
         if crossed:
             self.orientation = -self.orientation
         self.step = self._next_step(distance, error, correction.iterations)
         return following
 
-    def _beside(self, current: CurvePoint, following: CurvePoint, distance: float, turn: float) -> bool:
+    def _beside(self, current: CurvePoint, following: CurvePoint, distance: float) -> bool:
         """Whether the point on the plane at `distance` is on the same branch, as far as the step to it shows."""
-        chord = current.chord(following, self.parameter)
-        if chord > 1.5 * distance:
+        if current.chord(following, self.parameter) > 1.5 * distance:
             return False
         change = following.point.value(self.parameter) - current.point.value(self.parameter)
         if max(change * current.tangent.parameter, change * following.tangent.parameter) < 0.0:
             return False
-        return bool(np.arccos(min(distance / chord, 1.0)) <= np.arccos(min(turn, 1.0)) + self.control.sideways)
+        return not self.control.reversible or self._returns(current, following)
+
+    def _returns(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether the step back from a point leads to where the step came from; from another branch it does not."""
+        across = following.across(self.parameter)
+        condition = replace(across, target=across.gap(current.evaluation))
+        distance = across.gap(following.evaluation) - condition.target
+        tangent = following.tangent
+        start = following.point.moved(-distance * tangent.forces, self.parameter, -distance * tangent.parameter)
+        if start.omega <= 0.0:
+            return False
+        correction = correct(self.balance, start, condition, iterations=15, halvings=8)
+        if not correction.converged:
+            return False
+        change = correction.evaluation.point.value(self.parameter) - current.point.value(self.parameter)
+        missed = current.metric.length(correction.evaluation.w - current.evaluation.w, change)
+        return missed < RETURN * current.chord(following, self.parameter)
 
     def _kinked(self, following: CurvePoint, distance: float, error: float, turn: float) -> bool:
         """Whether a step that seems to reverse went over a kink at which the determinant changes its sign.
@@ -308,7 +330,7 @@ class _Tracer:
             if factors.orientation == 0.0:
                 continue
             turned = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, current.metric)
-            for distance in (1e-3, 1e-2, 1e-4):
+            for distance in SHORT if self.control.reversible else BEYOND:
                 found = self._try_turned(current, turned, distance)
                 if found is not None:
                     self.step = max(distance, 1e-3)
@@ -323,6 +345,8 @@ class _Tracer:
             return None
         found = self._solved(correction, distance)
         near = current.chord(found, self.parameter) <= 1.5 * distance and self._hidden(current, found) is None
+        if self.control.reversible and not self._returns(current, found):
+            return None
         return found if near and found.leads_away_from(current, self.parameter) else None
 
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:

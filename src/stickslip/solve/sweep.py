@@ -11,15 +11,15 @@ import numpy as np
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import CLOSED, StepControl, first_point, solve_cold, trace
+from stickslip.solve.continuation import StepControl, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, backwards, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""
 
-CAREFUL = 0.1
-"""Angle aside of the curve, rad, up to which a step of it is believed once it has closed on itself: it had left its branch."""
+CAREFUL_POINTS = 2
+"""Most points of a curve that is traced again with reversible steps, as a multiple of those of the first attempt."""
 
 TURNED_BACK = "The curve turned back and left the band through its start."
 PASSED_BY = "The curve has no point inside the band."
@@ -81,7 +81,27 @@ def from_start(
     control: StepControl | None = None,
     begin: Point | None = None,
 ) -> Sweep | Outcome:
-    """As `sweep`, from the start alone."""
+    """As `sweep`, from the start alone. A curve that is lost has often jumped to another branch: it is traced again with steps
+    that do not."""
+    plain = control or StepControl()
+    found = _begun(balance, start, end, level, progress, plain, begin)
+    if isinstance(found, Outcome) or found.lost is None:
+        return found
+    careful = replace(plain, reversible=True, points=CAREFUL_POINTS * plain.points)
+    again = _begun(balance, start, end, level, progress, careful, begin)
+    return found if isinstance(again, Outcome) or again.lost is not None else again
+
+
+def _begun(
+    balance: HarmonicBalance,
+    start: float,
+    end: float,
+    level: float,
+    progress: Callable[[float], None],
+    control: StepControl,
+    begin: Point | None,
+) -> Sweep | Outcome:
+    """The curve that arrives, begun at the start or further out, else the longest."""
     sweeps: list[Sweep] = []
     failed: Outcome | None = None
     for run_up in RUN_UPS:
@@ -92,29 +112,13 @@ def from_start(
         if not first.converged:
             failed = failed or failure(balance, first)
             continue
-        sweeps.append(_careful(balance, first, start, end, lambda done: progress(min(done, 1.0)), control or StepControl()))
+        sweeps.append(_traced(balance, first, start, end, lambda done: progress(min(done, 1.0)), control))
         if sweeps[-1].lost not in (TURNED_BACK, PASSED_BY):
             break
     if not sweeps:
         return failed or Outcome.NOT_CONVERGED
     arrived = [found for found in sweeps if found.lost is None]
     return arrived[0] if arrived else max(sweeps, key=lambda found: len(found.points))
-
-
-def _careful(
-    balance: HarmonicBalance,
-    first: Correction,
-    start: float,
-    end: float,
-    progress: Callable[[float], None],
-    control: StepControl,
-) -> Sweep:
-    """As `_traced`; a curve that closes on itself has jumped to another branch, and is traced again with steps that do not."""
-    found = _traced(balance, first, start, end, progress, control)
-    if found.lost != CLOSED:
-        return found
-    again = _traced(balance, first, start, end, progress, replace(control, sideways=CAREFUL, points=4 * control.points))
-    return again if again.lost is None else found
 
 
 def _traced(
