@@ -49,7 +49,9 @@ def fault(what: str, rule: str, value: Any, remedy: str = "") -> InputError:
 
 
 def finite(what: str, value: float) -> float:
-    """`value` as a float; refused when it is NaN or infinite."""
+    """`value` as a float; refused when it is NaN or infinite, a text or a truth value."""
+    if isinstance(value, str | bytes | bool | np.bool_):
+        raise fault(what, "must be a number", value)
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -83,6 +85,8 @@ def numbers(what: str, value: ArrayLike) -> Array:
     """`value` as an array of floats; refused when it holds something else."""
     try:
         array = np.asarray(value)
+        if array.dtype.kind in "USb":
+            raise TypeError
         if not (np.iscomplexobj(array) and np.any(array.imag)):
             return np.asarray(array.real, dtype=float)
     except (TypeError, ValueError):
@@ -217,11 +221,16 @@ def counted(number: int, singular: str, plural: str = "") -> str:
     return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
+def similar(word: str, known: Iterable[str]) -> str:
+    """A remedy that names the known word nearest to `word`, empty where none is near."""
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"Did you mean {close[0]!r}?" if close else ""
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """A remedy that names the known word nearest to `word`, or lists a few."""
     names = list(known)
-    close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
-    if close:
-        return f"Did you mean {close[0]!r}?"
+    if meant := similar(word, names):
+        return meant
     listed = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
     return f"Known: {listed}." if names else "None is known."

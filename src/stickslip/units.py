@@ -103,8 +103,10 @@ class Band:
         return max(self.start, self.stop)
 
 
-def hertz(start: float, stop: float) -> Band:
+def hertz(start: float, stop: float | None = None) -> Band:
     """The band from `start` to `stop`, both in Hz."""
+    if stop is None:
+        raise fault("stop", "must be given", stop, "A band has two ends; frequencies in Hz are given as a list: [70.0, 80.0].")
     return Band(finite("start", start), finite("stop", stop))
 
 

@@ -90,6 +90,11 @@ SAID = [
     (lambda: ss.logspace(1, 10, 2.5), "points must be a whole number, but is 2.5"),
     (lambda: ss.logspace(1, 10, "x"), "points must be a whole number, but is 'x'"),
     (lambda: ss.rigs.blade_and_wedge(platform_angle="a"), "platform_angle must be a number, but is 'a'"),
+    (lambda: ss.rigs.blade_and_wedge(platform_angle="40"), "platform_angle must be a number, but is '40'"),
+    (lambda: ss.forced_response(WEDGE, BAND, force=True), "must hold numbers, but is True"),
+    (lambda: ss.hertz(70.0), "frequencies in Hz are given as a list"),
+    (lambda: ss.forced_response(WEDGE, BAND, harmonics={1, 3}), "harmonics must be a whole number or a list in ascending order"),
+    (lambda: ss.forced_response(WEDGE, BAND, quantity="speed"), "accelerance, but is 'speed'.$"),
 ]
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stickslip.checks import counted
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
@@ -25,6 +26,9 @@ SWEEP = 0.3
 """Share of the work that is the sweep, about; the rest is the search for its peaks."""
 
 UNDAMPED = "The structure has no damping: where nothing slips its response is infinite at a resonance."
+
+LISTED = 4
+"""Frequencies named in a message."""
 
 FREE = 1e-10
 """Ratio of the smallest to the largest stiffness below which a motion counts as free."""
@@ -165,9 +169,10 @@ def _with_peaks(
         found.append(search.peaks(output, measure))
         largest.append(search.peaks(output, in_time, least=0.8))
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
-    unsolved = sum(peaks.unsolved for peaks in (*found, *largest))
+    unsolved = [omega for peaks in (*found, *largest) for omega in peaks.unsolved]
     if unsolved:
-        message += f" {unsolved} places beside peaks could not be solved; a peak there may be higher than reported."
+        message += f" {counted(len(unsolved), 'place')} beside peaks could not be solved, near {_listed_in_hertz(unsolved)}; "
+        message += "a peak there may be higher than reported."
         message += "" if balance.problem.C.any() else f" {UNDAMPED}"
     highest = tuple(
         _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
@@ -201,6 +206,12 @@ def _causes(problem: Problem) -> list[str]:
             "leave harmonic 0 out."
         )
     return causes
+
+
+def _listed_in_hertz(omegas: Sequence[float]) -> str:
+    """The first of these frequencies, given in rad/s, in Hz."""
+    listed = list(dict.fromkeys(f"{omega / (2.0 * np.pi):.6g}" for omega in sorted(omegas)))
+    return f"{', '.join(listed[:LISTED])}{', ...' if len(listed) > LISTED else ''} Hz"
 
 
 def _held_by_friction_alone(problem: Problem) -> bool:

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from stickslip.checks import Array, among, fault, nearest, of_kind
+from stickslip.checks import Array, among, fault, of_kind, similar
 from stickslip.harmonic.trigonometric import largest_absolute
 
 Kind = Literal["amplitude", "rms", "max_abs"]
@@ -55,7 +55,7 @@ def quantity_named(name: str, per_force: bool = False) -> tuple[Quantity, bool]:
         return PER_FORCE[name], True
     if name not in QUANTITIES:
         rule = f"must be {', '.join(QUANTITIES)}, or per force {', '.join(PER_FORCE)}"
-        raise fault("quantity", rule, name, nearest(name, [*QUANTITIES, *PER_FORCE]))
+        raise fault("quantity", rule, name, similar(str(name), [*QUANTITIES, *PER_FORCE]))
     return QUANTITIES[name], per_force
 
 

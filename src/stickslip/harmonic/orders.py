@@ -6,7 +6,7 @@ harmonic that the list leaves out are zero, and no unknowns of Newton's method.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ MOST_HARMONICS, MOST_SAMPLES = 1000, 1_000_000
 
 def checked_harmonics(value: Any, remedy: str = "") -> Harmonics:
     """The argument `harmonics` of an analysis: a number H from 1 on, or whole numbers from 0 on, ascending, among them 1."""
+    if isinstance(value, Set):
+        raise fault("harmonics", "must be a whole number or a list in ascending order", value, "Write a list: [0, 1, 3].")
     if isinstance(value, str) or not isinstance(value, Iterable) or np.ndim(value) == 0:  # type: ignore[arg-type]
         return between("harmonics", whole("harmonics", value, remedy), 1, MOST_HARMONICS)
     listed = tuple(between(f"harmonics[{k}]", h, 0, MOST_HARMONICS) for k, h in enumerate(value))

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, not_negative
+from stickslip.checks import Array, counted, fault, not_negative
 from stickslip.measurement.cycles import CycleSet, whole_cycles
 from stickslip.measurement.records import Record, read_columns
 
@@ -115,7 +115,12 @@ def zero_by_load_removal(force: ArrayLike, calibration_error: float = CALIBRATIO
     drop = float(parts[0].mean() - parts[-1].mean()) if parts else 0.0
     if len(parts) < 2 or abs(drop) <= CLEAR * noise / np.sqrt(min(map(len, parts))):
         remedy = "Was load removed? The record must begin loaded and end unloaded, each for a while."
-        raise fault(f"{what} during load removal", "must fall from one flat level to another", f"{len(parts)} level(s)", remedy)
+        raise fault(
+            f"{what} during load removal",
+            "must fall from one flat level to another",
+            f"at {counted(len(parts), 'flat level')}",
+            remedy,
+        )
     for part, state in ((parts[0], "under load"), (parts[-1], "without load")):
         wander = abs(float(np.polyfit(np.arange(part.size), part, 1)[0])) * part.size
         if wander > WANDER * abs(drop):

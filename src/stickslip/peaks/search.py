@@ -40,14 +40,15 @@ NEIGHBOURS = 2
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """Peaks along a curve, and how many places near them Newton's method could not solve (0: each peak is proven highest).
+    """Peaks along a curve; with nothing `unsolved` each of them is proven highest.
 
+    unsolved: frequencies near which Newton's method failed beside a peak, rad/s;
     steps: for each peak the k of the step of the curve, from point k to the next one, that it lies in.
     """
 
     points: tuple[CurvePoint, ...]
     steps: tuple[int, ...]
-    unsolved: int
+    unsolved: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -257,7 +258,7 @@ class PeakSearch:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
         row = self.balance.rows + output
         if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
-            return Peaks((), (), 0)
+            return Peaks((), (), ())
         measured = [_slope(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
         sizes = np.array([size for size, _ in measured])
         slopes = [slope for _, slope in measured]
@@ -281,7 +282,7 @@ class PeakSearch:
         searched = [self._highest(together, row, measure) for together in tops]
         found = [best for best, _ in searched if best is not None]
         places = [sample.place for sample in _prominent(found, dips)]
-        unsolved = sum(missed for _, missed in searched)
+        unsolved = tuple(omega for _, missed in searched for omega in missed)
         return Peaks(tuple(place.point for place in places), tuple(place.segment for place in places), unsolved)
 
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
@@ -306,22 +307,22 @@ class PeakSearch:
 
         return dips
 
-    def _highest(self, tops: list[_Interval], row: int, measure: Measure) -> tuple[_Sample | None, int]:
-        """The highest place around tops that no trough parts, None where the curve rises on to another peak; and how many
-        places were not solved."""
+    def _highest(self, tops: list[_Interval], row: int, measure: Measure) -> tuple[_Sample | None, list[float]]:
+        """The highest place around tops that no trough parts, None where the curve rises on to another peak; and frequencies
+        near which Newton's method failed, rad/s."""
         first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
         last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
         intervals = _hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
         bounds = [_bound(intervals, i) for i in range(len(intervals))]
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
-        unsolved = 0
+        unsolved: list[float] = []
         for _ in range(SOLVES):
             i = bounds.index(max(bounds))
             if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
                 break
             place = self._solve(intervals[i].low.place, intervals[i].high.place, intervals[i].division())
             if place is None:
-                unsolved += 1
+                unsolved.append(intervals[i].low.place.point.point.omega)
                 bounds[i] = 0.0
                 continue
             middle = _sampled(place, row, measure)

@@ -108,6 +108,7 @@ class Kind:
     tables: the tables that only this analysis has, by key, and `required`: those of them that must be given.
     checks: what of a table its model cannot check, by key; they raise the faults.
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
+    repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
     """
 
     plan: Callable[[Asked], Plan]
@@ -115,3 +116,4 @@ class Kind:
     required: tuple[str, ...] = ()
     checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)
     on_problem: bool = True
+    repeats: bool = False

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stickslip import rigs
-from stickslip.checks import Faults, InputError, fault, nearest, positive, unique
+from stickslip.checks import Faults, InputError, fault, nearest
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.loads import DERIVATIVES, BaseMotion, Force, Output
@@ -19,7 +19,7 @@ from stickslip.study.names import Names
 from stickslip.study.starts import StartTable, start_rules
 from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import Units, in_si
-from stickslip.units import Band
+from stickslip.units import Band, followed, listed
 
 
 def rig_named(table: StructureTable) -> Problem:
@@ -133,13 +133,12 @@ def outputs(table: SweepTable, names: Names) -> tuple[Output, ...]:
     )
 
 
-def frequencies(table: SweepTable, units: Units) -> Band | tuple[float, ...]:
-    """The band, or the frequencies to solve at, Hz."""
+def frequencies(table: SweepTable, units: Units, repeated: bool = False) -> Band | tuple[float, ...]:
+    """The band, or the frequencies to solve at, Hz; `repeated`: they may come back to where they were."""
     values = in_si(table, units)
     if table.frequency is not None:
         return Band(*values["frequency"])
-    unique("at", table.at or ())
-    return tuple(positive("at", frequency) for frequency in values["at"] or ())
+    return tuple((followed if repeated else listed)(list(values["at"] or ())))
 
 
 def enough_samples(table: SweepTable) -> None:

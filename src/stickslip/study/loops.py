@@ -19,7 +19,7 @@ def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), remova
     for what, paths in (("LOOPS", loops), ("--load-removal", removals)):
         missing = [str(path) for path in paths if not path.is_file()]
         if missing:
-            raise fault(what, "must be files", ", ".join(missing))
+            raise fault(what, "must name files that exist", ", ".join(missing))
     for law in laws:
         if law not in LINE_LAWS:
             raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))

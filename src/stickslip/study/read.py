@@ -139,7 +139,7 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
     problem, table = problem_of(tables, document, folder, found, messages), tables.sweep
     if table is None:
         return None
-    frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units)
+    frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units, kind_of(document).repeats)
     found.attempt("[sweep]", build.enough_samples, table)
     found.attempt("[sweep]", force_levels, table.force_levels)
     harmonics: Harmonics | Literal["auto"] | None = "auto"

@@ -91,7 +91,7 @@ class Identification:
             known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
             rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
         rows += [f"law    {self.law}, of {errors_by_law(self.held_out)}"] if self.held_out else []
-        rows += chain_sentences(self.dataset)
+        rows += [*chain_sentences(self.dataset), *(f"Warning: {warning}" for warning in self.warnings)]
         return "\n".join(rows)
 
 

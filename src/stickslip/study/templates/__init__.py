@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from string import Template
 
-from stickslip.checks import fault, nearest
+from stickslip.checks import fault, similar
 from stickslip.files import write_text
 from stickslip.study.templates.beside import blade_model, synthetic_loops, wedge_matrices
 
@@ -46,7 +46,7 @@ BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
 def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
     """Write a study of a kind to `path`; returns the paths of all files written."""
     if kind not in KINDS:
-        raise fault("KIND", "must be a known one", kind, f"{nearest(kind, KINDS)} Kinds: {', '.join(KINDS)}.")
+        raise fault("KIND", "must be a known one", kind, f"{similar(kind, KINDS)} Known: {', '.join(KINDS)}.".strip())
     for existing in (path, path.with_suffix(".npz")):
         if existing.exists() and not overwrite:
             raise fault("FILE", "must not exist yet", str(existing), "Name another, or add --force.")
