@@ -40,7 +40,6 @@ SAYS_WHERE_TO_BEGIN = (
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
-LATE_BINDING = ("analyses", "plots")  # the only one: the plot() of a result
 LOADED_LATE = {"importlib", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
 
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
@@ -71,7 +70,7 @@ def test_imports_go_one_way(path):
     own = component_of(path)
     assert own in RANK, f"give {own!r} its place in LAYERS"
     for other in imported_components(ast.parse(path.read_text())):
-        allowed = other == own or RANK[other] < RANK[own] or (own, other) == LATE_BINDING
+        allowed = other == own or RANK[other] < RANK[own]
         assert allowed, f"{own} may not import {other}"
 
 
@@ -102,15 +101,7 @@ def test_no_import_is_relative_or_hides_in_a_function(path):
         return
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     imports = [inner for f in functions for inner in ast.walk(f) if isinstance(inner, ast.Import | ast.ImportFrom)]
-    allowed = LOADED_LATE | ({"stickslip.plots"} if component_of(path) == LATE_BINDING[0] else set())
-    assert [node.lineno for node in imports if not packages(node) <= allowed] == []
-
-
-def test_only_the_late_binding_reaches_upwards():
-    """Analyses import plots inside a function, never at the top of a module."""
-    for path in (path for path in MODULES if component_of(path) == LATE_BINDING[0]):
-        top = ast.Module([node for node in ast.parse(path.read_text()).body if isinstance(node, ast.ImportFrom)], [])
-        assert LATE_BINDING[1] not in imported_components(top)
+    assert [node.lineno for node in imports if not packages(node) <= LOADED_LATE] == []
 
 
 HEAVY = ["matplotlib", "plotly", "xarray", "pandas", "skfem", "numba", "scipy.optimize", "scipy.sparse", "pydantic", "h5netcdf"]
@@ -147,12 +138,3 @@ def test_every_public_name_exists(name):
 def test_a_wrong_name_is_refused():
     with pytest.raises(AttributeError, match="no attribute 'forced_responce'"):
         stickslip.forced_responce  # noqa: B018
-
-
-def test_type_checkers_see_the_names_that_are_loaded_late():
-    tree = ast.parse((ROOT / "__init__.py").read_text())
-    block = next(node for node in tree.body if isinstance(node, ast.If))
-    seen = {name.name: f"{node.module}" for node in block.body if isinstance(node, ast.ImportFrom) for name in node.names}
-    modules = {name: home for name, home in seen.items() if home == "stickslip"}
-    assert set(modules) == set(stickslip._MODULES)
-    assert {name: home for name, home in seen.items() if name not in modules} == stickslip._HOME

@@ -10,8 +10,8 @@ from matplotlib.image import imread
 from report.synthetic import KINDS, poor
 
 from stickslip.checks import InputError
-from stickslip.plots import plot
 from stickslip.plots.forced_response import FIGURES, hysteresis_loops, response_curves, save_figures
+from stickslip.results.result import Result
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -58,14 +58,16 @@ def test_unknown_output_is_refused(dataset):
         response_curves(dataset, output="tip.y")
 
 
-def test_plot_finds_the_figure_of_a_result(dataset):
-    class ForcedResponse:
+def test_a_result_draws_its_figures_by_name(dataset):
+    class Curves(Result, figure="forced_response:response_curves", loops="forced_response:hysteresis_loops"):
         def __init__(self):
             self.dataset = dataset
 
-    assert isinstance(plot(ForcedResponse(), log=False), Figure)
-    with pytest.raises(InputError, match="must be one of"):
-        plot(3)
+    curves = Curves()
+    assert isinstance(curves.plot(log=False), Figure)
+    assert len(curves.plot("loops").axes) == len(hysteresis_loops(dataset).axes)
+    with pytest.raises(InputError, match=r"figure must be a known one, but is 'loop'\. Did you mean 'loops'"):
+        curves.plot("loop")
 
 
 @pytest.mark.parametrize("kind", KINDS)

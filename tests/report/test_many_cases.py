@@ -1,7 +1,9 @@
 """Forty cases: every figure stays on a page with a short legend and without a warning, and the summary is a few lines."""
 
 import json
+import pkgutil
 import re
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from matplotlib.figure import Figure
 from report.synthetic import synthetic
 
 import stickslip as ss
-from stickslip.plots import FIGURES, MORE, plot
+from stickslip import analyses
 from stickslip.plots.forced_response import figures_of
 from stickslip.plots.look import MOST_ENTRIES, PAGE
 from stickslip.plots.stress import stress_curves
@@ -18,6 +20,7 @@ from stickslip.report.chart_data import MOST_SHOWN, chart_data
 from stickslip.report.page import page
 from stickslip.report.responses import sentences
 from stickslip.results.representative import representatives, spread
+from stickslip.results.result import Result
 
 MANY = 40
 BESIDE_CASES = 5  # further entries of a legend: linear curves, failures, "others"
@@ -84,7 +87,6 @@ def rounds() -> xr.Dataset:
 
 OF_MANY = {
     "ForcedResponse": levels,
-    "Dataset": levels,
     "ResponseSamples": percentiles,
     "ResponseBounds": bounds,
     "ResponseHistory": history,
@@ -113,16 +115,25 @@ def assert_fits_a_page(figure: Figure) -> None:
         assert min(box.width, box.height) > 0.02 * figure.bbox.width
 
 
+def classes() -> dict[str, type[Result]]:
+    """Every class of results, found by importing all analyses."""
+    for module in pkgutil.walk_packages(analyses.__path__, f"{analyses.__name__}."):
+        import_module(module.name)
+    return {found.__name__: found for found in Result.__subclasses__() if found.__module__.startswith("stickslip.")}
+
+
 def test_every_figure_is_tried():
-    assert {*OF_MANY} | OF_ONE == {*FIGURES}
+    assert {*OF_MANY} | OF_ONE == {*classes()}
 
 
 @pytest.mark.parametrize("kind", OF_MANY)
 def test_forty_cases_fit_a_page(kind):
     data = OF_MANY[kind]()
-    result = type(kind, (), {"dataset": data})()
-    for figure in {"", *MORE.get(kind, {})} - NOT_DRAWN:
-        assert_fits_a_page(plot(result, figure=figure))
+    named = classes()[kind].figures
+    result = type("Synthetic", (Result,), {"dataset": data}, figure=named[""])()
+    result.figures = named
+    for figure in {*named} - NOT_DRAWN:
+        assert_fits_a_page(result.plot(figure))
 
 
 @pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])

@@ -16,7 +16,7 @@ from stickslip.platforms.relaxation import elements_of, relaxed_cycle
 from stickslip.results.files import open_results
 from stickslip.rigs import laboratory_damper
 from stickslip.study import read, templates
-from stickslip.study.damper_cycle import DamperTable
+from stickslip.study.analyses.damper_cycle import DamperTable
 
 KINDS = ("damper_cycle", "steady_cycles", "damper_evolution")
 TEMPLATES = [(Path(templates.__file__).parent / f"{kind}.toml").read_text() for kind in KINDS]

@@ -5,7 +5,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from stickslip.cli import app
-from stickslip.report.presentation import PRESENTATIONS, presentation_of
+from stickslip.report.presentation import presentation_of
 from stickslip.results.files import open_results, save
 from stickslip.results.schema import RENAMED_ANALYSES, RENAMED_VARIABLES, stamped
 from stickslip.study.kinds import KINDS, owners
@@ -57,7 +57,7 @@ def test_new_takes_an_old_name_of_a_template_with_a_warning(tmp_path):
 
 @pytest.mark.parametrize(("old", "new"), RENAMED_ANALYSES.items())
 def test_results_of_an_analysis_under_its_old_name_are_reported(old, new):
-    assert new in PRESENTATIONS
+    assert new in KINDS
     assert presentation_of(xr.Dataset(attrs={"analysis": old})) is presentation_of(xr.Dataset(attrs={"analysis": new}))
 
 

@@ -10,23 +10,18 @@ from numpy.typing import ArrayLike
 
 from stickslip.checks import of_kind, positive, vector
 from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
-class ContactStiffness:
+class ContactStiffness(Result, figure="contact_stiffness:stiffness_over_load"):
     """`dataset`: normal_stiffness (formula, load), tangential_across, tangential_along (load) [N/m], half_width (load) [m]."""
 
     dataset: xr.Dataset
     contact: LineContact
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of stiffness against load."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def contact_stiffness(contact: LineContact, loads: ArrayLike, at: float | None = None) -> ContactStiffness:

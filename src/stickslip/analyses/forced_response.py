@@ -37,6 +37,7 @@ from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity
+from stickslip.results.result import Result
 from stickslip.results.view import measure_in, nearest_point
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponse:
+class ForcedResponse(Result, figure="forced_response:response_curves"):
     """Curves for every force level: `dataset` (labelled, with units) and the problem that made them."""
 
     dataset: xr.Dataset
@@ -156,12 +157,6 @@ class ForcedResponse:
     def absolute(self) -> xr.Dataset:
         """Response and amplitude with the motion of the base added (`BaseMotion`); those of `dataset` are relative to it."""
         return absolute(self.dataset, self.problem)
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the curves."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
     def save(self, path: str | Path) -> Path:
         """Write the dataset as NetCDF."""

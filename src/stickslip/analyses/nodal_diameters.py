@@ -11,6 +11,7 @@ from stickslip.checks import between, of_kind
 from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
 from stickslip.problem import Problem
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,17 +20,11 @@ STATES = ("free", "stuck")
 
 
 @dataclass(frozen=True, eq=False)
-class NodalDiameters:
+class NodalDiameters(Result, figure="disk:nodal_diameter_diagram"):
     """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz], without contacts and with all of them stuck."""
 
     dataset: xr.Dataset
     problem: TunedDisk
-
-    def plot(self, **options: Any) -> Any:
-        """The nodal-diameter diagram."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:

@@ -11,6 +11,7 @@ from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import Array, fault, finite, of_kind, positive
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.problem import Problem
+from stickslip.results.result import Result
 from stickslip.time.march import March, MarchOutcome, TimeCycle, march
 from stickslip.time.methods import DEFAULT_METHOD, Method
 from stickslip.time.start import TimeStart, from_rest
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class TimeResponse:
+class TimeResponse(Result, figure="time_response:last_period"):
     """The last period of a time integration: `dataset` (labelled, with units), the problem and the cycle that made them."""
 
     dataset: xr.Dataset
@@ -36,12 +37,6 @@ class TimeResponse:
     def sentence(self) -> str:
         """How the integration ended."""
         return self.cycle.sentence
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the last period: outputs over time, and the contacts' loops."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def time_response(

@@ -1,6 +1,6 @@
 """Presentations: how console, report, figures and tables show the results of each analysis.
 
-`report/<analysis>.py` holds it as PRESENTATION; `PRESENTATIONS` lists them.
+A module of this folder holds it as PRESENTATION; the `Kind` of an analysis (`study/analyses/`) names the module.
 """
 
 from __future__ import annotations
@@ -12,28 +12,13 @@ from typing import TYPE_CHECKING
 
 from stickslip.checks import fault
 from stickslip.results.schema import analysis_of
+from stickslip.study.kinds import KINDS
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
     from stickslip.plots.files import Figures
-
-PRESENTATIONS = {
-    "forced_response": "stickslip.report.responses",
-    "response_bounds": "stickslip.report.responses",
-    "response_samples": "stickslip.report.responses",
-    "damper_cycle": "stickslip.report.damper_cycle",
-    "steady_cycles": "stickslip.report.damper_cycles",
-    "damper_evolution": "stickslip.report.damper_cycles",
-    "performance_curve": "stickslip.report.performance",
-    "performance_band": "stickslip.report.performance_band",
-    "damper_design": "stickslip.report.design",
-    "sensitivity_indices": "stickslip.report.sensitivity_indices",
-    "identification": "stickslip.report.identification",
-    "mistuned_population": "stickslip.report.mistuning",
-}
-"""Analysis: module with its PRESENTATION. A new analysis adds its line here."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +44,7 @@ class Presentation:
 def presentation_of(dataset: xr.Dataset) -> Presentation:
     """The presentation of a dataset, by the analysis that it came of."""
     analysis = analysis_of(dataset)
-    if analysis not in PRESENTATIONS:
-        raise fault("The analysis of the results", f"must be one of {', '.join(PRESENTATIONS)}", analysis)
-    presentation: Presentation = import_module(PRESENTATIONS[analysis]).PRESENTATION
+    if analysis not in KINDS:
+        raise fault("The analysis of the results", f"must be one of {', '.join(KINDS)}", analysis)
+    presentation: Presentation = import_module(f"stickslip.report.{KINDS[analysis].report}").PRESENTATION
     return presentation

@@ -1,6 +1,6 @@
 """Interface of analyses in study files: each states how its tables become a `Plan`, on which reading and running rely.
 
-`kinds.py` lists the analyses. The tables, the plan and the template of one stand together in `study/<analysis>.py`.
+The tables and the plan of an analysis stand together in `study/analyses/`, whose modules `kinds.py` lists.
 """
 
 from __future__ import annotations
@@ -105,6 +105,7 @@ class Kind:
     """An analysis of study files.
 
     plan: what the file asks for, made ready; it raises the faults it sees.
+    report: module of `stickslip.report` whose PRESENTATION shows its results.
     tables: the tables that only this analysis has, by key, and `required`: those of them that must be given.
     checks: what of a table its model cannot check, by key; they raise the faults.
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
@@ -112,6 +113,7 @@ class Kind:
     """
 
     plan: Callable[[Asked], Plan]
+    report: str
     tables: Mapping[str, type[Table]] = field(default_factory=dict)
     required: tuple[str, ...] = ()
     checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)

@@ -1,32 +1,30 @@
-"""Analyses available in study files, by their name in `[study] analysis`. Add a new one here."""
+"""Analyses available in study files, by their name in `[study] analysis`: the `KINDS` of all modules in `study/analyses/`."""
 
 from __future__ import annotations
 
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from stickslip.study import analyses
 from stickslip.study.analysis import Kind
-from stickslip.study.damper_cycle import DAMPER_CYCLE
-from stickslip.study.damper_cycles import DAMPER_EVOLUTION, STEADY_CYCLES
-from stickslip.study.design import DAMPER_DESIGN
-from stickslip.study.forced_response import FORCED_RESPONSE
-from stickslip.study.identification import IDENTIFICATION
-from stickslip.study.mistuning import MISTUNED_POPULATION
-from stickslip.study.performance import PERFORMANCE_BAND, PERFORMANCE_CURVE
-from stickslip.study.sensitivity_indices import SENSITIVITY_INDICES
-from stickslip.study.variability import RESPONSE_BOUNDS, RESPONSE_SAMPLES
+from stickslip.study.fields import Table
 
 KINDS: dict[str, Kind] = {
-    "forced_response": FORCED_RESPONSE,
-    "response_bounds": RESPONSE_BOUNDS,
-    "response_samples": RESPONSE_SAMPLES,
-    "damper_cycle": DAMPER_CYCLE,
-    "steady_cycles": STEADY_CYCLES,
-    "damper_evolution": DAMPER_EVOLUTION,
-    "performance_curve": PERFORMANCE_CURVE,
-    "performance_band": PERFORMANCE_BAND,
-    "damper_design": DAMPER_DESIGN,
-    "sensitivity_indices": SENSITIVITY_INDICES,
-    "identification": IDENTIFICATION,
-    "mistuned_population": MISTUNED_POPULATION,
+    name: kind
+    for module in iter_modules(analyses.__path__, f"{analyses.__name__}.")
+    for name, kind in import_module(module.name).KINDS.items()
 }
+
+
+class StudyTable(Table):
+    """What the study is."""
+
+    title: Annotated[str, Field(description="title of results and report")] = ""
+    analysis: Annotated[Literal[tuple(KINDS)], Field(description="what to compute")]  # type: ignore[valid-type]
+
 
 PROBLEM_KEYS = ("structure", "damping", "contact", "force", "dashpot", "base", "sweep")
 """Tables that state a problem and where to compute it, for every analysis of one."""

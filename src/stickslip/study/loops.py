@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.checks import fault, nearest
-from stickslip.study.identification import IdentificationPlan
+from stickslip.study.analyses.identification import IdentificationPlan
 from stickslip.study.read import Job
 
 

@@ -26,11 +26,11 @@ from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.contacts import ContactTable, table_of
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
-from stickslip.study.kinds import KEYS, KINDS, owners
+from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.renamed import with_new_names
 from stickslip.study.structure import structure as structure_of_table
-from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, StudyTable, SweepTable
+from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 
 Messages = tuple[Progress, list[str]]

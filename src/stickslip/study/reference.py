@@ -17,7 +17,7 @@ from stickslip.files import write_text
 from stickslip.study.contacts import LAWS
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import Table, Words
-from stickslip.study.kinds import KINDS
+from stickslip.study.kinds import KINDS, StudyTable
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import (
     BaseTable,
@@ -28,7 +28,6 @@ from stickslip.study.tables import (
     MatricesTable,
     OutputTable,
     StructureTable,
-    StudyTable,
     SweepTable,
 )
 from stickslip.study.units import SYSTEMS, Dimension, Units

@@ -1,4 +1,4 @@
-"""Tables of a study file: [study], [structure], [damping], [[force]], [[dashpot]], [base] and [sweep]."""
+"""Tables of a study file: [structure], [damping], [[force]], [[dashpot]], [base] and [sweep]."""
 
 from __future__ import annotations
 
@@ -32,29 +32,6 @@ Matrix = Annotated[list[list[Number]], Words("list of rows")]
 
 def _where_form(value: Any) -> str:
     return "<number>" if isinstance(value, int) else "<list>" if isinstance(value, list) else "<single>"
-
-
-class StudyTable(Table):
-    """What the study is."""
-
-    title: Annotated[str, Field(description="title of results and report")] = ""
-    analysis: Annotated[
-        Literal[
-            "forced_response",
-            "response_bounds",
-            "response_samples",
-            "damper_cycle",
-            "steady_cycles",
-            "damper_evolution",
-            "performance_curve",
-            "performance_band",
-            "damper_design",
-            "sensitivity_indices",
-            "identification",
-            "mistuned_population",
-        ],
-        Field(description="what to compute"),
-    ]
 
 
 class MatricesTable(Table):

@@ -12,7 +12,6 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 import stickslip as ss
-from stickslip.plots import plot
 from stickslip.report.design import sentences as design_sentences
 from stickslip.report.performance import sentences, tables
 from stickslip.report.sensitivity_indices import sentences as matter_sentences
@@ -70,7 +69,7 @@ def test_performance_curves_are_those_of_the_exact_peaks(quantity):
     words, table = "\n".join(sentences(curve.dataset)), tables(curve.dataset)["performance curves"]
     assert ("lowest resonance, as inertance," in words) == (quantity == "acceleration")
     assert f"amplitude per force [{UNITS[quantity]}]" in table.columns
-    assert plot(curve, quantity="amplitude_per_force").axes[0].get_ylabel().endswith(UNITS[quantity].replace("s2", "s²"))
+    assert curve.plot(quantity="amplitude_per_force").axes[0].get_ylabel().endswith(UNITS[quantity].replace("s2", "s²"))
 
 
 def test_optima_of_the_quantities_differ():

@@ -11,7 +11,7 @@ from stickslip.cli import app
 from stickslip.report.presentation import presentation_of
 from stickslip.results.files import open_results, save, stamped
 from stickslip.study import read
-from stickslip.study.design import RigDesign
+from stickslip.study.analyses.damper_design import RigDesign
 from stickslip.study.templates import write_new
 
 

@@ -11,7 +11,6 @@ from stickslip.analyses.variability.freedom import friction_freedom
 from stickslip.analyses.variability.history import response_history
 from stickslip.analyses.variability.samples import response_samples
 from stickslip.checks import InputError
-from stickslip.plots import MORE
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
 from stickslip.plots.cycles import Cycles, sample_cycles
 from stickslip.plots.force_plane import paths_in
@@ -121,7 +120,7 @@ def test_the_plane_is_drawn(bounds):
 
 
 def test_a_figure_by_its_name(bounds):
-    for name in MORE["ResponseBounds"]:
+    for name in bounds.figures:
         if name != "force_plane":
             assert bounds.plot(figure=name).axes
     with pytest.raises(InputError, match="figure must be a known one"):

@@ -20,6 +20,7 @@ from stickslip.dampers.jamming import jamming
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import QUASI_STATIC, CycleModel, CycleOutcome, Marching, SteadyCycle, steady_cycle
 from stickslip.platforms.march import PlatformState, Record
+from stickslip.results.result import Result
 from stickslip.runs.work import Arrays, Report
 from stickslip.time.methods import Method
 
@@ -32,7 +33,7 @@ LARGEST_ROTATION = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class DamperCycle:
+class DamperCycle(Result, figure="damper_cycle:damper_cycle"):
     """One cycle: `dataset` (labelled, with units), the rig, the motion, the march that made it."""
 
     dataset: xr.Dataset
@@ -59,12 +60,6 @@ class DamperCycle:
     def state(self) -> PlatformState:
         """The state at the end of the cycle, from which another can start."""
         return self.march.state
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the cycle."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def damper_cycle(

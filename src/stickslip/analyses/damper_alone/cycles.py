@@ -16,6 +16,7 @@ from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.platform_motion import PlatformMotion
 from stickslip.platforms.cycle import CycleModel, CycleOutcome
 from stickslip.platforms.march import PlatformState
+from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Progress, Report
 
@@ -26,7 +27,7 @@ REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyCycles:
+class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
     """The distinct steady cycles that were found, the most frequent first, and how many of the starts led to each; starts that
     led to none: `failed`."""
 
@@ -42,15 +43,9 @@ class SteadyCycles:
         words = {"units": "1", "long_name": "initial states that lead to the cycle"}
         return together(self.cycles).assign(starts=("cycle", list(self.counts), words)).assign_attrs(failed=self.failed)
 
-    def plot(self, **options: Any) -> Any:
-        """Loops, energies and rotations of all cycles."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
-
 
 @dataclass(frozen=True, eq=False)
-class DamperEvolution:
+class DamperEvolution(Result, figure="damper_cycles:damper_cycles"):
     """The last cycle with each set of friction coefficients, in their order."""
 
     cycles: tuple[DamperCycle, ...]
@@ -61,12 +56,6 @@ class DamperEvolution:
         mu = np.array([cycle.dataset.attrs["friction"] for cycle in self.cycles])
         words = {"units": "1", "long_name": "friction coefficient"}
         return together(self.cycles).assign(friction=(("cycle", "contact"), mu, words))
-
-    def plot(self, **options: Any) -> Any:
-        """Loops, energies and rotations of all cycles."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:

@@ -28,6 +28,7 @@ from stickslip.measurement.cycles import CycleSet
 from stickslip.measurement.load_removal import LoadRemoval, zeroed
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
+from stickslip.results.result import Result
 from stickslip.runs.work import Arrays
 
 if TYPE_CHECKING:
@@ -57,7 +58,12 @@ AGAIN = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(
+    Result,
+    figure="identification:loops_and_fit",
+    residuals="identification:residuals",
+    posterior="identification:posterior",
+):
     """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
     belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
     relative misfit of each case and channel in `dataset`, warnings.
@@ -76,12 +82,6 @@ class Identification:
     dataset: xr.Dataset
     law: str = "macroslip"
     held_out: Mapping[str, float] = field(default_factory=dict)
-
-    def plot(self, **options: Any) -> Any:
-        """Measured against fitted loops, residuals and the posterior."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
     def __str__(self) -> str:
         rows = []

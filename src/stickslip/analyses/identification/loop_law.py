@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,7 @@ from stickslip.checks import Array, fault, nearest
 from stickslip.contact import dahl
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
+from stickslip.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,7 +147,7 @@ class LawFit:
 
 
 @dataclass(frozen=True, eq=False)
-class LawChoice:
+class LawChoice(Result, figure="identification:law_loops"):
     """The fits of all laws, the chosen one, and why; warnings."""
 
     best: str
@@ -154,12 +155,6 @@ class LawChoice:
     loops: tuple[ContactLoop, ...]
     warnings: tuple[str, ...]
     dataset: xr.Dataset
-
-    def plot(self, **options: Any) -> Any:
-        """Loops measured and fitted."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = tuple(LAWS)) -> LawChoice:

@@ -15,6 +15,7 @@ from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import checked_harmonics
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Checkpoint, Progress, Workers
 from stickslip.units import Band
@@ -27,19 +28,18 @@ PEAK_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class MistunedPopulation:
+class MistunedPopulation(
+    Result,
+    figure="mistuning:all_blades",
+    amplification="mistuning:amplification",
+    worst_blade="mistuning:worst_blade",
+):
     """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the
     frequency, the envelope, the maximum of each blade, the worst blade, the amplification and the deviations drawn.
     """
 
     dataset: xr.Dataset
     disk: TunedDisk
-
-    def plot(self, **options: Any) -> Any:
-        """All blades of one sample and the envelope; figure="amplification" or "worst_blade" for the population."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def mistuned_response(

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.starts.space import Rules, Sharing
@@ -30,19 +31,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceBand:
+class PerformanceBand(Result, figure="performance_curve:performance_band"):
     """`dataset`: amplitude_per_force, frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
     bound); virgin_amplitude_per_force and solves by point.
     """
 
     dataset: xr.Dataset
     problem: Problem
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the band."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 @renamed_arguments(finished="checkpoint")

@@ -22,6 +22,7 @@ from stickslip.harmonic.measure import Measure, measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.units import Band
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceCurve:
+class PerformanceCurve(Result, figure="performance_curve:performance_curves"):
     """Curves of several friction coefficients: `dataset` with axes (case, point), a case per coefficient, points by F_C/F_E."""
 
     dataset: xr.Dataset
@@ -67,12 +68,6 @@ class PerformanceCurve:
             rows = [np.interp(common, at, row) for at, row in zip(x, np.log(dataset[name].values), strict=True)]
             spreads.append(float(np.max(np.ptp(rows, axis=0))))
         return spreads[0], spreads[1]
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the curves."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 @renamed_arguments(finished="checkpoint")

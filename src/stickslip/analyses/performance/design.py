@@ -24,6 +24,7 @@ from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
@@ -42,7 +43,7 @@ class ProblemOf(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class DamperDesign:
+class DamperDesign(Result, figure="design:design_space"):
     """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
@@ -56,12 +57,6 @@ class DamperDesign:
             raise InputError(message)
         names = [str(name) for name in self.dataset["variable"].values]
         return dict(zip(names, self.dataset["optimum"].values.tolist(), strict=True))
-
-    def plot(self, **options: Any) -> Any:
-        """The picture of the design space."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 @renamed_arguments(finished="checkpoint")

@@ -19,6 +19,7 @@ from stickslip.checks import Array, fault, positive, seed_of, whole
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import attribute
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Workers
 from stickslip.units import Band
@@ -36,19 +37,13 @@ QUANTITIES = ("peak amplitude", "peak frequency")
 
 
 @dataclass(frozen=True, eq=False)
-class SensitivityIndices:
+class SensitivityIndices(Result, figure="sensitivity_indices:tornado"):
     """`dataset`, axes (parameter, quantity): first_order and total indices of Sobol'; low_end and high_end: the quantity at both
     ends of a range, the others in the middle; spread: its standard deviation; slope: d ln(amplitude) over the range by the slope
     in the middle. first_order_interval, total_interval (.., 2): what 95 % of bootstrap samples of the draws give.
     """
 
     dataset: xr.Dataset
-
-    def plot(self, **options: Any) -> Any:
-        """The tornado plot."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 @renamed_arguments(finished="checkpoint")

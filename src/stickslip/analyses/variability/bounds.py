@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from stickslip.checks import Array, between, fault, of_kind
 from stickslip.harmonic.measure import measure_of
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Checkpoint, Progress, Workers
 from stickslip.starts.space import Rules, Sharing
@@ -31,7 +32,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseBounds:
+class ResponseBounds(
+    Result,
+    figure="response_bounds:response_bounds",
+    loss_factors="response_bounds:loss_factors",
+    start_states="response_bounds:start_states",
+    contact_forces="bound_cycles:contact_forces",
+    force_ratios="bound_cycles:force_ratios",
+    loops="bound_cycles:loops",
+    force_plane="force_plane:force_plane",
+):
     """`dataset`: amplitude, loss_factor, resonance, start states and contact forces by (case, bound, frequency), one case per
     force level; sampled_amplitude (case, start, frequency): the cloud that the search began with; unsolved_share (case,
     frequency): how much of it has no solution; solves spent. Where most has none, `outcome` says so and there are no bounds.
@@ -41,12 +51,6 @@ class ResponseBounds:
 
     dataset: xr.Dataset
     problem: Problem
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the bounds."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 @renamed_arguments(finished="checkpoint")

@@ -16,6 +16,7 @@ from stickslip.contact.period import OFFSET
 from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
+from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
 from stickslip.starts.space import refuse_forgetful
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionFreedom:
+class FrictionFreedom(Result, figure="friction_freedom:freedom"):
     """`dataset`, by (point, element): mean traction and its admissible interval [N]; `slope`, the change of |X_1| with the
     traction that a moved slider puts on, −d|X_1|/(kt ds) [m/N]; `carried`, slope times the length of the interval [m]: what the
     slider of this element alone could change, to first order.
@@ -48,12 +49,6 @@ class FrictionFreedom:
         most = float(np.max(amplitude))
         sums = {name: float(carried[:, rows == name].sum(axis=1).max()) / most for name in dict.fromkeys(rows.tolist())}
         return sorted(sums.items(), key=lambda item: -item[1])
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the intervals and of what they carry."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def friction_freedom(

@@ -17,6 +17,7 @@ from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.orders import attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.results.result import Result
 from stickslip.runs.work import Progress, checked_progress
 from stickslip.solve.newton import Correction
 from stickslip.starts.history import march
@@ -30,7 +31,7 @@ UP_AND_DOWN = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0, 80.0, 50.0, 20.0, 5.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseHistory:
+class ResponseHistory(Result, figure="response_history:before_and_after"):
     """`dataset`: one run per force level in the order of time: amplitude, response and contact cycles of every point by
     (run, frequency, ...), the frequency and amplitude of each run's largest point, slider positions at its end.
     """
@@ -58,12 +59,6 @@ class ResponseHistory:
             "frequency": float(hertz[last] - hertz[first]),
             "mean_force": float(np.nanmax(np.abs(mean[last] - mean[first]))),
         }
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the contact forces before and after."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 def response_history(

@@ -24,6 +24,7 @@ from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.renamed import renamed_arguments
+from stickslip.results.result import Result
 from stickslip.results.view import measure_in
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseSamples:
+class ResponseSamples(Result, figure="response_samples:response_cloud", percentiles="response_percentiles:response_percentiles"):
     """One curve per force level and start state: `dataset` as of a forced response, case = (level, start), with the coordinate
     start(case), and start_variable (case, variable), start_value (case, element).
     """
@@ -62,12 +63,6 @@ class ResponseSamples:
         names = {"frequency": "frequency", "amplitude": measure_in(self.dataset).kind, "loss_factor": "loss_factor"}
         columns |= {name: first[f"peak_{key}"].values[:, 0] for key, name in names.items()}
         return pd.DataFrame(columns).dropna(ignore_index=True)
-
-    def plot(self, **options: Any) -> Any:
-        """The figure of the cloud."""
-        from stickslip.plots import plot
-
-        return plot(self, **options)
 
 
 @renamed_arguments(finished="checkpoint")

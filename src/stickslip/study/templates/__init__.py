@@ -17,23 +17,7 @@ from stickslip.study.templates.beside import blade_model, synthetic_loops, wedge
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
 
-KINDS = (
-    "forced_response",
-    "lumped",
-    "model",
-    "blisk",
-    "response_bounds",
-    "response_samples",
-    "damper_cycle",
-    "steady_cycles",
-    "damper_evolution",
-    "performance_curve",
-    "performance_band",
-    "identification",
-    "damper_design",
-    "sensitivity_indices",
-    "mistuned_population",
-)
+KINDS = tuple(sorted(Path(file.name).stem for file in resources.files(__name__).iterdir() if file.name.endswith(".toml")))
 
 BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "lumped": wedge_matrices,

@@ -18,9 +18,9 @@ from stickslip.analyses.variability.start_draws import Law, draw, named_law
 from stickslip.checks import MOST, InputError, fault
 from stickslip.runs.work import Arrays, Work
 from stickslip.starts.space import rule_words
+from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Seed, Table, Words, by_form
-from stickslip.study.forced_response import sweep_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -174,5 +174,9 @@ class SamplesPlan(Plan):
         return work.gathered(results["samples"], said).dataset
 
 
-RESPONSE_BOUNDS = Kind(BoundsPlan.of, {"response_bounds": BoundsTable})
-RESPONSE_SAMPLES = Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": law_of})
+KINDS = {
+    "response_bounds": Kind(BoundsPlan.of, "responses", {"response_bounds": BoundsTable}),
+    "response_samples": Kind(
+        SamplesPlan.of, "responses", {"response_samples": SamplesTable}, checks={"response_samples": law_of}
+    ),
+}

@@ -199,6 +199,13 @@ class DesignPlan(Plan):
         return finished_design(self.work, results[""], *counts, checkpoint, workers, progress)
 
 
-DAMPER_DESIGN = Kind(
-    DesignPlan.of, {"damper_design": DesignTable}, ("damper_design",), {"damper_design": known}, on_problem=False
-)
+KINDS = {
+    "damper_design": Kind(
+        DesignPlan.of,
+        "design",
+        {"damper_design": DesignTable},
+        required=("damper_design",),
+        checks={"damper_design": known},
+        on_problem=False,
+    )
+}

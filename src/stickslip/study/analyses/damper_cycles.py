@@ -12,8 +12,8 @@ from stickslip.analyses.damper_alone.cycles import EvolutionWork, SteadyCyclesWo
 from stickslip.checks import MOST, counted
 from stickslip.dampers import BetweenPlatforms, PlatformMotion
 from stickslip.runs.work import Arrays
+from stickslip.study.analyses.damper_cycle import DamperTable, MotionTable
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.damper_cycle import DamperTable, MotionTable
 from stickslip.study.fields import NotNegatives, Positive, Seed, Table
 from stickslip.study.units import LENGTH, in_si
 
@@ -116,16 +116,19 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
     return damper.rig(asked.units), motion.motion(asked.units, asked.folder)
 
 
-STEADY_CYCLES = Kind(
-    SteadyCyclesPlan.of,
-    {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
-    required=("damper", "motion"),
-    on_problem=False,
-)
-
-DAMPER_EVOLUTION = Kind(
-    EvolutionPlan.of,
-    {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
-    required=("damper", "motion", "damper_evolution"),
-    on_problem=False,
-)
+KINDS = {
+    "steady_cycles": Kind(
+        SteadyCyclesPlan.of,
+        "damper_cycles",
+        {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
+        required=("damper", "motion"),
+        on_problem=False,
+    ),
+    "damper_evolution": Kind(
+        EvolutionPlan.of,
+        "damper_cycles",
+        {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
+        required=("damper", "motion", "damper_evolution"),
+        on_problem=False,
+    ),
+}

@@ -177,9 +177,12 @@ class CyclePlan(Plan):
         return self.works[""].gathered(results[""][0]).dataset
 
 
-DAMPER_CYCLE = Kind(
-    CyclePlan.of,
-    {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
-    required=("damper", "motion"),
-    on_problem=False,
-)
+KINDS = {
+    "damper_cycle": Kind(
+        CyclePlan.of,
+        "damper_cycle",
+        {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
+        required=("damper", "motion"),
+        on_problem=False,
+    )
+}

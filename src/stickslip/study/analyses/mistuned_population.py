@@ -16,9 +16,9 @@ from stickslip.analyses.mistuning.work import PopulationWork
 from stickslip.checks import InputError, counted
 from stickslip.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
+from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Numbers, Positive, Seed, Table
-from stickslip.study.forced_response import sweep_of
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -103,4 +103,8 @@ class MistuningPlan(Plan):
         return population_dataset(self.work, results[""])
 
 
-MISTUNED_POPULATION = Kind(MistuningPlan.of, {"mistuned_population": MistuningTable}, ("mistuned_population",))
+KINDS = {
+    "mistuned_population": Kind(
+        MistuningPlan.of, "mistuning", {"mistuned_population": MistuningTable}, required=("mistuned_population",)
+    )
+}

@@ -17,9 +17,9 @@ from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Work
+from stickslip.study.analyses.performance import sweep_over_a_band
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Seed, Table
-from stickslip.study.performance import sweep_over_a_band
 from stickslip.study.tables import Ends, Two
 from stickslip.study.units import LENGTH, in_si
 from stickslip.units import Band
@@ -116,4 +116,4 @@ class IndicesPlan(Plan):
 
 
 TABLE = "sensitivity_indices"
-SENSITIVITY_INDICES = Kind(IndicesPlan.of, {TABLE: UncertainTable}, (TABLE,), {TABLE: ranges})
+KINDS = {TABLE: Kind(IndicesPlan.of, TABLE, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges})}

@@ -16,11 +16,11 @@ from stickslip.analyses.performance.work import PerformanceWork
 from stickslip.analyses.variability.bounds_work import BoundsWork, refuse_discs
 from stickslip.checks import MOST, InputError, counted, fault, unique
 from stickslip.runs.work import Arrays, Work
+from stickslip.study.analyses.forced_response import sweep_of
+from stickslip.study.analyses.response_variability import StartsTable
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
-from stickslip.study.forced_response import sweep_of
 from stickslip.study.tables import Ends
-from stickslip.study.variability import StartsTable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -155,7 +155,19 @@ def ratios_of(table: PerformanceTable | BandTable) -> tuple[float, ...]:
     return tuple(np.geomspace(table.force_ratio[0], table.force_ratio[1], table.points).tolist())
 
 
-PERFORMANCE_CURVE = Kind(
-    PerformancePlan.of, {"performance_curve": PerformanceTable}, ("performance_curve",), {"performance_curve": ordered}
-)
-PERFORMANCE_BAND = Kind(BandPlan.of, {"performance_band": BandTable}, ("performance_band",), {"performance_band": ordered})
+KINDS = {
+    "performance_curve": Kind(
+        PerformancePlan.of,
+        "performance",
+        {"performance_curve": PerformanceTable},
+        required=("performance_curve",),
+        checks={"performance_curve": ordered},
+    ),
+    "performance_band": Kind(
+        BandPlan.of,
+        "performance_band",
+        {"performance_band": BandTable},
+        required=("performance_band",),
+        checks={"performance_band": ordered},
+    ),
+}

@@ -21,8 +21,8 @@ from stickslip.measurement.reconstruction import damper_motion
 from stickslip.measurement.records import read_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.runs.work import Arrays
+from stickslip.study.analyses.damper_cycle import DamperTable
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.damper_cycle import DamperTable
 from stickslip.study.fields import Number, Positive, Seed, Table
 from stickslip.study.units import FREQUENCY, Units, in_si
 
@@ -147,9 +147,12 @@ class IdentificationPlan(Plan):
         return work.identification(results[""][0]).dataset
 
 
-IDENTIFICATION = Kind(
-    IdentificationPlan.of,
-    {"damper": DamperTable, "identification": IdentificationTable},
-    required=("damper", "identification"),
-    on_problem=False,
-)
+KINDS = {
+    "identification": Kind(
+        IdentificationPlan.of,
+        "identification",
+        {"damper": DamperTable, "identification": IdentificationTable},
+        required=("damper", "identification"),
+        on_problem=False,
+    )
+}

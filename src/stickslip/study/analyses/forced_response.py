@@ -49,4 +49,4 @@ def sweep_of(asked: Asked) -> Sweep:
     return asked.sweep
 
 
-FORCED_RESPONSE = Kind(ForcedResponsePlan.of, {"stress": StressTable}, repeats=True)
+KINDS = {"forced_response": Kind(ForcedResponsePlan.of, "responses", {"stress": StressTable}, repeats=True)}

@@ -1,0 +1,35 @@
+"""What the results of all analyses have in common: figures by name, drawn when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from stickslip.checks import fault, nearest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Result:
+    """A result with figures, which its class names: `class Curve(Result, figure="curve:draw", loops="loops:draw")`.
+
+    figure: that of `plot()`, as module of `stickslip.plots` and function; others by the name that `plot` takes. Functions get the
+    `dataset` of a result, or a result without one. A module is imported when its figure is drawn: matplotlib loads slowly.
+    """
+
+    figures: ClassVar[Mapping[str, str]]
+
+    def __init_subclass__(cls, figure: str, **others: str) -> None:
+        super().__init_subclass__()
+        cls.figures = {"": figure, **others}
+
+    def plot(self, figure: str = "", **options: Any) -> Figure:
+        """The figure of the result, or another one by its name in `figures`; options are those of its function."""
+        if figure not in self.figures:
+            raise fault("figure", "must be a known one", figure, nearest(figure, filter(None, self.figures)))
+        module, function = self.figures[figure].split(":")
+        draw = getattr(import_module(f"stickslip.plots.{module}"), function)
+        drawn: Figure = draw(getattr(self, "dataset", self), **options)
+        return drawn
