@@ -29,7 +29,7 @@ LARGEST_DENSE = 20_000
 
 
 class InputError(ValueError):
-    """Wrong input, said as: what, rule, value, remedy."""
+    """Wrong input. The message states what is wrong, the rule, the value and the remedy."""
 
 
 class Faults(InputError):

@@ -100,11 +100,11 @@ def maker(problem_of: Any) -> Callable[..., Problem]:
 
 def made(problem_of: Callable[..., Problem], *places: float, **values: float) -> Problem:
     """What `problem_of` returns for values: a Problem; a function that does not take them is refused."""
-    said = ", ".join([f"{value:g}" for value in places] + [f"{name}={value:g}" for name, value in values.items()])
+    given = ", ".join([f"{value:g}" for value in places] + [f"{name}={value:g}" for name, value in values.items()])
     try:
         problem = problem_of(*places, **values)
     except InputError:
         raise
     except (TypeError, ArithmeticError, ValueError, KeyError, AttributeError) as error:
-        raise InputError(f"problem_of({said}) must return a Problem, but raises {type(error).__name__}: {error}.") from error
-    return of_kind(f"problem_of({said})", problem, Problem)
+        raise InputError(f"problem_of({given}) must return a Problem, but raises {type(error).__name__}: {error}.") from error
+    return of_kind(f"problem_of({given})", problem, Problem)

@@ -11,11 +11,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from stickslip.checks import Array
-from stickslip.contact.law import Elements, Law
-from stickslip.contact.macroslip import Macroslip
+from stickslip.checks import Array, positive
+from stickslip.contact.law import Elements
 from stickslip.contact.period import OPEN, SLIPPING
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
+from stickslip.contact.single_load import SingleLoad
 from stickslip.kernels import kernel
 
 KIND = 3
@@ -27,7 +27,7 @@ STILL = 1e-12
 
 
 @dataclass(frozen=True)
-class Dahl(Law):
+class Dahl(SingleLoad):
     """dT/du = kt (1 − sgn(u̇) T/L), |T| ≤ L = μN, in each of one or two tangential directions.
 
     The parameters are those of `Macroslip`: kt [N/m] is the slope at each reversal. Every motion, however small, dissipates, and
@@ -44,23 +44,17 @@ class Dahl(Law):
     gap: float = 0.0
     normal_load: float | None = None
 
+    name: ClassVar[str] = "dahl"
     kind: ClassVar[int] = KIND
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        _ = self._sliders
-
-    @property
-    def _sliders(self) -> Macroslip:
-        return Macroslip(self.kt, self.mu, self.kn, self.preload, self.gap, self.normal_load)
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
+        positive("kt", self.kt)
+        self.check_load()
 
     def elements(self, tangential: int, normal: bool) -> Elements:
-        return self._sliders.elements(tangential, normal)
+        return self.under_load((self.kt,) * tangential, normal)
 
     def loop_energy(self, amplitude: float, z: float = 0.0) -> float:
         """Energy per cycle of u = A cos ωt at constant z, 4 L (A − L/kt tanh(kt A/L)), J."""

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-import numpy as np
-
-from stickslip.checks import fault, finite, not_negative, positive
-from stickslip.contact.law import Elements, FrictionElements, Law, NormalElements
+from stickslip.checks import fault, positive
+from stickslip.contact.law import Elements
+from stickslip.contact.single_load import SingleLoad
 
 
 @dataclass(frozen=True)
-class Macroslip(Law):
+class Macroslip(SingleLoad):
     """A spring kt in series with a Coulomb slider, |T| ≤ μN.
 
     With kn: N = max(kn (z − gap) + preload, 0), from the motion z of a normal direction (positive closes).
@@ -29,45 +29,15 @@ class Macroslip(Law):
     normal_load: float | None = None
     kt2: float | None = None
 
+    name: ClassVar[str] = "macroslip"
+
     def __post_init__(self) -> None:
         positive("kt", self.kt)
         if self.kt2 is not None:
             positive("kt2", self.kt2)
-        not_negative("mu", self.mu)
-        finite("preload", self.preload)
-        finite("gap", self.gap)
-        if self.kn is not None:
-            positive("kn", self.kn)
-        if self.normal_load is not None:
-            not_negative("normal_load", self.normal_load)
-        if (self.kn is None) == (self.normal_load is None):
-            raise fault(
-                "A macroslip contact",
-                "must have either kn (varying normal load) or normal_load (constant)",
-                {"kn": self.kn, "normal_load": self.normal_load},
-                "Give exactly one of the two.",
-            )
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
+        self.check_load()
 
     def elements(self, tangential: int, normal: bool) -> Elements:
-        if normal != self.has_normal:
-            raise fault(
-                "A macroslip contact",
-                "must have a normal direction exactly when kn is given",
-                f"kn = {self.kn}, normal direction {'given' if normal else 'missing'}",
-            )
         if self.kt2 is not None and tangential < 2:
             raise fault("A macroslip contact", "must have a second tangential direction for its kt2", f"{tangential} direction")
-        one = np.ones(1)
-        limit = 0.0 if self.normal_load is None else self.mu * self.normal_load
-        friction = tuple(
-            FrictionElements(kt * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)]))
-            for kt in (self.kt, self.kt if self.kt2 is None else self.kt2)[:tangential]
-        )
-        springs = None
-        if self.kn is not None:
-            springs = NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one)
-        return Elements(friction, springs)
+        return self.under_load((self.kt, self.kt if self.kt2 is None else self.kt2)[:tangential], normal)

@@ -7,10 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from stickslip.checks import Array, fault, finite, not_negative, positive
-from stickslip.contact.law import Elements, FrictionElements, Law, NormalElements
+from stickslip.checks import Array, fault, positive
+from stickslip.contact.law import Elements
 from stickslip.contact.period import OPEN, SLIPPING
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
+from stickslip.contact.single_load import SingleLoad
 from stickslip.kernels import kernel
 
 KIND = 4
@@ -19,7 +20,7 @@ SLIP = 1
 
 
 @dataclass(frozen=True)
-class TanhCoulomb(Law):
+class TanhCoulomb(SingleLoad):
     """T = L tanh(v/v0), v = du/dt, L = μN, in each of one or two tangential directions.
 
     mu [-]; v0 [m/s]: the velocity that reaches 76 % of the limit. kn, preload, gap, normal_load: the load N, as of `Macroslip`.
@@ -36,42 +37,18 @@ class TanhCoulomb(Law):
     gap: float = 0.0
     normal_load: float | None = None
 
+    name: ClassVar[str] = "tanh_coulomb"
     kind: ClassVar[int] = KIND
     rate_independent: ClassVar[bool] = False
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        not_negative("mu", self.mu)
         positive("v0", self.v0)
-        finite("preload", self.preload)
-        finite("gap", self.gap)
-        if self.kn is not None:
-            positive("kn", self.kn)
-        if self.normal_load is not None:
-            not_negative("normal_load", self.normal_load)
-        if (self.kn is None) == (self.normal_load is None):
-            raise fault(
-                "A tanh_coulomb contact",
-                "must have either kn (varying normal load) or normal_load (constant)",
-                {"kn": self.kn, "normal_load": self.normal_load},
-                "Give exactly one of the two.",
-            )
-
-    @property
-    def has_normal(self) -> bool:
-        return self.kn is not None
+        self.check_load()
 
     def elements(self, tangential: int, normal: bool) -> Elements:
-        if normal != self.has_normal:
-            words = f"kn = {self.kn}, normal direction {'given' if normal else 'missing'}"
-            raise fault("A tanh_coulomb contact", "must have a normal direction exactly when kn is given", words)
-        one, limit = np.ones(1), 0.0 if self.normal_load is None else self.mu * self.normal_load
-        friction = FrictionElements(0.0 * one, self.mu * one, limit * one, np.array([0]), np.array([int(normal)]))
-        springs = None
-        if self.kn is not None:
-            springs = NormalElements(self.kn * one, (self.preload - self.kn * self.gap) * one)
-        return Elements((friction,) * tangential, springs, (self.v0,))
+        return self.under_load((0.0,) * tangential, normal, (self.v0,))
 
     def parameter_scales(self, force: float, width: float) -> Array:
         return np.array([self.v0])

@@ -150,7 +150,7 @@ class Measure:
 
 
 DISPLACEMENT_AMPLITUDE = Measure()
-"""What a peak is of unless said otherwise."""
+"""The measure of peaks unless another one is given."""
 
 KIND_WORDS = {"amplitude": "amplitude of the first harmonic", "rms": "root mean square", "max_abs": "largest value"}
 

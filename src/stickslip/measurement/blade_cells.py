@@ -129,5 +129,5 @@ def blade_rig_forces(
     for side in ("cylinder", "flat"):
         ratio = np.stack([one.ratio(side) for one in found])
         variables[f"{side}_ratio"] = (("damper", "sample"), ratio, {"units": "1", "long_name": f"T/N at the {side}"})
-    said = {"title": record.name, "frequency": cycles.frequency, "pull": pulls.tolist(), "warnings": list(cycles.warnings)}
-    return xr.Dataset(variables, {"damper": ["left", "right"]}, said)
+    attributes = {"title": record.name, "frequency": cycles.frequency, "pull": pulls.tolist(), "warnings": list(cycles.warnings)}
+    return xr.Dataset(variables, {"damper": ["left", "right"]}, attributes)

@@ -1,6 +1,6 @@
 """Harmonics of the whole cycles of a record, with mean, scatter, frequency, and the cycles that were rejected.
 
-Each cycle is fitted by harmonics (30 unless said), which smooths it: measured displacements drive a model, and their noise
+Each cycle is fitted by harmonics (30 by default), which smooths it: measured displacements drive a model, and their noise
 would look like motion of the contacts. Eight harmonics are too few for kt, a single unsmoothed cycle is worse.
 """
 
@@ -209,12 +209,12 @@ def fitted_cycle(phase: Array, values: Array, harmonics: int) -> Array:
 
 def _said_drift(name: str, channels: tuple[str, ...], harmonics: Array, kept: list[int]) -> list[str]:
     """Which channels wander from cycle to cycle."""
-    said, numbers = [], np.asarray(kept, dtype=float)
+    warnings, numbers = [], np.asarray(kept, dtype=float)
     size = synthesis(200, (harmonics.shape[2] - 1) // 2)
     for c, channel in enumerate(channels):
         span = float(np.ptp(size @ harmonics[:, c].mean(axis=0)))
         slope = float(np.polyfit(numbers, harmonics[:, c, 0], 1)[0]) * float(np.ptp(numbers))
         chance = float(np.std(np.diff(harmonics[:, c, 0]))) * np.sqrt(6.0 / numbers.size)
         if abs(slope) > max(DRIFT * span, 4.0 * chance) and span > 0.0:
-            said.append(f"{name}: {channel} drifts by {slope:.3g} over the record, {abs(slope) / span:.0%} of its range.")
-    return said
+            warnings.append(f"{name}: {channel} drifts by {slope:.3g} over the record, {abs(slope) / span:.0%} of its range.")
+    return warnings

@@ -164,8 +164,8 @@ def _read_one(path: Path) -> Content:
     except Exception as error:  # the readers of other packages raise whatever damaged files lead them to
         if isinstance(error, OSError) and error.filename is not None:
             raise _refused(error) from None
-        said = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise fault("A model file", "must be readable", path.name, f"Read as {form.name}, it is damaged ({said}).") from None
+        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise fault("A model file", "must be readable", path.name, f"Read as {form.name}, it is damaged ({reason}).") from None
 
 
 def _refused(error: OSError) -> InputError:

@@ -89,8 +89,8 @@ def cache_folder() -> Path:
 
 
 def _key(model: Model, kept: dict[str, int], modes: int) -> str:
-    said = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes))
-    return sha256(said.encode()).hexdigest()[:32]
+    key = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes))
+    return sha256(key.encode()).hexdigest()[:32]
 
 
 def _from_cache(file: Path) -> dict[str, Array] | None:

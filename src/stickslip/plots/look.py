@@ -81,7 +81,7 @@ def state_colour(stick: ArrayLike, slip: ArrayLike, open_: ArrayLike) -> Array:
 
 
 def legend(axes: Axes | Figure, handles: Sequence[Any] | None = None, **place: Any) -> Legend:
-    """The legend of at most `MOST_ENTRIES` different entries; how many there are is said where some are left out."""
+    """The legend of at most `MOST_ENTRIES` different entries; it gives their number where some are left out."""
     found = axes.get_legend_handles_labels()[0] if handles is None else handles  # type: ignore[union-attr]
     different = {str(handle.get_label()): handle for handle in reversed(found)}
     shown = [different[label] for label in entries([*different][::-1])]

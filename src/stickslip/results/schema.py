@@ -150,8 +150,8 @@ def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Map
 
 def stamped(dataset: xr.Dataset, analysis: str = RESPONSES[0]) -> xr.Dataset:
     """The dataset with what every results file says of itself; what it already says stays."""
-    said = {"title": "", "study": "", "analysis": analysis, "stickslip_version": _version(), "file_format": FILE_FORMAT}
-    return dataset.assign_attrs(said | dataset.attrs)
+    attributes = {"title": "", "study": "", "analysis": analysis, "stickslip_version": _version(), "file_format": FILE_FORMAT}
+    return dataset.assign_attrs(attributes | dataset.attrs)
 
 
 def analysis_of(dataset: xr.Dataset) -> str:

@@ -126,7 +126,7 @@ class DaskCluster:
         return ConnectionError(f"the scheduler at {self.address} has gone; start it and its workers again.")
 
     def _result(self, future: Any, words: str, patience: float) -> Arrays:
-        """What a worker found; ways of failing that only a cluster has are said in words."""
+        """What a worker found; failures that only a cluster has are explained."""
         try:
             return future.result(timeout=patience)  # type: ignore[no-any-return]
         except import_module(PACKAGE).KilledWorker:

@@ -49,7 +49,7 @@ def rig_argument(name: str, value: Any) -> Any:
 
 
 def made(maker: Callable[..., Problem], parameters: Mapping[str, Any]) -> Problem:
-    """The rig, with a value of a wrong kind said as a fault."""
+    """The rig, with a value of a wrong kind reported as a fault."""
     try:
         return maker(**parameters)
     except InputError:

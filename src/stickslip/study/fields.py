@@ -1,6 +1,6 @@
 """Field types of study files. All are strict: no text for numbers, no unknown keys, no NaN.
 
-A value that may have several forms (a number or a list) is a union that looks at the form first, so that a fault is said
+A value that may have several forms (a number or a list) is a union that looks at the form first, so that a fault is reported
 about the form the author meant. The marks of such forms are in angle brackets and never reach a message.
 """
 

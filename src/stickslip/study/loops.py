@@ -23,7 +23,7 @@ def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), remova
     for law in laws:
         if law not in LINE_LAWS:
             raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))
-    said = f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
-    said += f"; load removals: {', '.join(map(str, removals)) or 'none'}"
+    note = f"# loops: {', '.join(map(str, loops))}; law: {', '.join(laws) or 'as above'}"
+    note += f"; load removals: {', '.join(map(str, removals)) or 'none'}"
     plan = job.plan.with_loops(loops, laws, removals)
-    return replace(job, plan=plan, content=plan.content, text=f"{job.text}{said}\n")
+    return replace(job, plan=plan, content=plan.content, text=f"{job.text}{note}\n")

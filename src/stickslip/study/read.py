@@ -279,8 +279,8 @@ def from_model(
     units, (progress, notes) = tables.units, messages
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     made = found.attempt("[structure]", structure_of_table, table, damping, folder, units, progress)
-    structure, said = made if made else (None, ())
-    notes += said
+    structure, remarks = made if made else (None, ())
+    notes += remarks
     names = Names(table.dofs or (structure.dofs if structure else ()), units)
     found.messages += names.faults(document) if structure and not table.dofs else []
     contacts, forces = contacts_of(tables, names, found), forces_of(tables, names, found)

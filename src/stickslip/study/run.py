@@ -94,11 +94,11 @@ class Run:
         parts, datasets = together.parted(results), {}
         for name, job in self.jobs.items():
             own = {kind: parts[f"{name} {kind}".strip()] for kind in works[name]}
-            said = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
+            attributes = {"title": job.title, "study": job.text, "analysis": job.analysis, "input_key": self.key}
             plan = job.plan
             search = (checkpoint, self.workers, progress)
             dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
-            datasets[name] = stamped(dataset).assign_attrs(said)
+            datasets[name] = stamped(dataset).assign_attrs(attributes)
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 

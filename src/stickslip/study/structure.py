@@ -31,8 +31,8 @@ def structure(
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
     places = None if table.keep is None else places_of(model, table.keep, own.system.metres)
-    said = (*map(str, places or ()), *model.notes, *implausible(model))
-    return structure_of(model, places, table.modes, damping, progress), said
+    notes = (*map(str, places or ()), *model.notes, *implausible(model))
+    return structure_of(model, places, table.modes, damping, progress), notes
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

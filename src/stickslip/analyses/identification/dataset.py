@@ -89,14 +89,14 @@ def identification_dataset(
         "end": ("end", ["low", "high"], "end of the interval"),
     }
     labels = {name: (dim, names, {"units": "1", "long_name": words}) for name, (dim, names, words) in coordinates.items()}
-    said = {
+    attributes = {
         "title": "Contact parameters",
         "analysis": "identification",
         "law": fit.law,
         "lag_fitted": int(bool(fit.errors.lag)),
         "warnings": "\n".join(warnings),
     }
-    return xr.Dataset(variables, labels, said)
+    return xr.Dataset(variables, labels, attributes)
 
 
 def with_slip(dataset: xr.Dataset, fit: DamperFit, rig: BetweenPlatforms, kn: float) -> xr.Dataset:

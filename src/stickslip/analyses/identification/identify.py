@@ -129,11 +129,12 @@ def identify(
 
     loops: records or cycles (`whole_cycles`) with platform motion, force_x, force_y, and rotation and damper_y where they were
     measured: they choose the right one of several minima. damper: geometry, pull, and values of what is not unknown.
-    unknown: kt, kn or mu of all lines, or of those whose names begin as said: mu_L1, mu_R, kt_L; `usual_unknowns` unless given.
-    law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases held out one at
-    a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros and lag and for
-    the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for all loops or
-    one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the final fit.
+    unknown: kt, kn or mu of all lines, or of those whose names begin with what follows: mu_L1, mu_R, kt_L; by default those of
+    `usual_unknowns`. law: of all lines, "macroslip", "iwan" or "microslip"; of several the simplest is taken whose error on cases
+    held out one at a time is within 10 % of the smallest, which needs two cases. errors: of the rig, as priors of gains, zeros
+    and lag and for the intervals. load_removal: readings from which the zeros of the cells follow (`read_load_removal`), one for
+    all loops or one each; the records then hold raw readings. bounds: {name: (low, high)} SI. steps: of a computed cycle in the
+    final fit.
     resamples: refits for the intervals; population (times unknowns), generations: of the search. progress(share): callback.
     """
     errors = RigErrors() if errors is None else errors
@@ -235,10 +236,10 @@ class IdentificationWork:
         values = dict(zip(names, map(float, np.exp(theta)), strict=True))
         ends = np.exp(np.stack([theta - CERTAINTY * scatter, theta + CERTAINTY * scatter], axis=1))
         intervals = {name: (float(low), float(high)) for name, (low, high) in zip(names, ends, strict=True)}
-        said = (sentence for case in self.cases for sentence in case.warnings)
+        of_cases = (sentence for case in self.cases for sentence in case.warnings)
         counted = (sentence for sentence in (again.refusal, again.remark) if sentence)
         late = lag_remarks(fit, theta, lag_error) if prior or self.errors.lag is not None else ()
-        warnings = (*counted, *said, *late, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
+        warnings = (*counted, *of_cases, *late, *remarks(fit, theta, scatter), *never_sliding(fit, theta, self.damper))
         with np.errstate(invalid="ignore", divide="ignore"):
             enough = len(replicates) > 1
             correlation = np.atleast_2d(np.corrcoef(replicates.T)) if enough else np.full((theta.size, theta.size), np.nan)

@@ -216,13 +216,13 @@ def _fitted(loops: tuple[ContactLoop, ...], law: str) -> tuple[Array, Array]:
 
 def _remarks(loops: tuple[ContactLoop, ...], fit: LawFit) -> tuple[str, ...]:
     """What the loops do not determine."""
-    said = []
+    warnings = []
     reach = max(float(np.max(np.abs(loop.force)) / (fit.mu * np.max(np.asarray(loop.normal)))) for loop in loops)
     if reach < 0.95:
-        said.append(f"No loop reaches gross slip ({reach:.0%} of mu N): mu is extrapolated.")
+        warnings.append(f"No loop reaches gross slip ({reach:.0%} of mu N): mu is extrapolated.")
     if fit.misfit > 0.1:
-        said.append(f"The {fit.law} law misses the loops by {fit.misfit:.0%} of their rms force.")
-    return tuple(said)
+        warnings.append(f"The {fit.law} law misses the loops by {fit.misfit:.0%} of their rms force.")
+    return tuple(warnings)
 
 
 def _dataset(loops: tuple[ContactLoop, ...], fits: Mapping[str, LawFit], best: str, warnings: tuple[str, ...]) -> xr.Dataset:

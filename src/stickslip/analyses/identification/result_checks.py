@@ -130,17 +130,17 @@ def strained_gains(fit: DamperFit, computed: Array) -> tuple[str, ...]:
 
 def strained_zeros(fit: DamperFit, computed: Array) -> tuple[str, ...]:
     """Which cells fit only with a zero that its stated error hardly allows."""
-    zeros, said = fit.zeros(computed, fit.chain(computed)), []
+    zeros, warnings = fit.zeros(computed, fit.chain(computed)), []
     for case, of_case in zip(fit.cases, zeros, strict=True):
         for c, zero in zip(fit.forces, of_case, strict=True):
             name = fit.channels[c]
             stated = fit.errors.with_zeros(case.zero_errors).zero_of(name)
             if stated > 0.0 and abs(zero) > STRAINED * stated:
-                said.append(
+                warnings.append(
                     f"{case.name}: {name} fits only with a zero of {zero:+.3g} N, against {stated:.2g} N stated. Where the zeros "
                     f"of the cells are not known, give a load removal, or in `errors` what they may be off by (zero_{name[-1]})."
                 )
-    return tuple(said)
+    return tuple(warnings)
 
 
 def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
@@ -152,15 +152,15 @@ def lag_remarks(fit: DamperFit, theta: Array, error: float) -> tuple[str, ...]:
     angle = 2.0 * np.pi * lag * max(case.frequency for case in fit.cases)
     if abs(angle) < SEEN or (fitted and abs(lag) < CERTAINTY * error):
         return ()
-    said = f"{abs(1e3 * lag):.2g} ms {'behind' if lag > 0.0 else 'before'} the motions"
+    delay = f"{abs(1e3 * lag):.2g} ms {'behind' if lag > 0.0 else 'before'} the motions"
     if not fitted:
         return (
-            f"The forces seem to come {said}, which `errors` exclude (lag = 0): contact stiffness is then wrong. Give `lag` as "
+            f"The forces seem to come {delay}, which `errors` exclude (lag = 0): contact stiffness is then wrong. Give `lag` as "
             "much as it may be to fit it.",
         )
     alike = "viscous damping beside the damper, or a filter of the motions," if lag < 0.0 else "a filter of the forces"
     return (
-        f"The forces come {said}. The fit corrects it as a lag, which {alike} resembles: a record at another frequency shows "
+        f"The forces come {delay}. The fit corrects it as a lag, which {alike} resembles: a record at another frequency shows "
         "whether it is the same time there.",
     )
 
@@ -169,7 +169,7 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
     """What must be known of the result; a fit that explains the loops badly is refused."""
     computed = fit.predicted(theta)
     assert computed is not None
-    found, said = misfits(fit, computed), [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
+    found, warnings = misfits(fit, computed), [*strained_gains(fit, computed), *strained_zeros(fit, computed)]
     table = synthesis(200, (fit.data.shape[2] - 1) // 2)
     for k, case in enumerate(fit.cases):
         for c, channel in enumerate(fit.channels):
@@ -185,13 +185,13 @@ def remarks(fit: DamperFit, theta: Array, scatter: Array) -> tuple[str, ...]:
                     "Check geometry, pull, signs and units; no parameters are given."
                 )
             if found[k, c] > (POOR if channel.startswith("force") else 0.3):
-                said.append(f"{case.name}: {channel} is missed by {found[k, c]:.0%} of its varying part.")
+                warnings.append(f"{case.name}: {channel} is missed by {found[k, c]:.0%} of its varying part.")
     low, high = fit.bounds
     for p, t, s, a, b in zip(fit.unknowns, theta, scatter, low, high, strict=True):
         if min(t - a, b - t) < 1e-3:
-            said.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
+            warnings.append(f"{p.name} lies at the end of its range ({np.exp(t):.4g}): the loops do not bound it.")
         elif s > WIDE:
-            said.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
+            warnings.append(f"{p.name} is hardly seen by these loops: its interval is wide.")
     if "rotation" not in fit.channels:
-        said.append("No rotation was measured: another minimum may fit as well.")
-    return tuple(said)
+        warnings.append("No rotation was measured: another minimum may fit as well.")
+    return tuple(warnings)

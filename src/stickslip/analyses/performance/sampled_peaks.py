@@ -162,8 +162,8 @@ class Peaks:
         except LostCurveError as lost:
             raise fault("Every value of the parameters", "must give a solvable curve", values.tolist(), str(lost)) from None
         if not found:
-            said = ", ".join(f"{name} = {value:g}" for name, value in zip(self.work.parameters, values, strict=True))
-            raise no_resonance(balance, self.work.output, self.work.band, f" for every value of the parameters, also at {said}")
+            listed = ", ".join(f"{name} = {value:g}" for name, value in zip(self.work.parameters, values, strict=True))
+            raise no_resonance(balance, self.work.output, self.work.band, f" for every value of the parameters, also at {listed}")
         peak = max(found, key=lambda peak: peak.amplitude)
         self.known.append((np.array(values), peak, balance.stiffness))
         return peak

@@ -170,8 +170,8 @@ class SamplesPlan(Plan):
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         work = self.works["samples"]
-        said = {"rule": rule_words(work.rule), "share": work.share, "harmonics_chosen": self.base.choice}
-        return work.gathered(results["samples"], said).dataset
+        attributes = {"rule": rule_words(work.rule), "share": work.share, "harmonics_chosen": self.base.choice}
+        return work.gathered(results["samples"], attributes).dataset
 
 
 KINDS = {
