@@ -68,14 +68,19 @@ Result = TypeVar("Result", ClassResult, ResonanceResult)
 
 def kept(name: str, compute: Callable[[], Result], restored: Callable[[dict[str, Any]], Result]) -> Result:
     """What an earlier run of this very commit computed under a name, else computed and kept."""
-    stored = json.loads(KEPT.read_text()) if KEPT.is_file() else {}
-    now = commit("src", "robustness")
+    now, stored = commit("src", "robustness"), _stored()
     if name in stored and stored[name]["commit"] == now and settled(now):
         print(f"{name}: kept from an earlier run", flush=True)
         return restored(stored[name]["result"])
     result = compute()
-    write_text(KEPT, json.dumps({**stored, name: {"commit": now, "result": asdict(result)}}, indent=1) + "\n")
+    write_text(KEPT, json.dumps({**_stored(), name: {"commit": now, "result": asdict(result)}}, indent=1) + "\n")
     return result
+
+
+def _stored() -> dict[str, Any]:
+    """What is kept now: two runs beside each other share it."""
+    stored: dict[str, Any] = json.loads(KEPT.read_text()) if KEPT.is_file() else {}
+    return stored
 
 
 def of_class(kind: str, count: int) -> ClassResult:

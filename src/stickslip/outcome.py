@@ -26,7 +26,7 @@ _SENTENCES = {
     Outcome.EMPTY: "No point was computed here.",
     Outcome.CONVERGED: "Converged.",
     Outcome.NOT_CONVERGED: (
-        "Newton's method did not converge; smaller steps, more samples or a start where the contacts stick may help."
+        "Newton's method did not converge. Begin the band where contacts stick or hardly move, or take more samples."
     ),
     Outcome.NO_STATIC_EQUILIBRIUM: (
         "With the prescribed start state no static equilibrium was found: the static friction forces that it fixes may be "

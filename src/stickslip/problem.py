@@ -14,7 +14,7 @@ from scipy import linalg
 
 from stickslip.checks import SMALLEST, Array, InputError, counted, fault, of_kind, several, storable, unique
 from stickslip.contact.point import Contact
-from stickslip.contact.start import Start
+from stickslip.contact.start import SliderOffset, Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
 from stickslip.renamed import renamed_property
@@ -103,7 +103,7 @@ class Problem:
             raise InputError(
                 "The structure with all contacts stuck must have a positive definite stiffness, but a motion led by "
                 f"{dof!r} is {what} (eigenvalues from {low:.3g} to {high:.3g} N/m). "
-                + ("Turn the sign of K." if everywhere else "Add a support, a contact, or check the signs in K.")
+                + ("Turn the sign of K." if everywhere else "Add a support or a contact with stiffness, or check the signs in K.")
             )
 
     def _refuse_hiding_contacts(self) -> None:
@@ -139,8 +139,9 @@ class Problem:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about a problem that can be computed: contacts that may defeat Newton's method where they slip or lift off."""
-        return tuple(filter(None, (self._stiffness_warning(), self._friction_warning())))
+        """Warnings about a problem that can be computed: contacts that may defeat Newton's method where they slip or lift off,
+        and start states without effect."""
+        return tuple(filter(None, (self._stiffness_warning(), self._friction_warning(), self._start_warning())))
 
     doubts = renamed_property("doubts", "warnings")
 
@@ -172,6 +173,14 @@ class Problem:
             f"Large friction coefficients ({_listed(large)}): up to mu = {max(largest.values()):.3g}. Where such contacts lift "
             "off, points may not be found. Measured coefficients are hardly ever above 1."
         )
+
+    def _start_warning(self) -> str:
+        """Contacts with a start state that their law does not have; empty without any."""
+        given = [contact for contact in self.contacts if contact.start != SliderOffset() and contact.has_no_start]
+        if not given:
+            return ""
+        laws = " and ".join(sorted({type(contact.law).__name__ for contact in given}))
+        return f"Start states without effect ({_listed([contact.name for contact in given])}): a contact of {laws} has none."
 
     @cached_property
     def B(self) -> Array:

@@ -80,4 +80,4 @@ def test_an_estimate_that_would_cost_a_curve_is_left_out(monkeypatch):
     assert float(fewer.truncation_error[0, 0]) == pytest.approx(float(full.truncation_error[0, 0]), rel=0.3)
     assert float(fewer.truncation_error[0, 0]) != float(full.truncation_error[0, 0])
     assert np.isnan(float(none.truncation_error[0, 0]))
-    assert str(none.case_message.values[0]) == "The curve reached the end of the band."
+    assert str(none.case_message.values[0]) == "The frequency was solved."

@@ -249,3 +249,29 @@ def test_the_points_of_a_linear_curve_never_turn_back():
     problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
     frequencies = ss.forced_response(problem, ss.hertz(100.0, 0.01), force=1e-9).dataset.frequency.values[0]
     assert np.all(np.diff(frequencies[np.isfinite(frequencies)]) < 0.0)
+
+
+@pytest.mark.parametrize("band", [(100.0, 220.0), (220.0, 100.0)], ids=["up", "down"])
+def test_a_smooth_lightly_damped_peak_is_proven_from_both_sides(band):
+    """A plane across a step meets both sides of the narrow resonance: places of the far side were taken for unsolved ones."""
+    structure = ss.Structure(M=[[1.0]], K=[[1e6]], C=[[0.2]], dofs=("1.x",))
+    contact = ss.Contact("slider", ss.TanhCoulomb(mu=0.5, normal_load=20.0, v0=0.1), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x",))
+    found = ss.forced_response(problem, ss.hertz(*band), force=13.0, harmonics=9, samples=1024)
+    assert "could not be solved" not in str(found.dataset.case_message.values[0])
+    assert found.peaks().amplitude[0] == pytest.approx(1.4612360591e-3, rel=1e-8)
+
+
+@pytest.mark.parametrize("level", [0.11498147770792445, 0.12324407300134943])
+def test_no_peak_is_listed_twice(level):
+    """A top rippled by 64 samples: the peak at the end of one searched part is not found again at the start of the next."""
+    K = [[2.7249028, -0.0032880464, -0.1003097976], [-0.0032880464, 2.8675034653, 0.0057648203]]
+    K = np.array([*K, [-0.1003097976, 0.0057648203, 3.063404862]])
+    damping = ss.ModalDamping(1e-5, on="free")
+    structure = ss.Structure(np.diag([0.76737815, 1.92877094, 1.9101865]), K, ("1.x", "1.y", "1.z"), damping=damping)
+    law = ss.TanhCoulomb(mu=0.18914, v0=0.65856, normal_load=2.64736)
+    contact = ss.Contact("c", law, (ss.between("1.x", "ground"), ss.between("1.z", "ground")))
+    force = ss.Force({"1.x": -0.91749, "1.y": -0.56891, "1.z": -0.53759}, -0.08789 - 0.96738j)
+    problem = ss.Problem(structure, (contact,), (force,), ("1.x",))
+    found = ss.forced_response(problem, ss.hertz(0.39007633, 0.09702653), force=level, harmonics=1, samples=64).peaks()
+    assert found.frequency.is_unique

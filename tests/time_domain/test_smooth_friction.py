@@ -87,8 +87,17 @@ def test_start_states_are_not_varied_where_they_are_forgotten(law):
         lambda: ss.response_bounds(problem, band),
         lambda: ss.friction_freedom(problem, band),
     ):
-        with pytest.raises(ss.InputError, match="'ground' must remember its start state"):
+        with pytest.raises(ss.InputError, match="'ground' must have a start state"):
             ask()
+
+
+def test_a_start_without_effect_is_warned_of():
+    law = ss.Dahl(1.0, 0.3, normal_load=1.0)
+    structure = Structure(np.eye(1), np.eye(1), ("1.x",), C=0.05 * np.eye(1))
+    starts = (ss.SliderOffset(), ss.SliderOffset(1e-3), ss.MeanTraction(0.1))
+    contacts = [ss.Contact("c", law, (ss.between("1.x", "ground"),), start=start) for start in starts]
+    warnings = [ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x",)).warnings for contact in contacts]
+    assert warnings == [(), *[("Start states without effect (c): a contact of Dahl has none.",)] * 2]
 
 
 def test_a_law_that_forgets_its_start_has_no_slope_by_it():

@@ -118,7 +118,7 @@ def test_what_is_hardly_damped_agrees_as_far_as_it_has_settled():
     assert check.agrees(1e-3)
     assert not check.agrees(float(np.max(check.period_difference)) + 0.5 * check.distance)
     assert f"at most about {check.distance:.1e} from a periodic motion, more than `tolerance`" in check.sentence
-    suggested = float(check.sentence.split("tolerance=")[1].split(";")[0])
+    suggested = float(check.sentence.split("tolerance=")[1].split(". ")[0])
     assert response.verify_in_time(0, 1, periods=60, steps_per_period=1000, tolerance=suggested).periodic
 
 

@@ -19,6 +19,7 @@ from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.peaks_of_another import peaks_of_another
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
+from stickslip.analyses.sampling import sampling_warning
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stress import stress, with_stress
@@ -69,11 +70,9 @@ class ForcedResponse(Result, figure="forced_response:response_curves"):
         """
         own = measure_in(self.dataset)
         wanted = measure_of(quantity or own.name, measure or own.kind)
-        if wanted == own:
-            return self._own_peaks(own)
         if self.dataset.attrs.get("listed_frequencies"):
             raise InputError(f"The peaks of {wanted.words} need a response over a band, but this one is at listed frequencies.")
-        return peaks_of_another(self.dataset, self.problem, wanted)
+        return self._own_peaks(own) if wanted == own else peaks_of_another(self.dataset, self.problem, wanted)
 
     def _own_peaks(self, measure: Measure) -> pd.DataFrame:
         """The peaks that the dataset holds."""
@@ -281,8 +280,8 @@ class ForcedResponseWork:
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
         errors = truncation_errors(self.balance, curve)
-        warning = truncation_warning(self.harmonics, self.problem.output_names, errors)
-        arrays |= {"truncation_error": errors, "case_message": np.array(f"{curve.message} {warning}".strip())}
+        warnings = truncation_warning(self.harmonics, self.problem.output_names, errors), sampling_warning(self.balance, curve)
+        arrays |= {"truncation_error": errors, "case_message": np.array(" ".join(filter(None, (curve.message, *warnings))))}
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
     def gathered(self, curves: Sequence[Arrays]) -> ForcedResponse:

@@ -14,6 +14,7 @@ from stickslip.harmonic.fourier import real_harmonics
 from stickslip.harmonic.orders import of_attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.solve.newton import correct, fixed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +29,9 @@ ROUNDINGS = 8.0
 MISMATCH = 1e-6
 """How far a kept point may miss the balance and its own motion. Those of a finite-element blade miss them by 1e-14; by 6e-11
 where another processor reduced it; by 1e-4 where a friction coefficient differs by a thousandth."""
+
+AMPLIFIED = 1e-5
+"""How far Newton's method may take the motion of a kept point, where a resonance of little damping amplifies rounding."""
 
 REMEDY = (
     "The results are of another problem: give the one that made them (of a study, dataset.attrs['study']; of a sample, with its "
@@ -60,7 +64,7 @@ class SolvedPoints:
         found = self.balance.evaluate(Point(forces, omega, level))
         known = np.concatenate([motion, _real(self.kept["response"][place])])
         missed = max(found.error, _apart(found.w, known), _apart(found.w[:, 1:], known[:, 1:]))
-        if not missed <= MISMATCH and not missed <= self._rounding(found, motion):
+        if not missed <= MISMATCH and not missed <= self._rounding(found, motion) and not self._returns(found, known):
             what = f"The share by which point {place[1]} of case {place[0]} misses the balance of the problem"
             raise fault(what, f"must be at most {MISMATCH:g}", float(f"{missed:.3g}"), REMEDY)
         return found
@@ -70,6 +74,12 @@ class SolvedPoints:
         spread = ROUNDINGS * np.finfo(float).eps
         forces = found.point.forces + spread * (np.abs(found.point.forces) + np.abs(self.balance.stiffness[:, None] * motion))
         return _apart(self.balance.evaluate(replace(found.point, forces=forces)).w, found.w)
+
+    def _returns(self, found: Evaluation, known: Array) -> bool:
+        """Whether Newton's method solves the balance beside a kept point."""
+        solved = correct(self.balance, found.point, fixed("omega", found.point.omega))
+        w = solved.evaluation.w
+        return solved.converged and max(_apart(w, known), _apart(w[:, 1:], known[:, 1:])) <= AMPLIFIED
 
     def point(self, case: int, point: int) -> Point:
         """λ with frequency and force level."""

@@ -90,6 +90,11 @@ class Law(ABC):
         """What a whole change of each of the law's `Elements.parameters` is, for forces [N] and motions [m] of a size."""
         return np.zeros(0)
 
+    def passage(self, velocity: float) -> float:
+        """Share of a period in which the velocity alone takes the force from one limit to the other, for a harmonic motion of a
+        velocity amplitude [m/s]; infinite where the force follows the path of the motion."""
+        return float("inf")
+
     def loop_energy(self, amplitude: float, z: float = 0.0) -> float:
         """Energy per cycle of u = A cos ωt at constant z, one direction: Σ 4 L (A − L/kt) over the elements with A > L/kt, J."""
         table, forces = self._at(z)

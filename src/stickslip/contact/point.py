@@ -107,6 +107,11 @@ class Contact:
         if self.law.couples_directions:
             self._check_disc_start()
 
+    @property
+    def has_no_start(self) -> bool:
+        """Whether the law has friction that no start state changes."""
+        return not self.law.remembers_start and any(group.stiffness.size for group in self.elements.friction)
+
     def _check_disc_start(self) -> None:
         """A disc starts from a slider position or a ratio inside the disc; a mean traction is not defined for it."""
         keys = {start.key for start in self.starts}

@@ -53,6 +53,10 @@ class TanhCoulomb(SingleLoad):
     def parameter_scales(self, force: float, width: float) -> Array:
         return np.array([self.v0])
 
+    def passage(self, velocity: float) -> float:
+        """From −v0 to v0 at the reversal of a harmonic motion: v0/(πV) of its period."""
+        return self.v0 / (np.pi * velocity) if velocity > 0.0 else np.inf
+
     def loop_energy(self, amplitude: float, z: float = 0.0) -> float:
         raise fault("The loop energy of a tanh_coulomb contact", "must be asked for at a frequency", "a displacement alone")
 

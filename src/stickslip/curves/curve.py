@@ -117,7 +117,8 @@ def _listed(
     if not points:
         message = " ".join((reason or outcome.sentence, *balance.problem.warnings))
         return Curve(level, (), outcome, message, frequencies[0], measure=measure)
-    message, count = ARRIVED, len(frequencies)
+    count = len(frequencies)
+    message = f"All {count} frequencies were solved." if count > 1 else "The frequency was solved."
     if missing:
         first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
         unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."

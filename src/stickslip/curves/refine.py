@@ -53,10 +53,14 @@ def _with_missed_peaks(balance: HarmonicBalance, curve: Curve) -> Curve:
                 continue
             solved = [point.point for point in curve.points[max(low - 1, 0) : high + 2]]
             part = Interpolation(balance, solved, tolerance=1e-3).curve()
-            missed = PeakSearch(balance, part).peaks(output, curve.measure)
-            if missed.points:
+            peaks_of_part = PeakSearch(balance, part).peaks(output, curve.measure)
+            # The ends of the part are beyond the troughs: a peak there is that of another hill.
+            ends = solved[0].omega, solved[-1].omega
+            pairs = zip(peaks_of_part.points, peaks_of_part.steps, strict=True)
+            missed = [(peak, k) for peak, k in pairs if peak.point.omega not in ends]
+            if missed:
                 found[:] = [peak for peak in found if not any(peak is curve.points[k] for k in inside)]
-            for peak, k in zip(missed.points, missed.steps, strict=True):
+            for peak, k in missed:
                 found.append(peak)
                 before = next(i for i, point in enumerate(solved) if point is part[k].point)
                 inserted[max(low - 1, 0) + before].append(peak)

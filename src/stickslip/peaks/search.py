@@ -35,6 +35,9 @@ STEEPER = 1.5
 """How much steeper than what is known around it the curve is taken to be inside an interval."""
 
 SOLVES = 300
+SHARES = (0.5, 0.25, 0.75)
+"""Shares of an interval at which it is divided where Newton's method fails at the one of choice."""
+
 NEIGHBOURS = 2
 
 
@@ -93,6 +96,11 @@ class _Interval:
     @property
     def width(self) -> float:
         return self.high.place.length - self.low.place.length
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Arc lengths of both ends."""
+        return self.low.place.length, self.high.place.length
 
     @property
     def mean_slope(self) -> float:
@@ -313,27 +321,39 @@ class PeakSearch:
         first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
         last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
         intervals = _hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
-        bounds = [_bound(intervals, i) for i in range(len(intervals))]
+        unsolved: dict[tuple[float, float], float] = {}
+
+        def bound(i: int) -> float:
+            return 0.0 if intervals[i].ends in unsolved else _bound(intervals, i)
+
+        bounds = [bound(i) for i in range(len(intervals))]
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
-        unsolved: list[float] = []
         for _ in range(SOLVES):
             i = bounds.index(max(bounds))
             if bounds[i] <= (1.0 + self.tolerance) * best.amplitude:
                 break
-            place = self._solve(intervals[i].low.place, intervals[i].high.place, intervals[i].division())
+            place = self._divide(intervals[i])
             if place is None:
-                unsolved.append(intervals[i].low.place.point.point.omega)
+                unsolved[intervals[i].ends] = intervals[i].low.place.point.point.omega
                 bounds[i] = 0.0
                 continue
             middle = _sampled(place, row, measure)
             intervals[i : i + 1] = intervals[i].divided(middle)
             bounds[i : i + 1] = [0.0, 0.0]
             for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
-                bounds[k] = _bound(intervals, k)
+                bounds[k] = bound(k)
             best = max(best, middle, key=lambda end: end.amplitude)
         low, high = intervals[0].low, intervals[-1].high
         rises_on = (best is low and low.slope < 0.0) or (best is high and high.slope > 0.0)
-        return (None if rises_on else best), unsolved
+        return (None if rises_on else best), list(unsolved.values())
+
+    def _divide(self, interval: _Interval) -> _Place | None:
+        """A place inside an interval: where the highest is expected, else in the middle or beside it."""
+        for fraction in (interval.division(), *(interval.fraction(share) for share in SHARES)):
+            place = self._solve(interval.low.place, interval.high.place, fraction)
+            if place is not None:
+                return place
+        return None
 
     def _intervals(self, k: int, row: int, measure: Measure) -> list[_Interval]:
         """The intervals between the solved places of segment k."""
@@ -379,7 +399,8 @@ class PeakSearch:
         a, b = low.point.point, high.point.point
         forces = hermite(a.forces, width * low.forces_slope, b.forces, width * high.forces_slope, share)
         condition, span = self._plane(low.segment, fraction)
-        start = Point(forces, a.omega + share * (b.omega - a.omega), a.level)
+        omega = _cubic(a.omega, b.omega, width * low.omega_slope, width * high.omega_slope, share)
+        start = Point(forces, min(max(omega, min(a.omega, b.omega)), max(a.omega, b.omega)), a.level)
         self.solves += 1
         correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
         direction, factors = correction.direction, correction.factors
@@ -391,6 +412,12 @@ class PeakSearch:
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
+
+
+def _cubic(a: float, b: float, da: float, db: float, share: float) -> float:
+    """The cubic through two values with their slopes over the interval."""
+    rest = 1.0 - share
+    return rest**2 * ((1.0 + 2.0 * share) * a + share * da) + share**2 * ((1.0 + 2.0 * rest) * b - rest * db)
 
 
 def _between(low: _Place, high: _Place, found: Evaluation) -> bool:

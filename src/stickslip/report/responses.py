@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.harmonic.orders import of_attribute
+from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.forced_response import figures_of
 from stickslip.report.bounds import bounds_table
@@ -28,6 +30,9 @@ from stickslip.results.view import highest_peak, measure_in
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+TRUNCATION = re.compile(r"(More|Others) than [^:]*: take more, or harmonics = \"auto\"\.")
+"""The truncation warning in a message, which has a line of its own."""
 
 MOST_LINES = 12
 """Force levels listed in a summary."""
@@ -45,7 +50,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     for cases in (levels[place] for place in shown):
         lines += cloud_lines(dataset, cases) if len(cases) > 1 else [level_line(dataset, cases[0])]
     lines += [f"  {len(shown)} of {len(levels)} force levels; all stand in the report"] if len(shown) < len(levels) else []
-    lines += truncation_sentences(dataset)
+    lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
 
@@ -61,6 +66,16 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
     count = int(np.count_nonzero(np.nanmax(np.nan_to_num(errors), axis=1) > ALLOWED))
     more = f" ({count} of {len(errors)} force levels above {100.0 * ALLOWED:g} %)" if count > 1 else ""
     return [f"warning, force {float(dataset['force_level'][case]):g}: {warning}{more}"] if warning else []
+
+
+def message_sentences(dataset: xr.Dataset) -> list[str]:
+    """What else the message of a completed curve warns of: the first force level with it, and how many there are."""
+    found = []
+    for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
+        _, _, more = str(dataset["case_message"].values[case]).partition(". ")
+        rest = TRUNCATION.sub("", more).strip()
+        found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
+    return [*found[:1], *([f"  and of {len(found) - 1} more curves; the report has them"] if len(found) > 1 else [])]
 
 
 def level_line(dataset: xr.Dataset, case: int) -> str:

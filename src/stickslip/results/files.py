@@ -50,10 +50,12 @@ def _netcdf(dataset: xr.Dataset) -> bytes:
 
 
 def open_results(path: str | Path) -> xr.Dataset:
-    """Read a results file whole into memory and check it against the schema; the file is closed on return."""
+    """Read a results file, or the results.nc of a folder, whole into memory and check it against the schema; the file is closed
+    on return."""
     import xarray as xr
 
     path = Path(path)
+    path = path / "results.nc" if (path / "results.nc").is_file() else path
     _refuse_foreign(path)
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
@@ -63,7 +65,7 @@ def open_results(path: str | Path) -> xr.Dataset:
         raise
     except (OSError, RuntimeError, ValueError, KeyError, AttributeError, TypeError, zlib.error) as error:
         raise InputError(
-            f"The results file {str(path)!r} must be readable to its end, but is truncated or damaged ({error}). "
+            f"The results file {str(path)!r} must be readable to its end, but is truncated or damaged. "
             "Copy it again, or run the study again."
         ) from error
     try:

@@ -99,12 +99,12 @@ def start_space(
 def refuse_forgetful(problem: Problem) -> None:
     """Start states must matter to every law with friction; a law without friction has none."""
     for contact in problem.contacts:
-        if not contact.law.remembers_start and any(group.stiffness.size for group in contact.elements.friction):
+        if contact.has_no_start:
             raise fault(
                 f"The law of {contact.name!r}",
-                "must remember its start state, which is varied here",
-                f"{type(contact.law).__name__}, which forgets it",
-                "Its response is unique: take forced_response. Or take macroslip.",
+                "must have a start state, which this analysis varies",
+                type(contact.law).__name__,
+                "Its response is unique: use forced_response, or use macroslip.",
             )
 
 

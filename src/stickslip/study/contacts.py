@@ -114,7 +114,7 @@ class FrictionDiscTable(SliderTable):
 
 
 class DahlTable(SliderTable):
-    """Friction that yields from the first motion on, without stick and whatever the start: kt is the slope at a reversal."""
+    """Friction that slips gradually from the smallest motion on; no stick, no start state. kt is the slope at a reversal."""
 
     law: Annotated[Literal["dahl"], Field(description="the contact law")]
 
@@ -123,7 +123,7 @@ class DahlTable(SliderTable):
 
 
 class TanhCoulombTable(LoadTable):
-    """Friction by the velocity v, μN tanh(v/v0), without stiffness and whatever the start."""
+    """Friction that depends on the velocity v alone, μN tanh(v/v0); it has no stiffness and no start state."""
 
     law: Annotated[Literal["tanh_coulomb"], Field(description="the contact law")]
     v0: Annotated[Positive, VELOCITY, Field(description="velocity that reaches 76 % of the limit")]

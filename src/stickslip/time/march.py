@@ -124,10 +124,10 @@ class TimeCycle:
         if self.distance < NEAR:
             enough = 10.0 ** np.ceil(np.log10(self.distance))
             return (
-                f"{found} and at most about {self.distance:.1e} from a periodic motion, more than `tolerance`. Where that is "
-                f"near enough, ask for no more: tolerance={enough:.0e}; what is hardly damped falls slowly."
+                f"{found} and at most about {self.distance:.1e} from a periodic motion, more than `tolerance`. If this is "
+                f"close enough, pass tolerance={enough:.0e}. Lightly damped motion decays slowly."
             )
-        return f"{found}. Allow more periods: a damping ratio ζ asks for about 2/ζ of them; a subharmonic never ends."
+        return f"{found}. Allow more periods: about 2/ζ for a damping ratio ζ. A subharmonic response never becomes periodic."
 
 
 def march(problem: Problem, omega: float, level: float, start: TimeStart, settings: March) -> TimeCycle:

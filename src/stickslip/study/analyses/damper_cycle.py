@@ -64,7 +64,7 @@ class DamperTable(Table):
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
     mu: Annotated[NotNegatives, Field(description="friction coefficient, of each line or by line")]
     law: Annotated[
-        Literal["macroslip", "iwan", "microslip"], Field(description="that every line follows, as an identification finds it")
+        Literal["macroslip", "iwan", "microslip"], Field(description="of all contact lines; one of those that `identify` finds")
     ] = "macroslip"
     gaps: Annotated[
         NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")

@@ -1,0 +1,38 @@
+"""Whether the samples of a period resolve contacts whose force changes within a small share of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stickslip.curves.curve import Curve
+from stickslip.harmonic.balance import HarmonicBalance
+
+FEWEST = 1.0
+"""Samples that a change of the force must spread over: peaks of one mass are off by 2e-7 at 3, 2.4e-4 at 1.2, 1.4e-3 at 0.6."""
+
+ENOUGH = 2.0
+"""Samples that the advice makes of it."""
+
+
+def sampling_warning(balance: HarmonicBalance, curve: Curve) -> str:
+    """The contact whose force changes fastest at the highest peaks, or points, if samples are too few for it; else empty."""
+    table, count = balance.table, balance.tables.E.shape[0]
+    fewest, name = np.inf, ""
+    for output in range(len(balance.problem.outputs)):
+        points = (curve.peaks and curve.peaks[output]) or curve.points
+        if not points:
+            continue
+        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[balance.rows + output, 1:3])))
+        velocity = highest.point.omega * np.hypot(*highest.evaluation.w[: balance.rows, 1:3].T)
+        for number, contact in enumerate(balance.problem.contacts):
+            own = velocity[table.first_row[number] : table.first_row[number] + len(contact.tangential)]
+            spread = count * contact.law.passage(float(own.max(initial=0.0)))
+            if spread < fewest:
+                fewest, name = spread, contact.name
+    if not fewest < FEWEST:
+        return ""
+    enough = 2 ** int(np.ceil(np.log2(count * ENOUGH / fewest)))
+    return (
+        f"The friction of {name} changes its sign within {fewest:.2g} of a sample: heights of peaks may be wrong, and peaks of "
+        f"ripples appear. Take {enough} samples, or a law that changes more slowly."
+    )

@@ -1,0 +1,33 @@
+"""Samples too few for a law whose force follows the velocity are named, with a number that is enough."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+
+def response(v0: float, samples: int) -> ss.ForcedResponse:
+    """A mass on a spring, ζ = 1e-4, with Coulomb friction smoothed over ±v0, driven a little beyond what friction holds."""
+    structure = ss.Structure(M=[[1.0]], K=[[1e6]], C=[[0.2]], dofs=("1.x",))
+    contact = ss.Contact("slider", ss.TanhCoulomb(mu=0.5, normal_load=20.0, v0=v0), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("1.x",))
+    return ss.forced_response(problem, ss.hertz(155.0, 163.0), force=13.0, harmonics=7, samples=samples)
+
+
+def test_too_few_samples_are_named_with_enough():
+    message = str(response(1e-3, 256).dataset.case_message.values[0])
+    assert "The friction of slider changes its sign within 0.061 of a sample" in message
+    assert "Take 16384 samples" in message
+
+
+@pytest.mark.parametrize("v0", [0.05, 0.1])
+def test_nothing_is_said_where_samples_resolve_the_law(v0):
+    assert "samples" not in str(response(v0, 256).dataset.case_message.values[0])
+
+
+def test_the_share_of_a_period_is_that_of_a_harmonic_motion():
+    """v = V cos τ lies within ±v0 for the share 2 asin(v0/V)/2π at each reversal; its limit for v0 much below V is v0/(πV)."""
+    law, velocity = ss.TanhCoulomb(mu=0.3, normal_load=1.0, v0=1e-4), 0.7
+    tau = np.linspace(0.0, np.pi, 2_000_001)
+    share = np.mean(np.abs(velocity * np.cos(tau)) < law.v0) / 2.0
+    assert law.passage(velocity) == pytest.approx(share, rel=1e-2)
