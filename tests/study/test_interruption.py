@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from stickslip import console
+from stickslip.checks import counted
 from stickslip.results.files import open_results
 
 resource = pytest.importorskip("resource", reason="limits of file sizes need a Unix")
@@ -140,7 +141,7 @@ def assert_resumes_to_the_same(folder, whole, workers):
         arguments(folder, "--resume", "--workers", str(workers)), check=False, capture_output=True, text=True
     )
     assert resumed.returncode == 0, resumed.stderr
-    assert f"Resuming from {len(before)} completed curves" in resumed.stdout or not before
+    assert f"Resuming from {counted(len(before), 'completed curve')} in" in resumed.stdout or not before
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
     assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
     return len(before)
