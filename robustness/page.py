@@ -56,9 +56,9 @@ point is a solution either way.
 
 Barely pressed contacts that are stiffer than what they join lift off and close within a few samples of each other; their curves
 fold at every such sample. Of 23 such problems that were lost with a limit on the angle of a step alone, 7 arrive with reversible
-steps (numbers 72, 73, 75, 80, 113, 200, 247), and 2 that arrived do not (149, 228). In those that are lost branches come closer
-to each other than the shortest steps across a corner (1e-4 of the arc length), or the solution that is found at the start lies
-on a branch that turns back.
+steps (numbers 72, 73, 75, 80, 113, 200, 247), and 2 that arrived do not (149, 228). In number 92 branches
+come closer to each other than the shortest steps across a corner (1e-4 of the arc length); in others the solution that is found
+at the start lies on a branch that turns back.
 
 Number 207 of the start states remains: what Newton's method finds at and before the start of its band is a branch that comes
 back from 0.41 rad/s. From the point solved at 1.2 rad/s, inside the band, both ends are reached.

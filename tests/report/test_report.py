@@ -17,6 +17,7 @@ from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of
 from stickslip.report.markup import script_data
 from stickslip.report.page import page
+from stickslip.report.responses import message_sentences
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"' & <!-- \u2028"
 
@@ -215,6 +216,16 @@ def test_warnings_and_missing_peaks_are_said(dataset):
     assert "force × 20: tip.x has no peak inside the band." in text
     assert "no peak inside the band; the largest point" in text
     assert '<td class="number" data-value="3.5e-06">3.5</td><td class="number" data-value="512.25">512.25</td>' in text
+
+
+def test_the_console_prints_what_the_message_of_a_completed_curve_warns_of(dataset):
+    places = "2 places beside peaks could not be solved, near 0.2 Hz; a peak there may be higher than reported."
+    before = message_sentences(dataset)
+    dataset = dataset.assign(case_message=dataset.case_message.astype(object))
+    dataset.case_message[1] = f"The curve reached the end of the band. {places}"
+    level = float(dataset.force_level[1])
+    assert before == []
+    assert message_sentences(dataset) == [f"warning, force {level:g}: {places}"]
 
 
 def test_loops_of_points_stay_within_their_share_of_the_page(dataset):

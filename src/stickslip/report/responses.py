@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -30,9 +29,6 @@ from stickslip.results.view import highest_peak, measure_in
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-TRUNCATION = re.compile(r"(More|Others) than [^:]*: take more, or harmonics = \"auto\"\.")
-"""The truncation warning in a message, which has a line of its own."""
 
 MOST_LINES = 12
 """Force levels listed in a summary."""
@@ -70,10 +66,12 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:
     """What else the message of a completed curve warns of: the first force level with it, and how many there are."""
-    found = []
+    found, harmonics = [], of_attribute(dataset.attrs["harmonics"])
+    names = tuple(str(name) for name in dataset["output"].values)
     for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
         _, _, more = str(dataset["case_message"].values[case]).partition(". ")
-        rest = TRUNCATION.sub("", more).strip()
+        errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
+        rest = more.replace(truncation_warning(harmonics, names, errors), "").strip()
         found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
     return [*found[:1], *([f"  and of {len(found) - 1} more curves; the report has them"] if len(found) > 1 else [])]
 
