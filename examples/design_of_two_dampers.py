@@ -1,4 +1,4 @@
-"""The two dampers of the blade rig designed: the mass and the platform angle that make the worst resonance at 80 N least,
+"""The two dampers of the blade rig designed: the mass and the platform angle that make the worst-case resonance at 80 N least,
 whatever friction wears to.
 """
 
@@ -29,5 +29,5 @@ design = ss.damper_design(
 )
 as_built, best = float(design.dataset.worst_peak[0]), float(design.dataset.optimum_peak)
 print(", ".join(f"{name} {value:.3g}" for name, value in design.optimum.items()))
-print(f"worst peak {1e6 * best:.2f} µm, as built {1e6 * as_built:.2f} µm")
+print(f"worst-case peak {1e6 * best:.2f} µm, as built {1e6 * as_built:.2f} µm")
 design.plot().savefig("design_space.png")

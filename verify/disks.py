@@ -194,7 +194,7 @@ def meshed() -> Iterator[Row]:
     q = [
         {"x": 1.0, "y": -1.0j}.get(dof[-1], 0.0) if "mode" not in dof and ".r" not in dof else 0.0 for dof in disk.structure.dofs
     ]
-    moved = float(np.abs(disk.relative_rows(1) @ np.array(q)).max())
+    moved = float(np.abs(disk.systems.relative_rows(1) @ np.array(q)).max())
     yield at_most("Relative motion at the dampers under a rigid translation, relative", moved, 1e-12, "closed form")
 
 
@@ -411,6 +411,6 @@ def direction(disk: TunedDisk) -> float:
 def across_the_section(disk: TunedDisk) -> float:
     """|φ·e|²/(2ζω φᴴMφ) of the first stuck mode at the tip, m/s/N with ζ = 1: e the direction of its motion there."""
     modes = disk.modes(disk.engine_order)
-    shape, M = modes.shapes[:, 0], disk.matrices(disk.engine_order).M
+    shape, M = modes.shapes[:, 0], disk.systems.matrices(disk.engine_order).M
     square = np.linalg.svd(tip_motion(disk), compute_uv=False)[0] ** 2
     return float(square / (4.0 * np.pi * modes.frequencies[0] * (shape.conj() @ M @ shape).real))

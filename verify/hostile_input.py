@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from models.fuzzing import TookTooLongError, Victims, peak_memory, reader_of, studies, study_answer
+from models.fuzzing import APART, TookTooLongError, Victims, peak_memory, reader_of, studies, study_answer
 from models.guided import Corpus
 
 from verify.row import Row, at_most
@@ -22,13 +22,13 @@ Sound files of every format are damaged by changes that are drawn with fixed see
 doubled, files cut short, counts and numbers made huge), and read. The search is guided by coverage: changes that lead to lines
 of the readers or of the studies that none before them reached are kept and changed further. A row counts the answers that are
 neither a model nor an `InputError`, and names the lines reached, with those that the sound files reach; each reading has 20 s.
-`EXECUTIONS` in the environment sets how many are made of each kind of file, 2000 unless given. MATLAB 7.3 files are read in
-a process of their own, where lines are not seen."""
+`EXECUTIONS` in the environment sets how many are made of each kind of file, 2000 unless given. Matrix Market,
+Harwell-Boeing and MATLAB files are read by other packages in a process of their own, where lines are not seen."""
 
 SOURCE = "an InputError or a model"
 STUDIES = "study files"
-SLOW = ("mat73",)
-"""Kinds that are read in a process of their own: a twentieth of the executions."""
+SLOWER = 20
+"""How many times fewer executions are made of kinds that are read in a process of their own."""
 
 Answer = Callable[[int, Any], bool]
 
@@ -64,7 +64,7 @@ def rows() -> Iterator[Row]:
         warnings.simplefilter("ignore")
         victims = Victims(Path(folder))
         for kind in victims.paths:
-            number = max(1, executions // 20) if kind in SLOW else executions
+            number = max(1, executions // SLOWER) if kind in APART else executions
             tallies[reader_of(victims, kind)].fuzz(kind, answer_of(victims, kind), 1, number)
         place = victims.paths["npz"].parent
         seeds = studies(place)

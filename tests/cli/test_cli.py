@@ -17,6 +17,7 @@ from stickslip.cli import app
 from stickslip.cli.places import claimed
 from stickslip.report.responses import PRESENTATION
 from stickslip.results.files import open_results
+from stickslip.runs.checkpoint import CheckpointFolder
 
 COMMAND = [sys.executable, "-m", "stickslip"]
 
@@ -46,6 +47,25 @@ outputs = ["1.x"]
 
 
 QUICK = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
+
+
+def test_finished_curves_of_an_interrupted_run_are_kept_until_told(tmp_path, one_mass):
+    """A study that was edited, or the same one, started without --resume: 21 finished curves were deleted in silence."""
+    out = tmp_path / "out"
+    kept = CheckpointFolder(out / "unfinished", {"study": "another"})
+    kept.save("a curve", {"response": np.ones(3)})
+    again = stickslip_command("run", one_mass, "--out", out)
+    assert_refused(again, "holds 1 finished curve of an interrupted run", "--resume", "--overwrite")
+    assert len(kept) == 1
+    assert_refused(stickslip_command("run", one_mass, "--out", out, "--resume"), "but the content of the matrices", "study")
+    assert len(kept) == 1
+    one_mass.write_text(QUICK)
+    assert stickslip_command("run", one_mass, "--out", out, "--overwrite").exit_code == 0
+    assert not kept.folder.exists()
+
+
+def test_a_study_without_end_is_refused():
+    assert_refused(stickslip_command("check", "/dev/zero"), "The study file must have at most 16 MiB")
 
 
 def stickslip_command(*arguments):

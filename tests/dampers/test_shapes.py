@@ -14,7 +14,7 @@ from stickslip.dampers.damper import ContactSurface, Damper
 from stickslip.dampers.section import Section, polygon, rounded_hull
 
 PLACE = (0.02, 0.087, 0.003)
-CASES = [(shape, side) for shape in SHAPES for side in (-1, 1)]
+CASES = [(shape, side) for shape in SHAPES.values() for side in (-1, 1)]
 
 
 def all_contacts(damper: Damper, kt: float = 1e6, kn: float = 1e6):
@@ -64,7 +64,7 @@ def test_normal_loads_without_friction_balance_the_pull(shape, side):
     assert list(by_surface.values()) == pytest.approx([pull / (2.0 * np.cos(np.pi / 4.0))] * 2, rel=1e-4)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", SHAPES.values())
 def test_unequal_slopes_share_the_pull_by_the_sine_rule(shape):
     """Without friction, three forces: N_left/sin α_R = N_right/sin α_L = F_C/sin(α_L + α_R)."""
     left, right, pull = np.radians(35.0), np.radians(50.0), 45.0
@@ -77,7 +77,7 @@ def test_unequal_slopes_share_the_pull_by_the_sine_rule(shape):
     np.testing.assert_allclose(total[:3], [0.0, -pull, 0.0], atol=1e-12)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", SHAPES.values())
 def test_a_mirrored_shape_is_the_shape_of_exchanged_slopes_mirrored(shape):
     """The mirror image has the same loads and the mirror image of every point, normal and principal inertia."""
     one = shape(left_angle=35.0, right_angle=50.0).damper(pull=10.0)
@@ -92,7 +92,7 @@ def test_a_mirrored_shape_is_the_shape_of_exchanged_slopes_mirrored(shape):
     np.testing.assert_allclose(np.linalg.eigvalsh(other.body.inertia), np.linalg.eigvalsh(one.body.inertia))
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", SHAPES.values())
 def test_damper_and_both_platforms_moving_as_one_body_cause_no_relative_motion(shape):
     """Translations with rigid platforms as well as with an elastic right one; a rotation moves a contact by θ × arm."""
     damper = shape(left_angle=40.0, right_angle=48.0).damper(pull=10.0)
@@ -127,7 +127,7 @@ def outline(shape) -> np.ndarray:
     return cloud[ConvexHull(cloud).vertices]
 
 
-@pytest.mark.parametrize("shape", [s for s in SHAPES if hasattr(s(), "density")])
+@pytest.mark.parametrize("shape", [s for s in SHAPES.values() if hasattr(s(), "density")])
 def test_mass_and_inertia_are_those_of_the_filled_outline(shape):
     """Against a midpoint sum over the points of a fine grid that lie inside the outline."""
     dimensions = shape(left_angle=40.0, right_angle=48.0)

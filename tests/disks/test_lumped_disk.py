@@ -77,7 +77,7 @@ def test_every_kind_of_nodal_diameter(sectors, engine_order):
     """In phase, half way round, beyond half way, odd numbers of sectors: always the full disk."""
     disk = lumped_blisk("W", sectors=sectors, engine_order=engine_order)
     frequency = float(disk.frequencies(stuck=True)[0]) - 0.1
-    samples = 96 - 96 % disk.sample_multiple
+    samples = 96 - 96 % disk.systems.sample_multiple
     one = harmonics_of(*solved(disk, frequency, 2.0, samples=samples))
     whole = harmonics_of(*solved(disk.full(reported=[1]), frequency, 2.0, samples=samples))
     assert np.abs(whole - one).max() < 1e-10 * np.abs(one[1:]).max()

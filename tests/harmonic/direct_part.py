@@ -12,7 +12,7 @@ class DirectPart:
     """Every question that `LinearPart` answers, by K' + i h ω C − h²ω² M of each harmonic."""
 
     def __init__(self, problem: Problem, harmonics: int) -> None:
-        self.systems = [problem.system(h) for h in range(harmonics + 1)]
+        self.systems = [problem.systems.at(h) for h in range(harmonics + 1)]
         self.problem, self.harmonics = problem, harmonics
 
     def _solve(self, h: int, omega: float, right: np.ndarray) -> np.ndarray:

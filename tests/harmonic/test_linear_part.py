@@ -103,7 +103,7 @@ def test_motion_solves_the_equations_of_motion(name, which):
         forces = np.random.default_rng(3).standard_normal((problem.B.shape[0], 2 * H + 1))
         given, pushed = complex_harmonics(problem.load(H, 2.0, omega)), complex_harmonics(forces)
         for h, q_h in enumerate(complex_harmonics(q).T):
-            system = problem.system(h)
+            system = problem.systems.at(h)
             dynamic = system.K + 1j * h * omega * system.C - (h * omega) ** 2 * system.M
             right = given[:, h] - system.B.conj().T @ pushed[:, h]
             np.testing.assert_allclose(dynamic @ q_h, right, atol=1e-9 * np.abs(pushed).max())
@@ -197,7 +197,7 @@ def test_the_triangular_form_equals_direct_solutions_for_any_damping(name, monke
     problem = CASES[name]
     part, direct = LinearPart(problem, H), DirectPart(problem, H)
     modes = stuck_modes(problem.structure.M, problem.stuck_stiffness)
-    blocks = schur_states(problem.system(0), modes, modes.shapes.T @ problem.C @ modes.shapes).kind == BLOCK_FIRST
+    blocks = schur_states(problem.systems.at(0), modes, modes.shapes.T @ problem.C @ modes.shapes).kind == BLOCK_FIRST
     assert blocks.any() or name == "overdamped"
     for omega in OMEGAS[name]:
         for found, expected in zip(*(motions(one, problem, omega) for one in (part, direct)), strict=True):

@@ -89,7 +89,7 @@ def test_the_start_is_forgotten_and_every_harmonic_unknown(sample):
 
 
 def test_a_contact_at_rest_carries_nothing(sample):
-    """Without travel nothing tells the traction: the virgin one, none."""
+    """Without travel the traction is undetermined; it is that of the virgin contact, zero."""
     w = np.zeros((len(sample.stiffness), 2 * H + 1))
     w[:, 0] = 0.3
     np.testing.assert_allclose(forces(sample, VIRGIN, w, NT)[: sample.tangential], 0.0, atol=1e-15)

@@ -93,3 +93,12 @@ def test_coupling_of_directions(law):
 def test_every_law_of_its_own_kernels_has_its_own_kind():
     kinds = [law.kind for law in LAWS if law.kind != SLIDERS]
     assert len(set(kinds)) == len(kinds)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+def test_every_parameter_has_a_scale(law):
+    """`sensitivity` steps each of a law's own parameters by a share of its scale."""
+    for sample in samples_of(law):
+        scales = sample.law.parameter_scales(2.0, 1e-3)
+        assert scales.shape == (len(sample.law.elements(sample.tangential, sample.law.has_normal).parameters),)
+        assert np.all(scales > 0.0)

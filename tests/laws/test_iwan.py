@@ -21,7 +21,15 @@ from stickslip.problem import Problem
 from stickslip.structure.matrices import Structure
 from stickslip.time.methods import GeneralisedAlpha
 
-SPECTRA = (Hertz(), Parabolic(0.0), Parabolic(0.4), Parabolic(1.0), Parabolic(3.0), FourParameter(-0.4, 0.7))
+SPECTRA = (
+    Hertz(),
+    Parabolic(0.0),
+    Parabolic(0.4),
+    Parabolic(1.0),
+    Parabolic(3.0),
+    FourParameter(-0.4, 0.7),
+    FourParameter(0.674, 0.3),
+)
 F, KT = 1.3, 2.1
 XS = 4.0 * F / (np.pi * KT)
 
@@ -56,8 +64,10 @@ def test_a_sphere_on_a_flat():
         assert law.loop_energy(motion) == pytest.approx(energy, rel=1e-5)
 
 
-def test_the_four_parameters_of_segalman():
-    chi, beta, stiffness, limit = -0.4, 0.7, 2.0, 1.5
+@pytest.mark.parametrize("chi", [-0.4, 0.674, 2.0])
+def test_the_four_parameters_of_segalman(chi):
+    """χ = 0.674 is what the damping of a measured jointed beam asks for (the Brake-Reuss beam of Cenedese et al. 2021)."""
+    beta, stiffness, limit = 0.7, 2.0, 1.5
     last = limit * (1.0 + beta) / (stiffness * (beta + (chi + 1.0) / (chi + 2.0)))
     R = stiffness * (chi + 1.0) / (last ** (chi + 1.0) * (1.0 + beta))
     law = Iwan(stiffness, 1.0, normal_load=limit, spectrum=FourParameter(chi, beta), count=2000)
@@ -121,7 +131,8 @@ def test_wrong_numbers_are_refused():
         Iwan(1.0, 0.5)
     with pytest.raises(InputError, match="count must be a whole number"):
         Iwan(1.0, 0.5, 1.0, count=1)
-    with pytest.raises(InputError, match="chi must lie above -1"):
-        FourParameter(0.5)
+    for chi in (-1.0, np.nan, np.inf):
+        with pytest.raises(InputError, match="chi must lie above -1"):
+            FourParameter(chi)
     with pytest.raises(InputError, match=r"nu must lie in \[0, 0.5\]"):
         mindlin_sphere(1.0, 0.7, 1.0, 0.3, 1.0)

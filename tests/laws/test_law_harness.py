@@ -23,7 +23,7 @@ H, NT = 4, 96
 
 @pytest.mark.parametrize("law", every_law(), ids=lambda law: law.__name__)
 def test_every_law_has_samples(law):
-    assert samples_of(law), f"{law.__name__} has no sample: add one or more to SAMPLES in tests/laws/samples.py"
+    assert samples_of(law), f"{law.__name__} has no sample: add one to tests/laws/samples.py (SAMPLES: tables of sliders)"
 
 
 def test_the_listing_finds_the_laws():

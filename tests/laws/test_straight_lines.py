@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from stickslip.contact.period import SLIPPING
 from stickslip.contact.start import SliderOffset, TractionRatio
+from stickslip.harmonic.energy import cycle_work
 
 H, NT = 3, 64
 STEP = 1e-6
@@ -62,11 +63,13 @@ def test_derivatives_on_a_line_equal_central_differences(sample, line, normal):
 @pytest.mark.parametrize("start", [(SliderOffset(0.4), SliderOffset(-0.9)), (TractionRatio(0.3), TractionRatio(-0.6))])
 @pytest.mark.parametrize("sample", DISC_SAMPLES, ids=lambda sample: sample.name)
 def test_the_derivative_of_a_disc_that_slips_forgets_the_start(sample, start):
+    """Not of one that only touches its limit in each period: whether that counts as slip is a matter of rounding."""
     slipping = 0
     for line in LINES.values():
         for seed in range(3):
             w = straight(sample, line, seed, False)
-            if answer(sample, VIRGIN, w, NT).unknown[0] == SLIPPING:
+            found = answer(sample, VIRGIN, w, NT)
+            if found.unknown[0] == SLIPPING and cycle_work(found.target, w).sum() > 1e-9:
                 slipping += 1
                 for row in range(w.shape[0]):
                     expected = derivative(sample, w, row, start)

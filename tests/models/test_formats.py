@@ -151,7 +151,7 @@ def test_what_is_no_path(path):
 def test_files_that_the_system_refuses(chain, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"A model file must be readable, but is 'a{300}.mat'. \(File name too long\)"):
         ss.read_structure("a" * 300 + ".mat")
-    path = chain.save(tmp_path, "mat")
+    path = chain.save(tmp_path, "abaqus")
 
     def locked(self):
         raise PermissionError(13, "Permission denied", "locked")

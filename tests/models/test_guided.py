@@ -59,9 +59,7 @@ def test_lines_of_other_folders_do_not_count(reader):
     assert not lines
 
 
-@pytest.mark.parametrize(
-    "kind", ["npz", "mat", "harwell_boeing", "matrix_market", "abaqus_substructure", "op4_text_dense", "dmig_free"]
-)
+@pytest.mark.parametrize("kind", ["npz", "abaqus_substructure", "op4_text_dense", "dmig_free"])
 def test_readers(kind, tmp_path):
     victims = Victims(tmp_path)
     corpus = Corpus(lambda which, changes: victims.answer(kind, which, changes))

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from models.conftest import KINDS
-from models.fuzzing import CHANGES, Victims, peak_memory, studies, study_answer, time_limit
+from models.fuzzing import APART, CHANGES, Victims, peak_memory, studies, study_answer, time_limit
 
 from stickslip.checks import InputError
 from stickslip.models.read import FORMATS, read_model
@@ -31,7 +31,7 @@ def victims(tmp_path_factory):
 def test_damaged_files(victims, kind):
     assert kind == "substructure" or victims.answer(kind, 0, [])  # the substructure has no mass
 
-    @settings(budget, max_examples=3 if kind == "mat73" else 12)  # HDF5 is read in a process of its own
+    @settings(budget, max_examples=3 if kind in APART else 12)
     @given(st.integers(0, 255), changes)
     def damage(which, several):
         victims.answer(kind, which, several)
@@ -136,6 +136,27 @@ def test_an_archive_that_unpacks_to_far_more(tmp_path, monkeypatch):
     with time_limit(), pytest.raises(InputError, match="half of the memory"):
         read_model(tmp_path / "a.npz")
     assert peak_memory() - before < 200.0
+
+
+def test_a_large_array_of_hardly_anything(tmp_path):
+    """Zeros that unpack to a thousand times their size are refused before they are unpacked, whatever the memory."""
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_DEFLATED) as file, file.open("M.npy", "w") as member:
+        member.write(npy((2**26,))[:-64])
+        for _ in range(2**9):
+            member.write(bytes(2**20))
+    before = peak_memory()
+    with time_limit(), pytest.raises(InputError, match=r"must unpack to at most 100 times its size, but is .*sparse\.save_npz"):
+        read_model(tmp_path / "a.npz")
+    assert peak_memory() - before < 200.0
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_an_array_that_stands_twice(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as file:
+        for name in "MKK":
+            file.writestr(f"{name}.npy", npy((2, 4)))
+    with pytest.raises(InputError, match="must hold each array once"):
+        read_model(tmp_path / "a.npz")
 
 
 def test_damaged_studies(chain, tmp_path):

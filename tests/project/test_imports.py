@@ -35,12 +35,25 @@ LAYERS = (
     ("cli",),
 )
 SAYS_WHERE_TO_BEGIN = (
-    *("contact", "structure", "dampers", "disks", "harmonic", "time", "platforms", "solve", "peaks", "curves", "starts"),
+    *(
+        "contact",
+        "structure",
+        "dampers",
+        "problem",
+        "disks",
+        "harmonic",
+        "time",
+        "platforms",
+        "solve",
+        "peaks",
+        "curves",
+        "starts",
+    ),
     *("measurement", "models", "results", "runs", "analyses"),
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
-LOADED_LATE = {"importlib", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
+LOADED_LATE = {"importlib", "resource", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
 
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
 

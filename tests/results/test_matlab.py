@@ -54,3 +54,6 @@ def test_several_results_at_the_command_line(dataset, tmp_path):
     found = io.loadmat(tmp_path / "all.mat", simplify_cells=True)
     np.testing.assert_array_equal(found["r2_6kg"]["frequency"], dataset["frequency"].values)
     assert {"r2_6kg", "r4_6kg"} <= set(found)
+    again = CliRunner().invoke(app, ["export", str(tmp_path / "demo"), "--out", str(tmp_path / "all.mat")])
+    assert again.exit_code == 2
+    assert "Name another, or add --overwrite." in again.output

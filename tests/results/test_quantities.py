@@ -107,6 +107,13 @@ def test_export(tmp_path):
     expected = peak["amplitude"] * (2 * np.pi * peak["frequency"]) ** 2 / 0.5
     np.testing.assert_allclose(peaks["inertance at the displacement peak [m/(s2 N)]"], expected, rtol=1e-12)
     assert 'for its own peaks run the study with quantity = "acceleration" in [sweep].' in " ".join(result.output.split())
+    (tmp_path / "t_peaks.csv").write_text("mine")
+    refused = CliRunner().invoke(app, arguments)
+    assert refused.exit_code == 2
+    assert "--out must name files that do not exist" in refused.output
+    assert (tmp_path / "t_peaks.csv").read_text() == "mine"
+    assert CliRunner().invoke(app, [*arguments, "--overwrite"]).exit_code == 0
+    assert len(pd.read_csv(tmp_path / "t_peaks.csv")) == len(peaks)
     refused = CliRunner().invoke(app, ["export", str(tmp_path / "results"), "--out", str(tmp_path / "t.txt")])
     assert refused.exit_code == 2
     assert "--out must end in .csv" in refused.output

@@ -187,7 +187,8 @@ def test_a_body_that_a_contact_alone_holds_is_no_stiff_contact(tmp_path):
 def test_large_friction_of_contacts_that_may_lift_off(tmp_path):
     """Where a load varies, random problems are lost from mu = 2 on (measured); a constant load has no such limit."""
     assert job(VARYING.replace("mu = 1.0", "mu = 1.99"), tmp_path, "usual").notes == ()
-    assert job(GOOD.replace("mu = 1.0", "mu = 1e4"), tmp_path, "constant load").notes == ()
+    (note,) = job(GOOD.replace("mu = 1.0", "mu = 1e4"), tmp_path, "constant load").notes
+    assert "points may not be found" not in note
     (note,) = job(VARYING.replace("mu = 1.0", "mu = 1e4"), tmp_path, "large").notes
     assert note.startswith("Large friction coefficients (contact 1): up to mu = 1e+04. Where such contacts lift off, points may")
     both = job(VARYING.replace("mu = 1.0", "mu = 2.0").replace("kt = 0.5", "kt = 5e6"), tmp_path, "both").notes

@@ -278,5 +278,9 @@ def test_a_changed_study_is_refused_or_computed_again(folder, reference):
     assert refused.returncode == console.WRONG_INPUT
     assert "but the study changed since" in refused.stderr
     assert len(kept(folder)) == len(LEVELS)
-    subprocess.run(arguments(folder), check=True, capture_output=True)
+    refused = subprocess.run(arguments(folder), check=False, capture_output=True, text=True)
+    assert refused.returncode == console.WRONG_INPUT
+    assert "finished curves of an interrupted run" in " ".join(refused.stderr.split())
+    assert len(kept(folder)) == len(LEVELS)
+    subprocess.run(arguments(folder, "--overwrite"), check=True, capture_output=True)
     assert open_results(folder / "out" / "results.nc").attrs["harmonics"] == 3

@@ -297,7 +297,7 @@ def test_wrong_matrix_files(folder, write, said):
 
 def test_matlab_files_of_another_kind(folder):
     (folder / "wrong.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(100))
-    with pytest.raises(InputError, match=r"wrong\.mat: The file must end with a whole element"):
+    with pytest.raises(InputError, match=r"wrong\.mat: The file is damaged \(.*v7\.3"):
         made(folder, structure=FOUR.replace("four.npz", "wrong.mat"))
     (folder / "wrong.mat").write_bytes(b"")
     with pytest.raises(InputError, match=r"must be of version 5 to 7\.3"):

@@ -313,7 +313,7 @@ def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
 
 def _with_whole_delays(samples: int, problem: Problem) -> int:
     """The next number of samples with which delays between sectors are whole."""
-    return samples + -samples % problem.sample_multiple
+    return samples + -samples % problem.systems.sample_multiple
 
 
 def force_levels(force: float | Sequence[float]) -> tuple[float, ...]:

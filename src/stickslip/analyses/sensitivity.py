@@ -26,9 +26,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RELATIVE_STEP = 1e-5
+"""Of the differences of matrices and tables, relative to the value of the parameter."""
 
 SCALED_STEP = 1e-7
-"""The shortest step, as a share of what would change the problem as a whole: beside it rounding (1e-16) eats nothing."""
+"""The shortest step, as a share of what would change the problem as a whole; rounding (1e-16) is still negligible at it."""
 
 SEEN = 1e-12
 """A relative change of an entry that is not rounding."""

@@ -62,7 +62,7 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint) -> Array:
 def finer_balance(problem: Problem, harmonics: int, samples: int) -> HarmonicBalance:
     """The balance with more harmonics; samples: of the coarse one, at least."""
     enough = max(samples, SAMPLES_PER_HARMONIC * harmonics)
-    return HarmonicBalance(problem, harmonics, enough + -enough % problem.sample_multiple)
+    return HarmonicBalance(problem, harmonics, enough + -enough % problem.systems.sample_multiple)
 
 
 def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from stickslip.checks import InputError, fault
+from stickslip.checks import InputError, counted, fault
 
 
 def writable_folder(folder: Path) -> Path:
@@ -31,7 +31,21 @@ def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: boo
         remedy = "Name another folder, or add --overwrite to replace them, or --resume to finish an interrupted run."
         held = found[0].relative_to(folder)
         raise InputError(f"--out must name a folder without results, but {str(folder)!r} holds {str(held)!r}. {remedy}")
+    finished = 0 if resume or overwrite else _finished(folder)
+    if finished:
+        raise InputError(
+            f"--out must name a folder without results, but {str(folder)!r} holds {counted(finished, 'finished curve')} of an "
+            "interrupted run. Add --resume to go on with the same study, --overwrite to discard them, or name another folder."
+        )
     return writable_folder(folder)
+
+
+def _finished(folder: Path) -> int:
+    """How many cases of an interrupted run a folder keeps."""
+    from stickslip.runs.checkpoint import CheckpointFolder
+    from stickslip.study.run import UNFINISHED
+
+    return CheckpointFolder.count(folder / UNFINISHED)
 
 
 def results_in(place: Path) -> dict[str, Path]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,8 +48,10 @@ def export(
         ),
     ] = None,
     per_force: Annotated[bool, typer.Option("--per-force", help="The quantity per force: of a velocity the mobility.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")] = False,
 ) -> None:
     """Write results as tables (CSV) or for MATLAB (.mat), as displacement, velocity or acceleration, absolute or per force."""
+    from stickslip.files import write_text
     from stickslip.report.presentation import presentation_of
     from stickslip.report.responses import further_tables
     from stickslip.results.files import open_results
@@ -57,23 +59,30 @@ def export(
 
     if out.suffix not in (".csv", ".mat"):
         raise fault("--out", "must end in .csv or .mat", str(out))
-    files = results_in(results)
-    say_several(files, results)
-    datasets = {name: open_results(file) for name, file in files.items()}
+    sources = results_in(results)
+    say_several(sources, results)
+    datasets = {name: open_results(file) for name, file in sources.items()}
     if out.suffix == ".mat":
         from stickslip.results.matlab import save_all_mat
 
+        refuse_existing([out], overwrite)
         say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
         return
-    if not all(presentation_of(dataset).interactive for dataset in datasets.values()):
-        write_tables({name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}, out)
-        return
-    for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table)):
-        write_table({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()}, path)
+    if all(presentation_of(dataset).interactive for dataset in datasets.values()):
+        files = {
+            path: table_of({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()})
+            for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table))
+        }
+        files |= captioned({name: further_tables(dataset) for name, dataset in datasets.items()}, out)
+        notes = dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values())))
+    else:
+        files, notes = captioned({name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}, out), {}
+    refuse_existing(files, overwrite)
+    for path, table in files.items():
+        write_text(path, table.to_csv(index=False))
         say(f"Wrote {path}")
-    for sentence in dict.fromkeys(filter(None, (other_peaks(dataset, quantity) for dataset in datasets.values()))):
+    for sentence in notes:
         say(sentence)
-    write_tables({name: further_tables(dataset) for name, dataset in datasets.items()}, out)
 
 
 def say_several(files: Mapping[str, Path], folder: Path) -> None:
@@ -82,23 +91,31 @@ def say_several(files: Mapping[str, Path], folder: Path) -> None:
         say(f"{folder} holds no results.nc itself; together, those of its folders: {', '.join(files)}.")
 
 
-def write_tables(tables: Mapping[str, Mapping[str, pd.DataFrame]], out: Path) -> None:
-    """Tables by caption of each result, each caption to NAME_CAPTION.csv."""
-    for caption in dict.fromkeys(caption for named in tables.values() for caption in named):
-        path = out.with_name(f"{out.stem}_{caption.replace(' ', '_')}.csv")
-        write_table({name: named[caption] for name, named in tables.items() if caption in named}, path)
-        say(f"Wrote {path}")
+def captioned(tables: Mapping[str, Mapping[str, pd.DataFrame]], out: Path) -> dict[Path, pd.DataFrame]:
+    """Tables by caption of each result, each caption for NAME_CAPTION.csv."""
+    return {
+        out.with_name(f"{out.stem}_{caption.replace(' ', '_')}.csv"): table_of(
+            {name: named[caption] for name, named in tables.items() if caption in named}
+        )
+        for caption in dict.fromkeys(caption for named in tables.values() for caption in named)
+    }
 
 
-def write_table(tables: Mapping[str, pd.DataFrame], path: Path) -> None:
-    """One CSV of one table, or of several with a first column `result`."""
+def table_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """One table, or several as one with a first column `result`."""
     import pandas as pd
 
-    from stickslip.files import write_text
-
     several = len(tables) > 1
-    named = [table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()]
-    write_text(path, pd.concat(named).to_csv(index=False))
+    return pd.concat(
+        table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()
+    )
+
+
+def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
+    """Refuse to replace files without `overwrite`."""
+    existing = [str(file) for file in files if file.exists()]
+    if existing and not overwrite:
+        raise fault("--out", "must name files that do not exist", ", ".join(existing), "Name another, or add --overwrite.")
 
 
 def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:

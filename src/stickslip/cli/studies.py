@@ -74,22 +74,18 @@ def published(mass: float) -> float:
 @guarded
 def new(
     ctx: typer.Context,
-    kind: Annotated[
-        str,
-        typer.Argument(
-            help="forced_response (a ready rig), lumped (matrices and contacts), model (of another program), blisk (a bladed "
-            "disk), mistuned_population (many of them), response_bounds or response_samples (start states), performance_curve, "
-            "performance_band or sensitivity_indices (damper performance, its spread and the causes of that), damper_design, "
-            "damper_cycle, steady_cycles or damper_evolution (a damper alone), identification (of contact parameters)."
-        ),
-    ],
+    kind: Annotated[str | None, typer.Argument(help="The kind of study; all kinds are listed when left out.")] = None,
     file: Annotated[Path | None, typer.Argument(help="The study file; KIND.toml when left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite.")] = False,
 ) -> None:
-    """Write a commented study file to begin with."""
+    """Write a commented study file to begin with, or list the kinds of studies."""
     from stickslip.study.renamed import TEMPLATES
-    from stickslip.study.templates import write_new
+    from stickslip.study.templates import kinds, write_new
 
+    if kind is None:
+        for name, purpose in kinds().items():
+            say(f"{name:<22}{purpose}")
+        return
     if kind in TEMPLATES:
         warn(f"`{kind}` is now called `{TEMPLATES[kind]}`; the old name will stop working.")
         kind = TEMPLATES[kind]
@@ -100,9 +96,13 @@ def new(
 @guarded
 def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
     """Check a study without running it, and list all its faults."""
+    from stickslip.study.model_summary import model_summary
+
     job = read_job(study)
     _ = job.plan.works  # reads the files that the study names
     say(f"{study} is valid: {job.plan.summary}.")
+    for sentence in model_summary(job.sweep) if job.sweep else []:
+        say(sentence)
 
 
 @guarded

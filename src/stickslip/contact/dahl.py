@@ -1,7 +1,7 @@
 """Dahl's law: friction that yields smoothly from the first motion on, a spring kt at every reversal and gross slip far from it.
 
 Along a straight step at one limit the law is linear, so that a step is closed form: T decays exponentially towards ±L. Steps are
-clamped affine maps of T, and these compose: the steady period is found without iteration. All is carried with its derivative.
+clamped affine maps of T, and these compose: the steady period is found without iteration. Derivatives are carried along.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Dahl(SingleLoad):
     The parameters are those of `Macroslip`: kt [N/m] is the slope at each reversal. Every motion, however small, dissipates, and
     forgets the start state: at constant load a fraction exp(−kt s/L) of it is left after a travel s, whatever it was.
     Accuracy: exact where the motion goes straight from one sample to the next under a constant limit, else of second order; a
-    step takes the mean of its two limits. A limit that falls below the traction takes it along.
+    step takes the mean of its two limits. Where the limit falls below the traction, the traction follows the limit.
     Source: Dahl, AIAA Journal 14 (1976) 1675-1682, with exponent 1; the closed form of the period is ours.
     """
 

@@ -150,8 +150,8 @@ class FourParameter(Spectrum):
     beta: float = 0.5
 
     def __post_init__(self) -> None:
-        if not -1.0 < self.chi <= 0.0:
-            raise fault("chi", "must lie above -1 and not above 0", self.chi)
+        if not -1.0 < self.chi < np.inf:
+            raise fault("chi", "must lie above -1", self.chi)
         not_negative("beta", self.beta)
 
     @property

@@ -26,7 +26,7 @@ class TanhCoulomb(SingleLoad):
     mu [-]; v0 [m/s]: the velocity that reaches 76 % of the limit. kn, preload, gap, normal_load: the load N, as of `Macroslip`.
     It has no stiffness and never sticks: below v0 it is a viscous damper L/v0. What nothing else holds is refused. The force
     depends on the velocity, so a quasi-static damper cycle, which has none, is refused too.
-    Sharp for a small v0: it wants samples and harmonics that resolve the passage through ±v0.
+    Steep for a small v0: samples and harmonics must resolve the passage through ±v0.
     Source: Andersson, Söderberg and Björklund, Tribology International 40 (2007) 580-587.
     """
 

@@ -17,7 +17,8 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.peaks.search import PROMINENCE, PeakSearch
+from stickslip.peaks.intervals import PROMINENCE
+from stickslip.peaks.search import PeakSearch
 from stickslip.solve.curve_points import CurvePoint, between, hermite
 from stickslip.solve.interpolation import Interpolation
 from stickslip.solve.newton import correct

@@ -6,7 +6,7 @@ prescribed, relative to the foundation of the right one.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import Array, Index, fault, nearest, not_negative, of_kind, several, symmetric, vector
+from stickslip.contact.dahl import Dahl
 from stickslip.contact.iwan import Iwan
 from stickslip.contact.law import Law
 from stickslip.contact.macroslip import Macroslip
@@ -22,8 +23,11 @@ from stickslip.contact.point import Contact, Direction
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.dampers.damper import ContactSurface, Damper
 
-LAWS = ("macroslip", "iwan", "microslip")
-"""The laws that lines of contact may follow in an identification, and in a study."""
+LAWS = ("macroslip", "iwan", "microslip", "dahl")
+"""The laws that lines of contact may follow in a study; those of an identification among them."""
+
+PLAIN: dict[str, Callable[[float, float, float], Law]] = {"iwan": Iwan, "dahl": Dahl}
+"""Those that kt, mu and kn define."""
 
 DAMPER, LEFT, RIGHT = ("damper.x", "damper.y", "damper.rz"), ("left.x", "left.y"), ("right.x", "right.y")
 
@@ -95,7 +99,7 @@ def _points_of(damper: Damper, surface: ContactSurface) -> list[PlanePoint]:
 @dataclass(frozen=True, eq=False)
 class BetweenPlatforms:
     """A damper, the law of each line of contact in the order of `points` (lowest left first, right last), and the right
-    platform: rigid unless given. `title` for people."""
+    platform: rigid unless given. `title`: of reports."""
 
     damper: Damper
     laws: tuple[Law, ...]
@@ -143,8 +147,8 @@ class BetweenPlatforms:
         right: ElasticPlatform | None = None,
         title: str = "",
     ) -> BetweenPlatforms:
-        """One of the laws of an identification for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on
-        a flat; "microslip", five elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines.
+        """One law for every line of contact: "macroslip"; "iwan", the half ellipse of a cylinder on a flat; "microslip", five
+        elements whose gaps reach 2 g N/kn, g = `gaps` and N the pull shared over the lines; "dahl".
 
         kt, kn [N/m], mu: each a number or one entry per line.
         """
@@ -159,8 +163,8 @@ class BetweenPlatforms:
         for one in frame.laws:
             assert isinstance(one, Macroslip)
             assert one.kn is not None
-            if law == "iwan":
-                laws.append(Iwan(one.kt, one.mu, one.kn))
+            if law in PLAIN:
+                laws.append(PLAIN[law](one.kt, one.mu, one.kn))
             else:
                 reach = 2.0 * gaps * float(frame.pull[1]) / (len(frame.laws) * one.kn)
                 laws.append(MicroslipArray.from_totals(one.kt, one.kn, one.mu, reach))

@@ -57,7 +57,7 @@ class Damper:
     """A rigid damper, named as its body is in the assembly.
 
     body: rigid body; surfaces: where it touches; pull: centrifugal force vector (3,) [N] at its mass centre.
-    label: how people call it, in front of the names of its contacts (the name itself unless given).
+    label: a readable name, in front of the names of its contacts (the name itself unless given).
     """
 
     name: str

@@ -8,6 +8,7 @@ u = t1·(u_platform − u_damper) is how far the damper has moved towards the ri
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import cos, radians, sin
@@ -35,6 +36,11 @@ class Touch:
     def on_lines(cls, angle: float, places: ArrayLike, depth: float, radius: float = 0.0) -> Touch:
         """On lines along z through places (k, 2) in the plane, the first lowest: three points each, the middles of its thirds."""
         return cls(angle, [(x, y, z) for x, y in np.asarray(places) for z in (-depth / 3.0, 0.0, depth / 3.0)], radius)
+
+
+def key_of(shape: type[Shape]) -> str:
+    """The name of a shape in a study file: HalfCylinder is half_cylinder."""
+    return re.sub("(?<!^)([A-Z])", r"_\1", shape.__name__).lower()
 
 
 class Shape(ABC):

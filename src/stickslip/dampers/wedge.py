@@ -13,7 +13,7 @@ from stickslip.dampers.shape import Shape, Touch
 from stickslip.structure.rigid_body import RigidBody
 
 MOST_LINES = 1000
-"""Lines of contact of a face: with more the strips are no matter of contact mechanics, and the cycle takes hours."""
+"""Lines of contact of a face: more resolve nothing of the contact mechanics, and the cycle takes hours."""
 
 
 @dataclass(frozen=True)

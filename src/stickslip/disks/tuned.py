@@ -11,20 +11,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
-from math import gcd
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stickslip.checks import Array, InputError, fault, several, unique, whole
+from stickslip.checks import InputError, fault, several, unique, whole
 from stickslip.contact.point import Contact
 from stickslip.contact.start import TractionRatio
 from stickslip.disks.full import FullDisk, full_structure
+from stickslip.disks.systems import SectorSystems
 from stickslip.loads import BaseMotion, Force, Output
-from stickslip.problem import LinearSystem, Problem, modal_damping_matrix
-from stickslip.structure.cyclic import NEXT, CyclicStructure, WaveMatrices, sector_name
-from stickslip.structure.damping import ModalDamping, RayleighDamping
-from stickslip.structure.modes import Modes, natural_modes
+from stickslip.problem import Problem
+from stickslip.structure.cyclic import NEXT, CyclicStructure, sector_name
+from stickslip.structure.modes import Modes
 from stickslip.structure.sector_surface import SectorSurface
 
 
@@ -70,67 +68,20 @@ class TunedDisk(Problem):
     def sectors(self) -> int:
         return self.disk.sectors
 
-    @property
-    def repeats(self) -> int:
-        return self.sectors // gcd(self.sectors, self.engine_order)
-
-    @property
-    def sample_multiple(self) -> int:
-        return self.repeats
-
-    @property
-    def differs_by_harmonic(self) -> bool:
-        return True
-
-    def wave(self, harmonic: int) -> int:
-        """The nodal diameter of a harmonic, h EO mod N; −1 for harmonic 0 where springs act on the mean alone."""
-        return -1 if harmonic == 0 and self.mean_springs else harmonic * self.engine_order % self.sectors
-
-    def relative_rows(self, nodal_diameter: int) -> NDArray[np.complex128]:
-        """B of a nodal diameter: relative contact displacements per motion of the sector, (rows, n)."""
-        phase = np.exp(-2j * np.pi * (nodal_diameter % self.sectors) / self.sectors)
-        rows = [self.disk.phased_row(d, phase) for contact in self.contacts for d in contact.directions]
-        return np.array(rows, dtype=complex).reshape(len(rows), self.structure.size)
-
-    def matrices(self, nodal_diameter: int) -> WaveMatrices:
-        """M, K + BᴴK_cB and C (the damping rule applied) of a nodal diameter, (n, n) complex."""
-        bare = self.disk.at(nodal_diameter)
-        B = self.relative_rows(nodal_diameter)
-        stuck = bare.K + B.conj().T @ (self.contact_stiffness[:, None] * B)
-        return WaveMatrices(bare.M, stuck, self._damping(bare, stuck))
-
-    def _damping(self, bare: WaveMatrices, stuck: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        if bare.C is not None:
-            return bare.C
-        match self.structure.damping:
-            case RayleighDamping(mass_factor=a, stiffness_factor=b):
-                return np.asarray(a * bare.M + b * bare.K)
-            case ModalDamping() as rule:
-                return np.asarray(modal_damping_matrix(bare.M, stuck if rule.on == "stuck" else bare.K, rule))  # type: ignore[arg-type]
-        return np.zeros_like(bare.M)
-
-    def system(self, harmonic: int) -> LinearSystem:
-        n = harmonic * self.engine_order
-        M, stuck, C = self.matrices(n)
-        assert C is not None
-        stiffness = stuck + (self.mean_stiffness if harmonic == 0 else 0.0)
-        return LinearSystem(M, C, stiffness, self.relative_rows(n), self.output_rows)
+    @cached_property
+    def systems(self) -> SectorSystems:
+        return SectorSystems(self)
 
     def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:
         """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""
-        bare = self.disk.at(nodal_diameter)
-        return natural_modes(bare.M, self.matrices(nodal_diameter).K if stuck else bare.K)  # type: ignore[arg-type]
-
-    def frequencies(self, stuck: bool) -> Array:
-        """Natural frequencies of the nodal diameter that the first harmonic excites, Hz, ascending."""
-        return self.modes(self.engine_order, stuck).frequencies
+        return self.systems.modes(nodal_diameter, stuck)
 
     @cached_property
     def fingerprint(self) -> str:
         """As of any problem, with the matrices of every nodal diameter and the engine order."""
         digest = sha256(super().fingerprint.encode())
         disk = self.disk
-        for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.relative_rows(1)):
+        for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.systems.relative_rows(1)):
             digest.update(b"" if waves is None else np.ascontiguousarray(waves).tobytes())
         digest.update(f"engine order {self.engine_order} of {self.sectors}".encode())
         return digest.hexdigest()[:16]
@@ -147,7 +98,7 @@ class TunedDisk(Problem):
         """
         sectors = range(1, self.sectors + 1)
         chosen = sectors if reported is None else sectors_of("reported", reported, self.sectors) or sectors
-        waves = [self.matrices(n).C for n in range(self.sectors // 2 + 1)]
+        waves = [self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)]
         structure = full_structure(self.disk, np.array(waves))
         return FullDisk(
             structure,

@@ -32,7 +32,7 @@ from stickslip.harmonic.receptance import (
     WAVE_FIRST,
     WAVE_SECOND,
 )
-from stickslip.problem import LinearSystem
+from stickslip.problem.systems import LinearSystem, Wave
 
 DIAGONAL = 1e-10
 """Modal damping off the diagonal, relative to the largest, that is rounding."""
@@ -170,15 +170,11 @@ def schur_states(system: LinearSystem, modes: StuckModes, damping: Array) -> Sta
     return _real_states(system, shapes, shapes, kind, p, q, np.triu(T, 1))
 
 
-Turned = tuple[NDArray[np.complex128], LinearSystem]
-"""A wave that a structure consists of: each sector's share of it (sectors,), and its own system."""
-
-
-def wave_states(waves: Sequence[Turned]) -> States:
-    """States of the uncoupled complex Hermitian waves of a structure: motion turn ⊗ z of the sectors for motion z of a wave."""
-    parts = [(turn[:, None], _wave(system)) for turn, system in waves]
-    output = np.hstack([np.kron(turn, output) for turn, (output, *_) in parts])
-    source = np.hstack([np.kron(turn, drive.conj().T) for turn, (_, drive, *_) in parts]).conj()
+def wave_states(waves: Sequence[Wave]) -> States:
+    """States of the uncoupled complex Hermitian waves of a structure: motion shares ⊗ z of the sectors for motion z of a wave."""
+    parts = [(shares[:, None], _wave(system)) for shares, system in waves]
+    output = np.hstack([np.kron(shares, output) for shares, (output, *_) in parts])
+    source = np.hstack([np.kron(shares, drive.conj().T) for shares, (_, drive, *_) in parts]).conj()
     shape, receiver, p, q = ([part[k] for _, part in parts] for k in range(2, 6))
     return _as_real(output, source, np.hstack(shape), np.hstack(receiver), np.concatenate(p), np.concatenate(q))
 

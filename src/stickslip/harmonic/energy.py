@@ -47,7 +47,7 @@ class EnergyBalance:
         problem = balance.problem
         self.balance = balance
         self.problem = problem
-        self.systems = {problem.wave(h): problem.system(h) for h in range(1, balance.highest + 1)}
+        self.systems = {problem.systems.key(h): problem.systems.at(h) for h in range(1, balance.highest + 1)}
         self.powers = problem.load_powers(balance.highest)
         self.loaded: Index = np.flatnonzero(np.any(self.powers != 0.0, axis=(0, 2)))
 
@@ -94,12 +94,13 @@ class EnergyBalance:
 
     def _applied(self, matrix: Literal["C", "K"], q: Array) -> Array:
         """C or K' = K + BᵀK_cB of each harmonic's structure times its motion q (n, 2H+1), without the mean: (n, 2H)."""
-        if not self.problem.differs_by_harmonic:
-            return np.asarray(getattr(self.systems[1], matrix) @ q[:, 1:])
+        systems = self.problem.systems
+        if systems.alike:
+            return np.asarray(getattr(self.systems[systems.key(1)], matrix) @ q[:, 1:])
         motion = complex_harmonics(q)
         motion[:, 0] = 0.0
         for h in range(1, motion.shape[1]):
-            motion[:, h] = getattr(self.systems[self.problem.wave(h)], matrix) @ motion[:, h]
+            motion[:, h] = getattr(self.systems[systems.key(h)], matrix) @ motion[:, h]
         return real_harmonics(motion)[:, 1:]
 
     def _potential(self, q: Array) -> tuple[float, Array]:
@@ -108,7 +109,7 @@ class EnergyBalance:
         On a tuned disk it is the energy of the whole disk over its sectors, whose motions are q̃ delayed step by step.
         """
         moving, stress = q[:, 1:], self._applied("K", q)
-        E, repeats = self.balance.tables.E[:, 1:], self.problem.repeats
+        E, repeats = self.balance.tables.E[:, 1:], self.problem.systems.repeats
         energies = 0.5 * np.einsum("ni,ij,nj->n", E, moving.T @ stress, E)
         spectrum = np.fft.rfft(energies)
         spectrum[np.arange(spectrum.size) % repeats != 0] = 0.0

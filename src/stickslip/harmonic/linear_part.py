@@ -7,11 +7,12 @@ from functools import cached_property
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.harmonic.decoupling import States, Turned, partners, states, wave_states
+from stickslip.harmonic.decoupling import States, partners, states, wave_states
 from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.harmonic.receptance import Modes, change, driven_states, frequency_gains, motion, motion_slope, pulled, receptance
 from stickslip.harmonic.resonances import Resonances
 from stickslip.problem import Problem
+from stickslip.problem.systems import HarmonicSystems, Wave
 
 
 class LinearPart:
@@ -21,19 +22,14 @@ class LinearPart:
         H, held = highest(harmonics), orders(harmonics)
         static = np.zeros((problem.structure.size, 2 * H + 1))
         static[:, 0] = problem.static_load
-        if problem.differs_by_harmonic:
-            seen = {problem.wave(h): [k for k in held if problem.wave(k) == problem.wave(h)] for h in reversed(held)}
-            waves = {wave: wave_states(_waves(problem, those)) for wave, those in seen.items()}
-        elif problem.has_uncoupled_waves:
-            waves = {problem.wave(0): wave_states(problem.waves(0))}
-        else:
-            waves = {problem.wave(0): states(problem.system(0))}
-        ends = dict(zip(waves, np.cumsum([part.kind.size for part in waves.values()]), strict=True))
+        systems = problem.systems
+        parts = _states(systems, held)
+        ends = dict(zip(parts, np.cumsum([part.kind.size for part in parts.values()]), strict=True))
         first, last = np.zeros(H + 1, dtype=np.int64), np.zeros(H + 1, dtype=np.int64)
         for h in held:
-            wave = problem.wave(h if problem.differs_by_harmonic else 0)
-            first[h], last[h] = ends[wave] - waves[wave].kind.size, ends[wave]
-        joined = _joined(list(waves.values()))
+            key = systems.key(h)
+            first[h], last[h] = ends[key] - parts[key].kind.size, ends[key]
+        joined = _joined(list(parts.values()))
         kind = joined.kind
         self.problem, self.harmonics, self.highest = problem, harmonics, H
         self.modes = Modes(
@@ -89,12 +85,21 @@ class LinearPart:
         return change(self._whole, frequency_gains(self._whole, omega, self.highest), np.ascontiguousarray(forces), omega)
 
 
-def _waves(problem: Problem, harmonics: list[int]) -> list[Turned]:
+def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> dict[int, States]:
+    """The states by the key of the harmonics that share them."""
+    if systems.alike:
+        key = systems.key(0)
+        return {key: wave_states(systems.waves(0)) if systems.uncoupled else states(systems.at(0))}
+    sharing = {systems.key(h): [k for k in harmonics if systems.key(k) == systems.key(h)] for h in reversed(harmonics)}
+    return {key: wave_states(_waves(systems, those)) for key, those in sharing.items()}
+
+
+def _waves(systems: HarmonicSystems, harmonics: list[int]) -> list[Wave]:
     """The waves that some harmonics share; the mean alone meets no damping, which might couple what else decouples."""
-    waves = problem.waves(harmonics[0])
+    waves = systems.waves(harmonics[0])
     if harmonics != [0]:
         return list(waves)
-    return [(turn, system._replace(C=np.zeros_like(system.C))) for turn, system in waves]
+    return [Wave(shares, system._replace(C=np.zeros_like(system.C))) for shares, system in waves]
 
 
 def _joined(waves: list[States]) -> States:

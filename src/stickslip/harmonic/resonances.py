@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.orders import Harmonics, highest, orders
-from stickslip.problem import LinearSystem, Problem
+from stickslip.problem import Problem
+from stickslip.problem.systems import LinearSystem
 from stickslip.structure.modes import natural_modes
 
 LARGEST = 400
@@ -55,14 +56,14 @@ class Resonances:
         known: dict[int, list[int]] = {}
         rows: list[tuple[Array, ...]] = []
         for h in filter(None, orders(harmonics)):
-            wave = problem.wave(h)
-            if wave not in known:
-                known[wave] = []
-                for turn, system in problem.waves(h):
+            key = problem.systems.key(h)
+            if key not in known:
+                known[key] = []
+                for turn, system in problem.systems.waves(h):
                     for held in holds or (every, ~every):
-                        known[wave].append(len(self.limits))
+                        known[key].append(len(self.limits))
                         self.limits.append(_limit(system, turn, stiffness, powers, held))
-            for number in known[wave]:
+            for number in known[key]:
                 omega, ratios = self.limits[number].omega, self.limits[number].ratios
                 chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > 0.0))
                 at, same = omega[chosen] / h, np.ones(chosen.size)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import io
@@ -11,6 +12,7 @@ from scipy import io
 from stickslip.checks import fault
 from stickslip.models.content import Content
 from stickslip.models.limits import rows_with_entries, within_file
+from stickslip.models.process import arrays_of
 from stickslip.structure.sparse import both_triangles
 
 
@@ -21,9 +23,13 @@ def read(path: Path) -> Content:
     for what, claimed in zip(("rows", "columns", "entries"), counts, strict=True):
         within_file(f"{path.name}, {what}", claimed, size, 1.0)
     rows_with_entries(path.name, max(counts[:2]), counts[2])
-    matrix = io.hb_read(path, spmatrix=False)
-    matrix.check_format(full_check=True)
+    matrix = arrays_of(path, __name__)["matrix"]
     return Content("Harwell-Boeing", {"": both_triangles(path.name, matrix) if kind[1] == "s" else matrix})
+
+
+def arrays(path: Path) -> dict[str, Any]:
+    """The stored entries."""
+    return {"matrix": io.hb_read(path, spmatrix=False)}
 
 
 def _header(path: Path) -> tuple[str, list[int]]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stickslip.models import matlab_5, matlab_73
 from stickslip.models.content import Content
-from stickslip.models.limits import within_memory
 from stickslip.models.named_rows import from_tables
+from stickslip.models.process import arrays_of
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 USER_BLOCKS = (0, 512, 1024, 2048)
@@ -16,9 +15,8 @@ USER_BLOCKS = (0, 512, 1024, 2048)
 def read(path: Path) -> Content:
     """The numeric arrays of a MATLAB file, of whatever version."""
     if _is_hdf5(path):
-        return from_tables("MATLAB 7.3 file", matlab_73.read(path))
-    within_memory(path.name, 3 * path.stat().st_size)
-    return from_tables("MATLAB file", matlab_5.read(path.read_bytes()))
+        return from_tables("MATLAB 7.3 file", arrays_of(path, "stickslip.models.matlab_73"))
+    return from_tables("MATLAB file", arrays_of(path, "stickslip.models.matlab_5"))
 
 
 def _is_hdf5(path: Path) -> bool:

@@ -1,65 +1,19 @@
-"""MATLAB files of version 7.3: HDF5, with arrays columns first, sparse matrices and cell arrays as groups and references.
-
-HDF5 is read in a process of its own: its library can take a process down on a damaged file, even as that process ends.
-"""
+"""MATLAB files of version 7.3: HDF5, with arrays columns first, sparse matrices and cell arrays as groups and references."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import InputError, fault
-from stickslip.models import numpy_archive
+from stickslip.checks import fault
 from stickslip.models.limits import MOST_DEFLATED, rows_with_entries, within_file, within_memory
-
-WRONG = 2
-"""Exit code of the process that reads, when the file is at fault."""
-SECONDS, BYTES_PER_SECOND = 60.0, 1e6
-PARTS = ("data", "indices", "indptr", "shape")
-
-
-def read(path: Path) -> dict[str, Any]:
-    """Arrays by name, read in a process of its own; what ends that process is a fault of the file."""
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "arrays.npz"
-        command = [sys.executable, "-m", "stickslip.models.matlab_73", os.fspath(path.absolute()), os.fspath(target)]
-        limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
-        try:
-            ended = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=limit, check=False)
-        except subprocess.TimeoutExpired:
-            raise fault("Reading HDF5", f"must end within {limit:.0f} s", "still going on", "The file is damaged.") from None
-        if ended.returncode == WRONG:
-            raise InputError(ended.stderr.strip()[:500])
-        if not target.is_file():
-            raise fault("The file", "must be sound HDF5", f"damaged (its reader ended with {ended.returncode})")
-        return _assembled(numpy_archive.arrays(target))
-
-
-def _assembled(parts: dict[str, Any]) -> dict[str, Any]:
-    """Sparse matrices out of their parts NAME/data, NAME/indices, ...; everything else as it is."""
-    found = {name: value for name, value in parts.items() if "/" not in name}
-    for name in {name.partition("/")[0] for name in parts if "/" in name}:
-        data, indices, starts, shape = (parts[f"{name}/{part}"] for part in PARTS)
-        found[name] = sparse.csc_array((data, indices, starts), (int(shape[0]), int(shape[1])))
-    return found
-
-
-def _apart(name: str, value: Any) -> dict[str, Any]:
-    """A value as arrays that a .npz file holds."""
-    if isinstance(value, sparse.csc_array):
-        return {f"{name}/{part}": np.asarray(getattr(value, part)) for part in PARTS}
-    return {name: np.array(value, dtype=np.str_) if isinstance(value, list) else value}
 
 
 def arrays(path: Path) -> dict[str, Any]:
-    """Arrays by name, read in this process."""
+    """Arrays by name."""
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -111,20 +65,3 @@ def _hdf5_names(file: Any, item: Any) -> list[str]:
     if item.dtype != h5py.ref_dtype:
         raise fault("dofs", "must hold text", str(item.dtype), 'A cell array of names such as "17.x", one for each row.')
     return ["".join(map(chr, file[reference][()].ravel())) for reference in item[()].T.ravel()]
-
-
-def main(source: str, target: str) -> int:
-    """Read `source` and write its arrays to `target`; returns the exit code."""
-    try:
-        found = {key: array for name, value in arrays(Path(source)).items() for key, array in _apart(name, value).items()}
-        np.savez(target, **found)
-    except Exception as error:  # the library raises whatever a damaged file leads it to
-        sys.stderr.write(str(error) if isinstance(error, InputError) else f"As HDF5 it is damaged ({str(error)[:200]}).")
-        return WRONG
-    return 0
-
-
-if __name__ == "__main__":
-    code = main(sys.argv[1], sys.argv[2])
-    sys.stderr.flush()
-    os._exit(code)  # without the clean-up in which the library may fail

@@ -18,6 +18,9 @@ from stickslip.models.content import Content
 from stickslip.models.limits import MOST_DEFLATED, within_file, within_memory
 from stickslip.models.named_rows import from_tables
 
+PLAIN, MOST_UNPACKED = 1 << 28, 100
+"""Bytes up to which an array may be packed however well, and how many times its packed size a larger one may have."""
+
 SPARSE = {"csc": sparse.csc_array, "csr": sparse.csr_array}
 
 
@@ -37,6 +40,8 @@ def arrays(path: Path) -> dict[str, Any]:
         raise fault("A .npz file", "must be a .npz archive", f"{path.name}: {error}", "Write it with numpy.savez.") from None
     with archive:
         members = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
+        if len(members) < len(archive.infolist()):
+            raise fault("A .npz file", "must hold each array once", f"{path.name} holds one again")
         return {name: _array(archive, member) for name, member in members.items()}
 
 
@@ -44,6 +49,13 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
     """One array, whose header must agree with the bytes that are there."""
     within_file(f"{member.filename}, bytes", member.file_size, member.compress_size, 1.0 / MOST_DEFLATED)
     within_memory(member.filename, member.file_size)
+    if member.file_size > max(PLAIN, MOST_UNPACKED * member.compress_size):
+        raise fault(
+            member.filename,
+            f"must unpack to at most {MOST_UNPACKED} times its size",
+            f"{member.file_size / max(member.compress_size, 1):.0f} times",
+            "Keep a matrix of so many zeros sparse: scipy.sparse.save_npz.",
+        )
     with archive.open(member) as file:
         claimed, kind = _claimed(file)
     if kind.hasobject:

@@ -16,7 +16,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.measure import Measure
-from stickslip.peaks.search import PROMINENCE
+from stickslip.peaks.intervals import PROMINENCE
 from stickslip.solve.newton import correct
 
 SAMPLING, COARSEST = 4.0, 6e-5

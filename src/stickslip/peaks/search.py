@@ -11,13 +11,24 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.peaks.cubic import Cubic
+from stickslip.peaks.intervals import (
+    PROMINENCE,
+    Interval,
+    Place,
+    Sample,
+    highest_inside,
+    hill,
+    intervals_between,
+    sampled,
+    slope_along,
+)
 from stickslip.solve.curve_points import ROUNDING, CurvePoint, Tangent, hermite
 from stickslip.solve.newton import correct
 from stickslip.solve.segment import knot
@@ -25,14 +36,8 @@ from stickslip.solve.segment import knot
 TOLERANCE = 1e-8
 """Relative amplitude by which a peak may be below the highest bound."""
 
-PROMINENCE = 1e-3
-"""Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
-
 SHALLOW = 0.01
 """Depth of a trough, relative to the height beside it, up to which the corners that samples make may stand in it."""
-
-STEEPER = 1.5
-"""How much steeper than what is known around it the curve is taken to be inside an interval."""
 
 SOLVES = 300
 SHARES = (0.5, 0.25, 0.75)
@@ -54,156 +59,11 @@ class Peaks:
     unsolved: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Place:
-    """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion, λ and ω along it."""
-
-    segment: int
-    fraction: float
-    length: float
-    motion_slope: Array
-    forces_slope: Array
-    omega_slope: float
-    point: CurvePoint
-
-    @property
-    def where(self) -> tuple[int, float]:
-        """Segment and fraction: places in the order of the curve."""
-        return self.segment, self.fraction
-
-
-Dips = Callable[[_Place, _Place, float], bool]
+Dips = Callable[[Place, Place, float], bool]
 """Whether a curve dips between two places, by `PROMINENCE` of a height."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Sample:
-    """A place with the size of one output there, by the measure that is searched, and its slope."""
-
-    place: _Place
-    amplitude: float
-    slope: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Interval:
-    """Two samples of one segment; slope_error: how far slopes at its ends were from what their neighbours predicted."""
-
-    low: _Sample
-    high: _Sample
-    slope_error: float = 0.0
-
-    @property
-    def width(self) -> float:
-        return self.high.place.length - self.low.place.length
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Arc lengths of both ends."""
-        return self.low.place.length, self.high.place.length
-
-    @property
-    def mean_slope(self) -> float:
-        """Slope from end to end; of the ends where they have come together to rounding."""
-        if self.width == 0.0:
-            return 0.5 * (self.low.slope + self.high.slope)
-        return (self.high.amplitude - self.low.amplitude) / self.width
-
-    @property
-    def steepness(self) -> float:
-        """The largest slope known in the interval; the mean slope predicts by how much it may be exceeded."""
-        mean = self.mean_slope
-        bend = abs(mean - 0.5 * (self.low.slope + self.high.slope))
-        return max(abs(self.low.slope), abs(self.high.slope), bend, self.slope_error)
-
-    @property
-    def height(self) -> float:
-        """Where the tangents of a rising and a falling end meet, about the highest amplitude inside."""
-        a, b = self.low, self.high
-        if not a.slope > 0.0 > b.slope:
-            return max(a.amplitude, b.amplitude)
-        return a.amplitude + a.slope * (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope)
-
-    @property
-    def trough(self) -> float:
-        """The lower end, or the lowest place of the cubic where the curve falls and rises again."""
-        return _lowest(*self.cubic)
-
-    @property
-    def cubic(self) -> tuple[float, float, float, float]:
-        """Sizes at both ends and slopes over the whole interval."""
-        return self.low.amplitude, self.high.amplitude, self.low.slope * self.width, self.high.slope * self.width
-
-    def fraction(self, share: float) -> float:
-        """Fraction of the segment at a share of the interval."""
-        return self.low.place.fraction + share * (self.high.place.fraction - self.low.place.fraction)
-
-    def bound(self, steepness: float) -> float:
-        """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
-        return 0.5 * (self.low.amplitude + self.high.amplitude + steepness * self.width)
-
-    def division(self) -> float:
-        """Fraction of the segment to solve next: where the tangents of both ends meet in a maximum, else the middle."""
-        a, b = self.low, self.high
-        share = 0.5
-        if a.slope > 0.0 > b.slope and self.width:
-            meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
-            share = min(max(meeting, 0.01), 0.99)
-        return self.fraction(share)
-
-    def divided(self, middle: _Sample) -> list[_Interval]:
-        """The two parts; the slope error of both is the difference, in the middle, to the cubic through the ends."""
-        share = (middle.place.length - self.low.place.length) / self.width if self.width else 0.5
-        mean = self.mean_slope
-        predicted = 6.0 * share * (1.0 - share) * mean + (1.0 - share) * (1.0 - 3.0 * share) * self.low.slope
-        predicted -= share * (2.0 - 3.0 * share) * self.high.slope
-        slope_error = abs(middle.slope - predicted)
-        return [_Interval(self.low, middle, slope_error), _Interval(middle, self.high, slope_error)]
-
-
-def _bound(intervals: list[_Interval], i: int) -> float:
-    """Bound of interval i with the slopes of its neighbours."""
-    around = intervals[max(i - 1, 0) : i + 2]
-    return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
-
-
-def _sampled(place: _Place, row: int, measure: Measure) -> _Sample:
-    return _Sample(place, *_slope(measure, place.point, row, place.motion_slope, place.omega_slope))
-
-
-def _bend(a: float, b: float, da: float, db: float) -> tuple[float, float]:
-    """c and d of the slope da + d f + c f² of the cubic through two sizes with their slopes, at fraction f."""
-    return 3.0 * (2.0 * (a - b) + da + db), 2.0 * (3.0 * (b - a) - 2.0 * da - db)
-
-
-def _turns(a: float, b: float, da: float, db: float) -> list[float]:
-    """Fractions at which the cubic through two sizes with slopes of one sign has its two extremes, if it has them."""
-    if da * db <= 0.0:
-        return []
-    square, linear = _bend(a, b, da, db)
-    discriminant = linear * linear - 4.0 * square * da
-    if square == 0.0 or discriminant <= 0.0:
-        return []
-    turns = sorted((-linear + sign * discriminant**0.5) / (2.0 * square) for sign in (-1.0, 1.0))
-    return turns if turns[0] > 0.0 and turns[1] < 1.0 else []
-
-
-def _trough(a: float, b: float, da: float, db: float) -> float:
-    """Fraction at which the cubic through two sizes, of slopes that fall and rise, is lowest."""
-    square, linear = _bend(a, b, da, db)
-    # The root that the slope crosses upwards, in the form that loses no digits for a small square term.
-    return -2.0 * da / (linear + float(np.sqrt(linear * linear - 4.0 * square * da)))
-
-
-def _lowest(a: float, b: float, da: float, db: float) -> float:
-    """The lower end, or the lowest size of the cubic where it falls and rises again."""
-    if not da < 0.0 < db:
-        return min(a, b)
-    f = _trough(a, b, da, db)
-    return a + f * (1.0 - f) ** 2 * da - f * f * (1.0 - f) * db + f * f * (3.0 - 2.0 * f) * (b - a)
-
-
-def _gather(tops: list[list[_Interval]], more: list[_Interval], dips: Dips) -> None:
+def _gather(tops: list[list[Interval]], more: list[Interval], dips: Dips) -> None:
     """Add tops, in the order of the curve, to the last group, or begin another one where the curve dips after its highest."""
     for top in more:
         highest = max(tops[-1], key=lambda each: each.height) if tops else None
@@ -213,28 +73,9 @@ def _gather(tops: list[list[_Interval]], more: list[_Interval], dips: Dips) -> N
             tops[-1].append(top)
 
 
-def _hill(intervals: list[_Interval], tops: list[_Interval]) -> list[_Interval]:
-    """The intervals around tops, up to a trough that parts them from a higher place or dips by `PROMINENCE`."""
-    ends = [next(i for i, part in enumerate(intervals) if part.low.place is top.low.place) for top in (tops[0], tops[-1])]
-    height = max(sample.amplitude for top in tops for sample in (top.low, top.high))
-
-    def parted(interval: _Interval, far: _Sample) -> bool:
-        if not interval.low.slope <= 0.0 < interval.high.slope:
-            return False
-        dips = interval.trough < (1.0 - PROMINENCE) * height
-        return dips or far.amplitude > (1.0 + PROMINENCE) * height
-
-    first, last = ends
-    while first > 0 and not parted(intervals[first - 1], intervals[first - 1].low):
-        first -= 1
-    while last < len(intervals) - 1 and not parted(intervals[last + 1], intervals[last + 1].high):
-        last += 1
-    return intervals[first : last + 1]
-
-
-def _prominent(found: list[_Sample], dips: Dips) -> list[_Sample]:
+def _prominent(found: list[Sample], dips: Dips) -> list[Sample]:
     """Maxima between which the curve dips; of the others only the highest."""
-    kept: list[_Sample] = []
+    kept: list[Sample] = []
     for sample in found:
         if kept:
             last = kept[-1]
@@ -257,7 +98,7 @@ class PeakSearch:
         self.curve = _with_own_tangents(balance, curve)
         self.lengths = np.cumsum([point.length for point in curve])
         self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
-        self.solved: dict[int, list[_Place]] = {}
+        self.solved: dict[int, list[Place]] = {}
         self.failed: set[tuple[int, float]] = set()
         self.solves = 0
         self.planes: dict[int, tuple[PathCondition, float]] = {}
@@ -267,23 +108,23 @@ class PeakSearch:
         row = self.balance.rows + output
         if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
             return Peaks((), (), ())
-        measured = [_slope(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
+        measured = [slope_along(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
         sizes = np.array([size for size, _ in measured])
         slopes = [slope for _, slope in measured]
         dips = self._dips(row, measure, sizes, slopes)
         floor = least * float(sizes.max(initial=0.0))
-        tops: list[list[_Interval]] = []
+        tops: list[list[Interval]] = []
         for k in range(len(self.curve) - 1):
             if sizes[k : k + 2].max() < floor:
                 continue
             length = self.curve[k + 1].length
-            ends = sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]
-            for turn in _turns(*ends):
+            cubic = Cubic(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1])
+            for turn in cubic.inner_extremes:
                 self._solve_inside(k, turn)
-            if ends[2] < 0.0 < ends[3] and _lowest(*ends) > (1.0 - SHALLOW) * max(ends[:2]):
-                self._solve_inside(k, _trough(*ends))
+            if cubic.da < 0.0 < cubic.db and cubic.lowest > (1.0 - SHALLOW) * max(cubic.a, cubic.b):
+                self._solve_inside(k, cubic.trough)
                 for part in self._intervals(k, row, measure):
-                    for turn in _turns(*part.cubic):
+                    for turn in part.cubic.inner_extremes:
                         self._solve_inside(k, part.fraction(turn))
             if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
                 _gather(tops, [i for i in self._intervals(k, row, measure) if i.low.slope > 0.0 >= i.high.slope], dips)
@@ -296,35 +137,35 @@ class PeakSearch:
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
         """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
 
-        def lowest(first: _Place, last: _Place) -> float:
+        def lowest(first: Place, last: Place) -> float:
             between = [sizes[k] for k in range(first.segment + 1, last.segment + 1)]
             for k in range(first.segment, last.segment + 1):
                 known = [place for place in self.solved.get(k, []) if first.where <= place.where <= last.where]
-                between += [_sampled(place, row, measure).amplitude for place in known]
+                between += [sampled(place, row, measure).amplitude for place in known]
             return min(between, default=np.inf)
 
-        def dips(first: _Place, last: _Place, height: float) -> bool:
+        def dips(first: Place, last: Place, height: float) -> bool:
             enough = (1.0 - PROMINENCE) * height
             if lowest(first, last) < enough:
                 return True
             for k in range(first.segment + 1, min(last.segment + 1, len(self.curve) - 1)):
                 length = self.curve[k + 1].length
                 if length > 0.0 and slopes[k] < 0.0 < slopes[k + 1]:
-                    self._solve_inside(k, _trough(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]))
+                    self._solve_inside(k, Cubic(sizes[k], sizes[k + 1], length * slopes[k], length * slopes[k + 1]).trough)
             return lowest(first, last) < enough
 
         return dips
 
-    def _highest(self, tops: list[_Interval], row: int, measure: Measure) -> tuple[_Sample | None, list[float]]:
+    def _highest(self, tops: list[Interval], row: int, measure: Measure) -> tuple[Sample | None, list[float]]:
         """The highest place around tops that no trough parts, None where the curve rises on to another peak; and frequencies
         near which Newton's method failed, rad/s."""
         first = max(tops[0].low.place.segment - NEIGHBOURS, 0)
         last = min(tops[-1].low.place.segment + NEIGHBOURS, len(self.curve) - 2)
-        intervals = _hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
+        intervals = hill([i for k in range(first, last + 1) for i in self._intervals(k, row, measure)], tops)
         unsolved: dict[tuple[float, float], float] = {}
 
         def bound(i: int) -> float:
-            return 0.0 if intervals[i].ends in unsolved else _bound(intervals, i)
+            return 0.0 if intervals[i].ends in unsolved else highest_inside(intervals, i)
 
         bounds = [bound(i) for i in range(len(intervals))]
         best = max((end for i in intervals for end in (i.low, i.high)), key=lambda end: end.amplitude)
@@ -337,7 +178,7 @@ class PeakSearch:
                 unsolved[intervals[i].ends] = intervals[i].low.place.point.point.omega
                 bounds[i] = 0.0
                 continue
-            middle = _sampled(place, row, measure)
+            middle = sampled(place, row, measure)
             intervals[i : i + 1] = intervals[i].divided(middle)
             bounds[i : i + 1] = [0.0, 0.0]
             for k in range(max(i - 1, 0), min(i + 3, len(intervals))):
@@ -347,7 +188,7 @@ class PeakSearch:
         rises_on = (best is low and low.slope < 0.0) or (best is high and high.slope > 0.0)
         return (None if rises_on else best), list(unsolved.values())
 
-    def _divide(self, interval: _Interval) -> _Place | None:
+    def _divide(self, interval: Interval) -> Place | None:
         """A place inside an interval: where the highest is expected, else in the middle or beside it."""
         for fraction in (interval.division(), *(interval.fraction(share) for share in SHARES)):
             place = self._solve(interval.low.place, interval.high.place, fraction)
@@ -355,11 +196,11 @@ class PeakSearch:
                 return place
         return None
 
-    def _intervals(self, k: int, row: int, measure: Measure) -> list[_Interval]:
+    def _intervals(self, k: int, row: int, measure: Measure) -> list[Interval]:
         """The intervals between the solved places of segment k."""
-        return _intervals([_sampled(place, row, measure) for place in self._places(k)])
+        return intervals_between([sampled(place, row, measure) for place in self._places(k)])
 
-    def _places(self, k: int) -> list[_Place]:
+    def _places(self, k: int) -> list[Place]:
         """What is solved of segment k, in order; its two ends at least."""
         if k not in self.solved:
             condition, span = self._plane(k, 0.0)
@@ -376,12 +217,12 @@ class PeakSearch:
         plane, span = self.planes[k]
         return PathCondition("omega", plane.weight, plane.slope, plane.target + fraction * span), span
 
-    def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> _Place:
+    def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> Place:
         tangent = point.tangent
         # Behind a sharp corner the curve goes back through the planes of the step; slopes stay those along the way.
         rate = abs(condition.rate(tangent.motion, tangent.parameter))
         length = float(self.lengths[k]) + fraction * abs(span)
-        return _Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
+        return Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
 
     def _solve_inside(self, k: int, fraction: float) -> None:
         """Solve segment k at a fraction, unless a place nearby is solved; it joins the places of the segment."""
@@ -391,7 +232,7 @@ class PeakSearch:
         if min(fraction - low.fraction, high.fraction - fraction) > 0.02:
             self._solve(low, high, fraction)
 
-    def _solve(self, low: _Place, high: _Place, fraction: float) -> _Place | None:
+    def _solve(self, low: Place, high: Place, fraction: float) -> Place | None:
         """A place between two of one segment, kept for other searches; None where Newton's method fails."""
         if (low.segment, fraction) in self.failed:
             return None
@@ -399,7 +240,7 @@ class PeakSearch:
         a, b = low.point.point, high.point.point
         forces = hermite(a.forces, width * low.forces_slope, b.forces, width * high.forces_slope, share)
         condition, span = self._plane(low.segment, fraction)
-        omega = _cubic(a.omega, b.omega, width * low.omega_slope, width * high.omega_slope, share)
+        omega = Cubic(a.omega, b.omega, width * low.omega_slope, width * high.omega_slope).at(share)
         start = Point(forces, min(max(omega, min(a.omega, b.omega)), max(a.omega, b.omega)), a.level)
         self.solves += 1
         correction = correct(self.balance, start, condition, iterations=20, halvings=8, direction=0.0)
@@ -414,13 +255,7 @@ class PeakSearch:
         return found
 
 
-def _cubic(a: float, b: float, da: float, db: float, share: float) -> float:
-    """The cubic through two values with their slopes over the interval."""
-    rest = 1.0 - share
-    return rest**2 * ((1.0 + 2.0 * share) * a + share * da) + share**2 * ((1.0 + 2.0 * rest) * b - rest * db)
-
-
-def _between(low: _Place, high: _Place, found: Evaluation) -> bool:
+def _between(low: Place, high: Place, found: Evaluation) -> bool:
     """Whether a place is on the curve between two others: a plane across a narrow resonance meets both of its sides.
 
     Where everything sticks the response is linear, and no frequency comes twice.
@@ -448,17 +283,3 @@ def _with_own_tangents(balance: HarmonicBalance, curve: Sequence[CurvePoint]) ->
             tangent = Tangent(direction.forces / length, direction.motion / length, direction.rate / length)
             points[k] = replace(end, tangent=tangent)
     return points
-
-
-def _slope(measure: Measure, point: CurvePoint, row: int, motion: Array, omega: float) -> tuple[float, float]:
-    """The size of a row at a point, and its slope along a direction of the curve in motion and ω."""
-    size, gradient, by_omega = measure.gradient(point.evaluation.w[row], point.point.omega)
-    return size, float(gradient @ motion[row]) + by_omega * omega
-
-
-def _intervals(samples: list[_Sample]) -> list[_Interval]:
-    """The intervals between samples of a segment in order; each inner sample gives the slope error beside it."""
-    errors = [0.0] * len(samples)
-    for i in range(1, len(samples) - 1):
-        errors[i] = _Interval(samples[i - 1], samples[i + 1]).divided(samples[i])[0].slope_error
-    return [_Interval(a, b, max(errors[i : i + 2])) for i, (a, b) in enumerate(pairwise(samples))]

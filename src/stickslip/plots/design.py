@@ -1,4 +1,4 @@
-"""The design space: worst resonance of every computed design, the constraints, the optimum and its ranges."""
+"""The design space: worst-case resonance of every computed design, the constraints, the optimum and its ranges."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def design_space(dataset: xr.Dataset) -> Figure:
-    """A panel for every pair of variables (or the one variable), designs coloured by their worst peak, and the sensitivities."""
+    """A panel for every pair of variables, designs coloured by their worst-case peak, and the sensitivities."""
     names = [str(name) for name in dataset["variable"].values]
     pairs = most_sensitive(dataset, list(combinations(range(len(names)), 2)) or [(0, 0)])
     below = 0.5 * len(names) + 0.9
@@ -31,7 +31,7 @@ def design_space(dataset: xr.Dataset) -> Figure:
         for axes, (i, j) in zip(panels[:-1], pairs, strict=True):
             points = _panel(axes, dataset, i, j, names)
         if points is not None:
-            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst peak in {_unit(dataset).name}", extend="max")
+            figure.colorbar(points, ax=list(panels[:-1]), label=f"worst-case peak in {_unit(dataset).name}", extend="max")
             _bars(panels[-1], dataset, names)
         else:
             panels[-1].remove()
@@ -39,13 +39,13 @@ def design_space(dataset: xr.Dataset) -> Figure:
 
 
 def _unit(dataset: xr.Dataset) -> Length:
-    """The unit of the lowest worst peak."""
+    """The unit of the lowest worst-case peak."""
     sizes = dataset["worst_peak"].values
     return shown_unit(dataset["worst_peak"].attrs["units"], float(np.min(sizes[np.isfinite(sizes)], initial=np.inf)))
 
 
 def most_sensitive(dataset: xr.Dataset, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """The pairs of variables that the worst peak depends on most, in their old order."""
+    """The pairs of variables that the worst-case peak depends on most, in their old order."""
     sensitivity = np.abs(np.nan_to_num(dataset["sensitivity"].values)).max(axis=1)
     order = sorted(range(len(pairs)), key=lambda k: -float(sensitivity[list(pairs[k])].sum()))
     return [pairs[k] for k in sorted(order[:MOST_PANELS])]
@@ -61,14 +61,14 @@ def _panel(axes: Axes, dataset: xr.Dataset, i: int, j: int, names: list[str]) ->
     points = _allowed(axes, dataset, i, j, value[allowed], size[allowed]) if allowed.any() else None
     if given := int(dataset.attrs.get("known", 0)):
         axes.plot(value[:given, i], other[:given], "s", color="black", markerfacecolor="none", markersize=9, label="known")
-    axes.set(xlabel=plain(names[i]), ylabel=plain(names[j]) if i != j else "worst peak")
+    axes.set(xlabel=plain(names[i]), ylabel=plain(names[j]) if i != j else "worst-case peak")
     axes.set_title(plain(dataset.attrs["title"]))
     axes.legend(loc="best", frameon=True, framealpha=0.8, edgecolor="none")
     return points
 
 
 def _allowed(axes: Axes, dataset: xr.Dataset, i: int, j: int, value: Array, size: Array) -> PathCollection:
-    """Designs that meet all constraints, coloured by their worst peak, with the best one and its neighbourhood."""
+    """Designs that meet all constraints, coloured by their worst-case peak, with the best one and its neighbourhood."""
     norm = Normalize(float(size.min()), float(np.quantile(size, 0.9)))
     other = value[:, j] if i != j else size
     points = axes.scatter(value[:, i], other, c=size, s=34, edgecolor="white", linewidth=0.4, norm=norm)
@@ -90,5 +90,5 @@ def _bars(axes: Axes, dataset: xr.Dataset, names: list[str]) -> None:
         axes.barh(np.arange(len(names)) + place, slopes[:, side], color=color, height=0.36, label=("less", "more")[side])
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     axes.set_yticks(range(len(names)), [plain(name) for name in names])
-    axes.set(xlabel="change of the worst peak in %, for 1 % less and 1 % more")
+    axes.set(xlabel="change of the worst-case peak in %, for 1 % less and 1 % more")
     axes.legend(loc="best", frameon=True, framealpha=0.8, edgecolor="none")

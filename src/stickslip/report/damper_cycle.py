@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
+from stickslip.checks import Array
 from stickslip.plots.damper_cycle import damper_cycle
 from stickslip.report.presentation import Presentation
 
@@ -17,12 +18,19 @@ if TYPE_CHECKING:
 
     from stickslip.plots.files import Figures
 
+ROUNDING = 1e-9
+"""Energy over largest force times motion below which a cycle counts as without dissipation."""
+
+STILL = 1e-9
+"""Rotation in mrad below which it is rounding."""
+
 FAILED = ("not_steady", "not_converged", "jammed")
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What came out."""
-    energy, rotation = 1e6 * float(dataset.loop_energy), 1e3 * float(dataset.rotation)
+    energy, rotation = float(_microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
+    rotation = 0.0 if rotation < STILL else rotation
     lines = [str(dataset.attrs["message"]), f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak"]
     for contact in dataset.contact.values:
         stick, slip, open_ = dataset.share.sel(contact=contact).values
@@ -46,12 +54,19 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"contacts": _contacts(dataset), "harmonics": _harmonics(dataset), "cycle": _cycle(dataset)}
 
 
+def _microjoules(dataset: xr.Dataset, energy: Array) -> Array:
+    """Energies [J] in µJ; 0 for what is rounding of force times motion."""
+    moved = float(np.ptp(dataset.platform_motion.values, axis=dataset.platform_motion.get_axis_num("sample")).max())
+    largest = float(np.abs(dataset.force_on_right.values).max()) * moved
+    return np.where(np.abs(energy) < ROUNDING * largest, 0.0, 1e6 * energy)
+
+
 def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
     shares = {f"{kind} [%]": 100.0 * dataset.share.sel(kind=kind).values for kind in dataset.kind.values}
     return pd.DataFrame(
         {
             "contact": [str(name) for name in dataset.contact.values],
-            "energy [µJ]": 1e6 * dataset.friction_work.values,
+            "energy [µJ]": _microjoules(dataset, dataset.friction_work.values),
             **shares,
             "largest N [N]": dataset.normal_force.max("sample").values,
             "smallest N [N]": dataset.normal_force.min("sample").values,

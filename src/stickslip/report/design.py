@@ -22,7 +22,7 @@ MORE = 0.1
 """Share by which the worst case over all start states must exceed that of the sampled ones to be reported."""
 
 FALLS, SIDES = -0.01, ("less", "more")
-"""The search counts as not converged where 1 % of a variable lowers the worst peak by more than 0.01 %."""
+"""The search counts as not converged where 1 % of a variable lowers the worst-case peak by more than 0.01 %."""
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -35,7 +35,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     best, optimum = dataset.isel(design=int(dataset["optimum_design"])), float(dataset["optimum_peak"])
     measure = measure_in(dataset)
     of = "" if measure.quantity.order == 0 and measure.kind == "amplitude" else f", {measure.words}"
-    lines = [f"worst resonance of the best design{of}: {_peak(best)}"]
+    lines = [f"worst-case resonance of the best design{of}: {_peak(best)}"]
     if optimum > (1.0 + MORE) * float(best["sampled_peak"]):
         more = percent(optimum / float(best["sampled_peak"]) - 1.0)
         lines.append(f"  that is {more} more than for the sampled start states, for which alone the constraints were checked")
@@ -53,7 +53,7 @@ def _size(dataset: xr.Dataset, name: str) -> str:
 
 
 def _peak(design: xr.Dataset) -> str:
-    """The worst peak of a design over all start states and from those sampled, each named as what it is."""
+    """The worst-case peak of a design over all start states and from those sampled, each named as what it is."""
     if not int(design["searches"]):
         return _size(design, "worst_peak")
     return f"{_size(design, 'searched_peak')} over all start states ({_size(design, 'sampled_peak')} over the sampled ones)"
@@ -84,7 +84,7 @@ def _caveats(dataset: xr.Dataset, best: xr.Dataset, names: list[str]) -> list[st
     if falls:
         ways = " or ".join(falls)
         caveats.append(
-            f"the search has not converged: {ways} lowers the worst resonance; more designs or generations would continue it"
+            f"the search has not converged: {ways} lowers the worst-case resonance; more designs or generations would continue it"
         )
     if float(dataset["optimum_peak"]) > (1.0 + 1e-3) * seen:
         caveats.append(
@@ -132,7 +132,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     import pandas as pd
 
     table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
-    table[f"worst peak [{dataset['worst_peak'].attrs['units']}]"] = dataset["worst_peak"].values
+    table[f"worst-case peak [{dataset['worst_peak'].attrs['units']}]"] = dataset["worst_peak"].values
     table["from virgin contacts and sampled starts"] = dataset["sampled_peak"].values
     table["over all start states, where searched"] = dataset["searched_peak"].values
     table["at Hz"] = dataset["worst_frequency"].values

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import io
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Faults, InputError, fault
 from stickslip.files import replacing
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "labelled", "open_results", "save", "stamped"]
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+CHECKSUM = "crc32"
+"""Attribute of each variable, and of the file for its own attributes."""
+
 _COMPRESS_FROM = 1024
 """Entries from which compressing a variable is worth its header."""
 
@@ -40,13 +45,55 @@ def _netcdf(dataset: xr.Dataset) -> bytes:
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    plain = dataset.copy()
+    plain = _with_checksums(dataset)
     for name, encoding in _encoding(dataset).items():
         plain[name].encoding = encoding
     buffer = io.BytesIO()
     with h5netcdf.File(buffer, "w") as file:
         plain.dump_to_store(H5NetCDFStore(file))
     return buffer.getvalue()
+
+
+def _with_checksums(dataset: xr.Dataset) -> xr.Dataset:
+    """A copy whose variables, and the dataset for its attributes, carry the checksum of their content."""
+    marked = dataset.copy()
+    marked.attrs = {**dataset.attrs, CHECKSUM: _checksum(dataset.attrs)}
+    for name, variable in marked.variables.items():
+        marked[name].attrs = {**variable.attrs, CHECKSUM: _checksum(variable.attrs, variable.values)}
+    return marked
+
+
+def _checksum(attributes: Mapping[Any, Any], values: NDArray[Any] | None = None) -> str:
+    """CRC-32 of attributes and values, eight hexadecimal digits, as they are read from the file again."""
+    words = {str(key): _plain_list(value) for key, value in attributes.items() if key != CHECKSUM}
+    found = zlib.crc32(repr(sorted(words.items())).encode())
+    if values is not None:
+        if values.dtype.kind == "f":
+            values = np.where(np.isnan(values), np.nan, values)  # of which there are many bit patterns
+        text = values.dtype.kind in "OTUS"
+        content = repr(values.tolist()).encode() if text else np.ascontiguousarray(values).tobytes()
+        found = zlib.crc32(content, zlib.crc32(repr(values.shape).encode(), found))
+    return f"{found:08x}"
+
+
+def _plain_list(value: Any) -> list[Any]:
+    """An attribute as a list: a file returns a list of one as its only entry."""
+    return list(np.atleast_1d(np.asarray(value)).ravel().tolist())
+
+
+def _verified(dataset: xr.Dataset, path: Path) -> xr.Dataset:
+    """The dataset without its checksums; refused where one does not agree. Files of earlier versions have none."""
+    parts: dict[str, tuple[dict[Any, Any], NDArray[Any] | None]] = {"the attributes": (dataset.attrs, None)}
+    parts |= {f"the variable {name!r}": (variable.attrs, variable.values) for name, variable in dataset.variables.items()}
+    wrong = [what for what, (attrs, values) in parts.items() if CHECKSUM in attrs and attrs[CHECKSUM] != _checksum(attrs, values)]
+    if wrong:
+        raise InputError(
+            f"The results file {str(path)!r} must be as it was written, but {wrong[0]}"
+            f"{f' and {len(wrong) - 1} more' if len(wrong) > 1 else ''} changed since. Copy it again, or run the study again."
+        )
+    for attrs, _ in parts.values():
+        attrs.pop(CHECKSUM, None)
+    return dataset
 
 
 def open_results(path: str | Path) -> xr.Dataset:
@@ -60,7 +107,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
             _check_format(opened, path)
-            dataset = _plain(opened.load())
+            dataset = _plain(_verified(opened.load(), path))
     except InputError:
         raise
     except (OSError, RuntimeError, ValueError, KeyError, AttributeError, TypeError, zlib.error) as error:

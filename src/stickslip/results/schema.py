@@ -58,7 +58,7 @@ SCHEMA = (
     *_rows(
         "case point",
         ("frequency", "Hz", "excitation frequency"),
-        ("outcome", "1", "what came of the point", "int8"),
+        ("outcome", "1", "outcome of the solution", "int8"),
         ("residual", "1", "residual of the harmonic balance"),
         ("iterations", "1", "Newton iterations"),
         ("active_rows", "1", "rows of the Newton system"),

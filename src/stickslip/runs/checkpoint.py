@@ -57,7 +57,12 @@ class CheckpointFolder:
 
     def __len__(self) -> int:
         """How many cases are kept."""
-        return len(list(self.folder.glob("[!.]*.npz")))
+        return self.count(self.folder)
+
+    @staticmethod
+    def count(folder: Path) -> int:
+        """How many cases a folder keeps, of whatever run."""
+        return len(list(folder.glob("[!.]*.npz")))
 
     def load(self, name: str) -> dict[str, NDArray[Any]] | None:
         """The arrays of a case; None when it is not kept, or its file is damaged: then it is computed again."""

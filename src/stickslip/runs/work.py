@@ -29,7 +29,7 @@ class Work(Protocol):
 
     @property
     def words(self) -> Sequence[str]:
-        """What each case is, for people."""
+        """Names of the cases, for messages."""
 
     def prepare(self) -> None:
         """Compile what the processes then load, once."""

@@ -42,6 +42,8 @@ def highest_peak(
         curve = list(trace(balance, first, "omega", end, StepControl(points=LONGEST)))
     except LostCurveError:
         return None
+    if curve[-1].point.omega != end:  # it turned back and left the band through its start
+        return None
     row = balance.rows + output
     found = PeakSearch(balance, curve, TOLERANCE).peaks(output, measure)
     return max(found.points, key=lambda p: measure.size(p.evaluation.w[row], p.point.omega), default=None)
@@ -84,12 +86,16 @@ class AtPeak:
         """What a start state gives on its whole curve."""
         return self.traced(variables)[0]
 
-    def confirmed(self, found: Extreme) -> Extreme:
-        """The highest peak of the whole curve, where that is solved: the one that was followed may not be it."""
+    def confirmed(self, found: Extreme, sign: float) -> Extreme | None:
+        """The highest peak of the whole curve: the one that was followed may not be it.
+
+        Where the curve is lost, its highest peak is at least the followed one: a search of the largest takes that, one of the
+        smallest nothing.
+        """
         try:
             return self.sample(found.variables)
         except UnsolvedError:
-            return found
+            return found if sign > 0.0 else None
 
     def traced(self, variables: Array) -> tuple[Extreme, Array]:
         """The same by tracing the whole curve; raises `UnsolvedError`."""

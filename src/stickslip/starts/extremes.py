@@ -119,7 +119,7 @@ class AtFrequency:
 
     sample = point
 
-    def confirmed(self, found: Extreme) -> Extreme:
+    def confirmed(self, found: Extreme, sign: float) -> Extreme:
         """A solution here stands for itself."""
         return found
 

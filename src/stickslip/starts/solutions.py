@@ -21,7 +21,7 @@ SHORTEST = 1.0 / 32.0
 
 
 class UnsolvedError(Exception):
-    """No solution was found at a start state; `outcome` says what came of it."""
+    """No solution was found at a start state; `outcome` says why."""
 
     def __init__(self, outcome: Outcome = Outcome.NOT_CONVERGED) -> None:
         self.outcome = outcome

@@ -187,7 +187,7 @@ class IwanTable(SliderTable):
     edge: Annotated[
         NotNegative | None, Field(description="parabolic: pressure at the edge over that in the middle; 0 unless given")
     ] = None
-    chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1 to 0; -0.5 unless given")] = None
+    chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; -0.5 unless given")] = None
     beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; 0.5 unless given")] = None
     count: Annotated[int, Field(ge=2, le=10000, description="about how many springs and sliders")] = 20
 

@@ -35,6 +35,9 @@ from stickslip.study.units import SYSTEMS, Units
 
 Messages = tuple[Progress, list[str]]
 """The progress callback for long work, and the list that collects notes on the model."""
+LARGEST = 1 << 24
+"""Bytes of the largest study file."""
+
 DEFAULT = KINDS["forced_response"]
 """By what a file is checked when its analysis is unknown."""
 
@@ -189,7 +192,11 @@ def text_of(path: Path) -> str:
     if path.is_dir():
         raise fault("The study", "must be a file", str(path), "It is a folder.")
     try:
-        return path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+        if len(content) > LARGEST:
+            raise fault("The study file", f"must have at most {LARGEST // 2**20} MiB", str(path), "Is it a study?")
+        return content.decode("utf-8-sig")
     except FileNotFoundError:
         raise fault("The study file", "must exist", str(path), "`stickslip new forced_response` writes one.") from None
     except UnicodeDecodeError:

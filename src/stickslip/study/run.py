@@ -39,7 +39,7 @@ class Run:
 
     @property
     def words(self) -> str:
-        """What is computed, for people."""
+        """What is computed, for messages."""
         return ", ".join(dict.fromkeys(job.analysis.replace("_", " ").capitalize() for job in self.jobs.values()))
 
     @property

@@ -101,7 +101,7 @@ class TimeCycle:
 
     @property
     def sentence(self) -> str:
-        """How the march ended, for people."""
+        """How the march ended, as a sentence."""
         match self.outcome:
             case MarchOutcome.PERIODIC:
                 return f"Periodic after {self.periods} periods, to about {self.distance:.1e}."

@@ -87,7 +87,7 @@ class TimeModel:
 
 def time_model(problem: Problem) -> TimeModel:
     """Decompose a problem once; `step_matrices` then serves every step size."""
-    if problem.differs_by_harmonic:
+    if not problem.systems.alike:
         raise InputError(
             "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, and "
             "mean springs act on harmonic 0 alone. Integrate the full disk, `disk.full()`, without mean springs."

@@ -107,7 +107,7 @@ def test_energies_of_an_independent_prototype(angle, friction, motion, energy):
     assert cycle.dataset.energy_error < 1e-3
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", SHAPES.values())
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_every_shape_has_a_balanced_cycle(shape, motion):
     """Forces on platforms and pull sum to nothing, |T| ≤ μN, loop energy = friction work, quasi-static at every sample."""

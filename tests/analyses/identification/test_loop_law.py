@@ -79,6 +79,20 @@ def test_bad_loops_are_refused(change, words):
         ContactLoop(*change(*loop_of(np.ones(1), 20e6, 0.4, 100.0, 8e-6)))
 
 
-def test_one_loop_cannot_be_held_out():
-    with pytest.raises(InputError, match="at least two"):
-        identify_law(loops("jenkins", 0)[:1])
+def test_one_loop_cannot_choose_but_fits_a_law_that_is_named():
+    one = loops("jenkins", 0)[-1:]
+    for few in (one, []):
+        with pytest.raises(InputError, match="at least two"):
+            identify_law(few)
+    choice = identify_law(one, laws=["jenkins"])
+    assert choice.best == "jenkins"
+    assert choice.fits["jenkins"].mu == pytest.approx(0.4, rel=0.03)
+    assert np.isnan(choice.fits["jenkins"].held_out)
+    assert repr(choice).count("held out") == 0
+
+
+def test_the_answer_is_a_few_lines():
+    found = repr(identify_law(loops("iwan", 1)))
+    assert found.startswith("iwan: kt = ")
+    assert len(found.splitlines()) == 4
+    assert "held out" in found

@@ -67,7 +67,7 @@ def test_all_dampers_missing_is_the_free_disk():
 def test_a_disk_without_any_damper_is_linear():
     """Its response against one solution of a sector's own matrices; the highest value at an end of the band is said so."""
     found = ss.mistuned_response(SIX, [AT[0] - 0.2, AT[0]], ss.Mistuning(missing=range(1, 7)), force=0.4).dataset
-    bare, C = SIX.disk.at(2), SIX.matrices(2).C
+    bare, C = SIX.disk.at(2), SIX.systems.matrices(2).C
     for frequency, amplitude in zip(found.frequency.values[0], found.amplitude.values[0], strict=True):
         omega = 2.0 * np.pi * frequency
         X = np.linalg.solve((bare.K - omega**2 * bare.M + 1j * omega * C)[:3, :3], [0.0, 0.0, 0.4])

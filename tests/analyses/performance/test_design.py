@@ -288,7 +288,7 @@ def edge_of_what_can_be_made():
 
 @pytest.mark.parametrize("edge", [edge_of_jamming, edge_of_what_can_be_made])
 def test_beside_what_cannot_be_there_is_one_slope_and_the_range_ends(edge):
-    """The slope of the worst peak towards smaller loads is that of two designs; there is none to the other side."""
+    """The slope of the worst-case peak towards smaller loads is that of two designs; there is none to the other side."""
     make, constraints = edge()
     conditions = conditions_of((1.0, 1.0), (0.4, 1.0), "amplitude", (0, 1), (0, 0), (1, 256))
     work = planned_design(make, {"load": (1.0, 8.0)}, conditions, constraints, 4)
@@ -303,7 +303,7 @@ def test_beside_what_cannot_be_there_is_one_slope_and_the_range_ends(edge):
 
 
 def test_slopes_to_both_sides_and_the_range_are_those_of_the_problem():
-    """Of μ uncertain by two, the larger of two falling and rising peaks: an independent solution of one mass gives the worst peak
+    """Of μ uncertain by two, the larger of a falling and a rising peak: one mass, solved independently, gives the worst-case peak
     at most 5 % higher for limits of 1.478 to 1.706, whatever designs the search saw.
     """
     found = small(refinements=20).dataset

@@ -211,7 +211,7 @@ def test_a_design_is_reported_after_a_round_trip_to_disk(tmp_path):
     design = ss.damper_design(mass, {"load": (1.0, 8.0)}, (1.0, 1.0), 0.4, constraints=limits, **effort)
     path = save(stamped(design.dataset, "damper_design"), tmp_path / "results.nc")
     report = presentation_of(dataset := open_results(path))
-    assert "worst resonance of the best design" in report.sentences(dataset)[0]
+    assert "worst-case resonance of the best design" in report.sentences(dataset)[0]
     assert len(report.tables(dataset)["designs"]) == dataset.sizes["design"]
     assert report.figures(dataset)["design_space"](dataset).axes
 

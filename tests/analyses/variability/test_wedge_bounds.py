@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from stickslip.analyses.variability.bounds import response_bounds
+from stickslip.analyses.variability.bounds_search import BoundsSearch
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.outcome import Outcome
 from stickslip.rigs import three_mass_wedge
-from stickslip.starts.extreme_peak import AtPeak
+from stickslip.starts import extreme_peak
+from stickslip.starts.extreme_peak import AtPeak, highest_peak
 from stickslip.starts.extremes import AtFrequency, size_of
+from stickslip.starts.solutions import UnsolvedError
 from stickslip.starts.states import explored_space
 from stickslip.units import hertz
 
@@ -91,3 +95,41 @@ def test_peak_bounds_hold_for_every_curve():
     assert low * (1.0 - 1e-5) <= min(cloud)
     assert max(cloud) <= high * (1.0 + 1e-5)
     assert low < 0.7 * high
+
+
+def test_a_followed_peak_whose_curve_is_lost_bounds_from_above_alone(monkeypatch):
+    """The highest peak of that curve may be higher: taken for a lower bound, a side peak of 19 nm/N stood for one of 136."""
+    balance = HarmonicBalance(three_mass_wedge(), 5, 256)
+    omegas = (2.0 * np.pi * 200.0, 2.0 * np.pi * 235.0)
+    space = explored_space(balance, omegas, 1.0)
+    place = AtPeak(balance, space, 0, DISPLACEMENT_AMPLITUDE, omegas, 1.0)
+    found = place.traced(np.zeros(2))[0]
+    assert all(place.confirmed(found, sign).value == pytest.approx(found.value, rel=1e-6) for sign in (1.0, -1.0))
+
+    def lost(*arguments):
+        raise UnsolvedError(Outcome.NO_PEAK)
+
+    whole = BoundsSearch([place], np.zeros((1, 2)), 1, None, 0)
+    whole.run(lambda share: None)
+    monkeypatch.setattr(AtPeak, "sample", lost)
+    assert place.confirmed(found, 1.0) is found
+    assert place.confirmed(found, -1.0) is None
+    assert whole._first(0, 0).value == whole.samples[0][0].value
+    assert whole._first(0, 1).value >= whole.samples[0][0].value
+
+
+def test_a_curve_that_turns_back_has_no_highest_peak(monkeypatch):
+    """It leaves the band through its start; what it met there is not the highest peak of the band."""
+    balance = HarmonicBalance(three_mass_wedge(), 5, 256)
+    start, end = 2.0 * np.pi * 200.0, 2.0 * np.pi * 235.0
+    first = AtPeak(balance, explored_space(balance, (start, end), 1.0), 0, DISPLACEMENT_AMPLITUDE, (start, end), 1.0)
+    solved = first.begin.solve(np.zeros(2))[1]
+    assert highest_peak(solved, balance, 0, end, DISPLACEMENT_AMPLITUDE) is not None
+    whole = extreme_peak.trace
+
+    def turned_back(*arguments):
+        there = [point for point in whole(*arguments) if point.point.omega < 0.99 * end]
+        return iter([*there, *there[::-1]])
+
+    monkeypatch.setattr(extreme_peak, "trace", turned_back)
+    assert highest_peak(solved, balance, 0, end, DISPLACEMENT_AMPLITUDE) is None

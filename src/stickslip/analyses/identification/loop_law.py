@@ -145,8 +145,15 @@ class LawFit:
     misfit: float
     held_out: float
 
+    def __str__(self) -> str:
+        kt, mu = (
+            f"{value:.4g} ± {1.96 * error * value:.2g}" for value, error in zip((self.kt, self.mu), self.errors, strict=False)
+        )
+        held_out = "" if np.isnan(self.held_out) else f", held out {self.held_out:.1%}"
+        return f"{self.law}: kt = {kt} N/m, mu = {mu}; misfit {self.misfit:.1%}{held_out}"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class LawChoice(Result, figure="identification:law_loops"):
     """The fits of all laws, the chosen one, and why; warnings."""
 
@@ -156,21 +163,31 @@ class LawChoice(Result, figure="identification:law_loops"):
     warnings: tuple[str, ...]
     dataset: xr.Dataset
 
+    def __repr__(self) -> str:
+        others = [f"  {fit}" for law, fit in self.fits.items() if law != self.best]
+        return "\n".join([f"{self.fits[self.best]} (95 % intervals of noise alone)", *others, *self.warnings])
+
 
 def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = tuple(LAWS)) -> LawChoice:
     """Fit each law to loops of one contact, at different amplitudes, and choose by loops held out one at a time.
 
-    The simplest law whose held-out error is within 10 % of the smallest is chosen. Two loops are needed to hold one out.
+    The simplest law whose held-out error is within 10 % of the smallest is chosen. Two loops are needed to hold one out; a single
+    law is fitted to one loop, with a held-out error of NaN.
     """
     loops = tuple(loops)
     for law in laws:
         if law not in LAWS:
             raise fault("law", "must be a known one", law, nearest(law, LAWS))
-    if len(loops) < 2:
-        raise fault("loops", "must be at least two, to hold one out", len(loops), "Measure several amplitudes.")
+    if not loops or (len(loops) < 2 and len(laws) > 1):
+        raise fault(
+            "loops",
+            "must be at least two, to hold one out",
+            len(loops),
+            "Measure several amplitudes, or name one law: laws=['iwan'].",
+        )
     fits = {law: _fit_and_judge(loops, law) for law in laws}
     smallest = min(fit.held_out for fit in fits.values())
-    best = next(law for law in LAWS if law in fits and fits[law].held_out <= CLOSE * smallest)
+    best = next(law for law in LAWS if law in fits and not fits[law].held_out > CLOSE * smallest)
     warnings = _remarks(loops, fits[best])
     return LawChoice(best, fits, loops, warnings, _dataset(loops, fits, best, warnings))
 
@@ -179,8 +196,10 @@ def _fit_and_judge(loops: tuple[ContactLoop, ...], law: str) -> LawFit:
     theta, errors = _fitted(loops, law)
     rms = np.sqrt(np.mean(np.concatenate([np.asarray(loop.force) ** 2 for loop in loops])))
     misfit = float(np.sqrt(np.mean(_residuals(theta, loops, law) ** 2)) / rms)
-    left = [_residuals(_fitted(_without(loops, i), law)[0], (loop,), law) for i, loop in enumerate(loops)]
-    held_out = float(np.sqrt(np.mean(np.concatenate(left) ** 2)) / rms)
+    held_out = np.nan
+    if len(loops) > 1:
+        left = [_residuals(_fitted(_without(loops, i), law)[0], (loop,), law) for i, loop in enumerate(loops)]
+        held_out = float(np.sqrt(np.mean(np.concatenate(left) ** 2)) / rms)
     kt, mu = np.exp(theta[:2])
     return LawFit(law, float(kt), float(mu), tuple(map(float, theta[2:])), tuple(errors), misfit, held_out)
 

@@ -76,7 +76,7 @@ def _samples(samples: Sequence[Arrays], units: str, words: str) -> dict[str, Any
             _named("1", "blade before the damper with the most friction work; 0 where none slips"),
         ),
         "sample_outcome": ("sample", outcome, _named("1", f"{int(Outcome.CONVERGED)} where the sample was solved")),
-        "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "what came of the sample")),
+        "sample_message": ("sample", [str(a["message"]) for a in samples], _named("1", "outcome of the sample")),
         "cpu_time": ("sample", [float(a["cpu_seconds"]) for a in samples], _named("s", "processor time of the sample")),
     }
 

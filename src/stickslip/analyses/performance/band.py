@@ -104,7 +104,7 @@ def band_dataset(work: BoundsWork, ratios: Sequence[float], results: Sequence[Ar
         "frequency": (("point", "bound"), at_peak["resonance"].values, {"units": "Hz", "long_name": "resonance frequency"}),
         "virgin_amplitude_per_force": ("point", virgin, {"units": units, "long_name": "peak per force, virgin start"}),
         "loss_factor": (("point", "bound"), at_peak["loss_factor"].values, {"units": "1", "long_name": "loss factor"}),
-        "outcome": (("point", "bound"), at_peak["outcome"].values, {"units": "1", "long_name": "what came of the search"}),
+        "outcome": (("point", "bound"), at_peak["outcome"].values, {"units": "1", "long_name": "outcome of the search"}),
         "unsolved_share": (
             "point",
             at_peak["unsolved_share"].values,

@@ -136,7 +136,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "branch": (_POINT, "1", "which followed peak is the highest"),
     "detached_frequency": (_POINT, "Hz", "frequency of a higher peak on an isola"),
     "detached_amplitude_per_force": (_POINT, "m/N", "amplitude per force of a higher peak on an isola"),
-    "outcome": (_POINT, "1", "what came of the point"),
+    "outcome": (_POINT, "1", "outcome of the solution"),
     "dissipated": (_CONTACT, "J", "energy dissipated per cycle"),
     "contact_region": (_CONTACT, "1", "region of each contact: 0 stick, 1 microslip, 2 slip, 3 lift-off"),
     "branch_frequency": (_BRANCH, "Hz", "frequency of each followed peak"),

@@ -1,4 +1,4 @@
-"""Damper design: the variables that minimise the worst resonance over force, uncertain friction and start states."""
+"""Damper design: the variables that minimise the worst-case resonance over force, uncertain friction and start states."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ProblemOf(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class DamperDesign(Result, figure="design:design_space"):
-    """`dataset`: every design computed: variables, worst peak, where it is, margins of the constraints, whether all are met; and
+    """`dataset`: every design computed: variables, worst-case peak and place, margins of the constraints, whether they hold; and
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """
 
@@ -86,7 +86,7 @@ def damper_design(
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> DamperDesign:
-    """The design in a box of variables whose worst resonance is lowest, min over v of max over (F, μ, start) of the peak.
+    """The design in a box of variables whose worst-case resonance is lowest, min over v of max over (F, μ, start) of the peak.
 
     problem_of(friction=μ, **variables) makes the problem; with several `workers` it must be a function of a module.
     variables: {name: (low, high)}. force: range of force levels, of which `levels` in equal ratios are met. friction: its
@@ -102,7 +102,7 @@ def damper_design(
 
     First `designs` points of a Sobol' sequence, which also draw the design space; then `generations` of differential evolution
     from all, each generation by all `workers`; then a simplex search from the best one, of at most `refinements` designs. From
-    the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst peak, as
+    the optimum one variable after the other is moved, for its slopes to both sides and the range in which the worst-case peak, as
     this search counts it, is at most 5 % higher. What `checkpoint` keeps is not computed again.
     """
     counts, numbers, fineness = (starts, levels), (output, seed), (harmonics, samples)
@@ -178,7 +178,7 @@ class DesignWork:
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The worst peak of one design."""
+        """The worst-case peak of one design."""
         started = time.process_time()
         worst = self.worst(self.points[case], report)
         place = [worst.size, worst.frequency, worst.force, worst.friction, worst.start]
@@ -196,7 +196,7 @@ class DesignWork:
         return made(self.problem_of, friction=friction, **dict(zip(self.variables, map(float, point), strict=True)))
 
     def worst(self, point: Sequence[float], report: Report = lambda fraction: None) -> WorstCase:
-        """The worst peak of any point of the design space."""
+        """The worst-case peak of any point of the design space."""
         values = dict(zip(self.variables, map(float, point), strict=True))
         with threadpool_limits(1, user_api="blas"):
             limits = dict(zip(self.limits, self.constraints, strict=True))
@@ -317,15 +317,15 @@ def _of_optimum(designs: Designs, starts: AllStarts, best: int, near: DesignRang
 
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "value": (("design", "variable"), "as given", "variables of the design"),
-    "worst_peak": (("design",), "", "worst resonance amplitude, as the search of designs counts it"),
+    "worst_peak": (("design",), "", "worst-case resonance amplitude, as the search of designs counts it"),
     "worst_frequency": (
         ("design",),
         "Hz",
-        "frequency of the worst resonance, from a sampled start state where the worst is a searched one",
+        "frequency of the worst-case resonance, from a sampled start state where the worst is a searched one",
     ),
-    "worst_force": (("design",), "1", "force level of the worst resonance"),
-    "worst_friction": (("design",), "1", "friction coefficient of the worst resonance"),
-    "worst_start": (("design",), "1", "start state of the worst resonance, 0 virgin, -1 searched"),
+    "worst_force": (("design",), "1", "force level of the worst-case resonance"),
+    "worst_friction": (("design",), "1", "friction coefficient of the worst-case resonance"),
+    "worst_start": (("design",), "1", "start state of the worst-case resonance, 0 virgin, -1 searched"),
     "sampled_peak": (("design",), "", "the same from virgin contacts and sampled starts"),
     "searched_peak": (("design",), "", "the same over all start states, where they were searched"),
     "searches": (("design",), "1", "friction coefficients under which all start states were searched"),
@@ -337,7 +337,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "margin": (("design", "constraint"), "1", "least margin of each constraint; positive where met"),
     "optimum": (("variable",), "as given", "the best design"),
     "optimum_design": ((), "1", "its number, -1 where there is none"),
-    "optimum_peak": ((), "", "worst resonance amplitude of the best design that is known"),
+    "optimum_peak": ((), "", "worst-case resonance amplitude of the best design that is known"),
     "sensitivity": (("variable", "side"), "1", "relative rise of worst_peak per relative change that way, from the best design"),
     "near_low": (("variable",), "as given", "least value, alone, with worst_peak at most 5 % higher (to 2 % of the box)"),
     "near_high": (("variable",), "as given", "largest value, alone, with worst_peak at most 5 % higher"),

@@ -11,20 +11,20 @@ from stickslip.analyses.performance.design_search import Designs, Record
 from stickslip.checks import Array
 
 NEAR = 0.05
-"""A variable may go alone to where the worst peak is higher by this share."""
+"""A variable may go alone to where the worst-case peak is higher by this share."""
 
 STEP = 0.02
 """The first step to each side, which gives the slope, and the width to which ends of ranges are found, as shares of the box."""
 
 CLOSE = 0.005
-"""An end of a range is found, too, where the worst peak is higher by `NEAR` to within this share."""
+"""An end of a range is found, too, where the worst-case peak is higher by `NEAR` to within this share."""
 
 Walk = Generator[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class DesignRanges:
-    """slopes (variables, 2): the relative rise of the worst peak per relative change of a variable that becomes less, and more;
+    """slopes (variables, 2): relative rise of the worst-case peak per relative change of a variable that becomes less, and more;
     NaN at the end of the box and beside a design that is not allowed. low, high (variables,): how far each variable may go alone.
     """
 
@@ -34,7 +34,7 @@ class DesignRanges:
 
 
 def design_ranges(designs: Designs, best: Record) -> DesignRanges:
-    """Slopes at a design and the range of each variable in which the worst peak is at most `NEAR` higher, the others held.
+    """Slopes at a design and the range of each variable in which the worst-case peak is at most `NEAR` higher, the others held.
 
     All sides are walked together: a step of each is one batch of designs.
     """
@@ -71,7 +71,7 @@ def _moved(designs: Designs, best: Record, variable: int, sign: float, way: floa
 
 
 def _walk(end: float) -> Walk:
-    """How far one may go, at most to `end`: yields ways, is sent the rise of the worst peak there (infinite where it is refused).
+    """How far one may go, at most to `end`: yields ways, is sent the rise of the peak there (infinite where it is refused).
 
     Steps outwards as the rise predicts, at most threefold, then between the last way within `NEAR` and the first beyond.
     """

@@ -24,7 +24,7 @@ WORTH = 5.0
 """Processes of this machine are started for cases that take this much longer, s of processor time, one after the other."""
 
 GAIN = 1e-4
-"""Less than this share of the worst peak is no gain."""
+"""Less than this share of the worst-case peak is no gain."""
 
 
 class DesignCases(Work, Protocol):
@@ -43,7 +43,7 @@ class DesignCases(Work, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A design that was computed: variables, place of the worst peak, margins of the constraints, conditions without a peak, and
+    """A design that was computed: variables, its worst-case peak, margins of the constraints, conditions without a peak, and
     what each friction coefficient gives as in `WorstCase`; the processor time it took [s].
     """
 
@@ -66,7 +66,7 @@ class Record:
 
     @property
     def penalised(self) -> float:
-        """The worst peak, and for a broken constraint far more than any peak."""
+        """The worst-case peak, and for a broken constraint far more than any peak."""
         broken = float(np.sum(np.fmax(-self.margins, 0.0)) + np.count_nonzero(self.margins <= 0.0))
         size = self.place[0] if np.isfinite(self.place[0]) else 1e6
         return float(size * (1.0 + 10.0 * broken)) if broken > 0.0 else float(size)
@@ -108,7 +108,7 @@ class Designs:
         return np.asarray((point - self.low) / (self.high - self.low))
 
     def at(self, units: ArrayLike) -> list[float]:
-        """The worst peaks, penalised, of designs given as shares of the box, (designs, variables); of one refused, far more."""
+        """Penalised worst-case peaks of designs (designs, variables) given as shares of the box; far more where refused."""
         points = self.low + np.clip(np.asarray(units, dtype=float), 0.0, 1.0) * (self.high - self.low)
         new: list[Array] = []
         for point in points:

@@ -39,8 +39,8 @@ class Searched(Place, Protocol):
     def sample(self, variables: Array) -> Extreme:
         """What a start state gives, whatever is known of others; raises `UnsolvedError`."""
 
-    def confirmed(self, found: Extreme) -> Extreme:
-        """What the start state of a search's result gives by itself."""
+    def confirmed(self, found: Extreme, sign: float) -> Extreme | None:
+        """What the start state found gives by itself, for the largest (sign 1) or smallest value; None where unknown."""
 
 
 class BoundsSearch:
@@ -100,7 +100,9 @@ class BoundsSearch:
             found = extreme(place, toward, begins, self.effort)
         except UnsolvedError:
             return None
-        return place.confirmed(leapt(place, toward, found, self.rng, self.effort))
+        leap = leapt(place, toward, found, self.rng, self.effort)
+        trials = (leap,) if leap is found else (leap, found)
+        return next(filter(None, (place.confirmed(trial, toward) for trial in trials)), None)
 
     def _sample(self, k: int, variables: Array) -> Extreme | None:
         try:
@@ -133,7 +135,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "amplitude": (_B, "m", "amplitude of the first harmonic"),
     "loss_factor": (_B, "1", "loss factor"),
     "resonance": (_B, "Hz", "frequency of the solution"),
-    "outcome": (_B, "1", "what came of the search"),
+    "outcome": (_B, "1", "outcome of the search"),
     "start_variable": ((*_B, "variable"), "1", "start variable in [-1, 1]"),
     "start_value": ((*_B, "element"), "SI", "start value of each friction element"),
     "contact_motion": ((*_B, "row", "sample"), "m", "relative displacement of the contact over the period"),

@@ -143,7 +143,7 @@ class _Table:
         cycle = ("run", "row", "sample")
         return xr.Dataset(
             {
-                "outcome": (("run", "frequency"), self.outcome, {"units": "1", "long_name": "what came of the point"}),
+                "outcome": (("run", "frequency"), self.outcome, {"units": "1", "long_name": "outcome of the point"}),
                 "amplitude": (
                     ("run", "frequency", "output"),
                     self.amplitude,

@@ -6,26 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.checks import MOST, counted, fault
-from stickslip.dampers import (
-    BetweenPlatforms,
-    CrossedCurvedFlat,
-    CurvedFlat,
-    Cylinder,
-    ElasticPlatform,
-    FlatCylinder,
-    HalfCylinder,
-    PlatformMotion,
-    Shape,
-    ThreePoint,
-    Wedge,
-    elliptic,
-)
+from stickslip.dampers import SHAPES, BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
+from stickslip.dampers.between_platforms import LAWS
 from stickslip.measurement.platform import read_motion
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
@@ -36,24 +24,18 @@ from stickslip.time.methods import GeneralisedAlpha, Method, Newmark
 if TYPE_CHECKING:
     import xarray as xr
 
-SHAPES: dict[str, type[Shape]] = {
-    "cylinder": Cylinder,
-    "half_cylinder": HalfCylinder,
-    "wedge": Wedge,
-    "curved_flat": CurvedFlat,
-    "three_point": ThreePoint,
-    "crossed_curved_flat": CrossedCurvedFlat,
-    "flat_cylinder": FlatCylinder,
-}
+
+if TYPE_CHECKING:
+    ShapeKey: TypeAlias = str
+    LawKey: TypeAlias = str
+else:
+    ShapeKey, LawKey = Literal[tuple(SHAPES)], Literal[LAWS]
 
 
 class DamperTable(Table):
     """The damper between its platforms. A list has one entry per line of contact: L1, L2, ... upwards, then the right ones."""
 
-    shape: Annotated[
-        Literal["cylinder", "half_cylinder", "wedge", "curved_flat", "three_point", "crossed_curved_flat", "flat_cylinder"],
-        Field(description="what it looks like"),
-    ]
+    shape: Annotated[ShapeKey, Field(description="of the damper")]
     dimensions: Annotated[
         dict[str, Any], Field(description="arguments of the shape, in SI and degrees; its defaults unless given")
     ] = Field(default_factory=dict)
@@ -63,9 +45,7 @@ class DamperTable(Table):
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, of each line or by line")]
     kn: Annotated[Positives, STIFFNESS, Field(description="normal stiffness, of each line or by line")]
     mu: Annotated[NotNegatives, Field(description="friction coefficient, of each line or by line")]
-    law: Annotated[
-        Literal["macroslip", "iwan", "microslip"], Field(description="of all contact lines; one of those that `identify` finds")
-    ] = "macroslip"
+    law: Annotated[LawKey, Field(description="of all contact lines")] = "macroslip"
     gaps: Annotated[
         NotNegative, Field(description="of microslip: g; the gaps of five elements reach 2 g N/kn, N the pull over the lines")
     ] = 0.0
@@ -76,11 +56,11 @@ class DamperTable(Table):
     def rig(self, units: Units) -> BetweenPlatforms:
         """The damper between its platforms, in SI."""
         values = in_si(self, units)
-        known = [field.name for field in fields(SHAPES[self.shape]) if not field.name.endswith("_angle")]  # type: ignore[arg-type]
+        dimensions = [field.name for field in fields(SHAPES[self.shape]) if not field.name.endswith("_angle")]  # type: ignore[arg-type]
         for key in self.dimensions:
-            if key not in known:
+            if key not in dimensions:
                 rule = f"must be dimensions of the shape {self.shape!r}"
-                raise fault("[damper] dimensions", rule, key, f"Known: {', '.join(known)}.")
+                raise fault("[damper] dimensions", rule, key, f"Known: {', '.join(dimensions)}.")
         shape = SHAPES[self.shape](left_angle=self.left_angle, right_angle=self.right_angle, **self.dimensions)  # type: ignore[call-arg]
         k = values["platform_stiffness"]
         right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])

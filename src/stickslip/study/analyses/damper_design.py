@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class DesignTable(Table):
-    """The variables of a rig that make its worst resonance least."""
+    """The variables of a rig that make its worst-case resonance least."""
 
     rig: Annotated[str, Field(description="name of a ready problem")]
     parameters: Annotated[dict[str, Any], Field(description="fixed arguments of the rig, in SI")] = Field(default_factory=dict)

@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
 
 from stickslip.checks import fault, similar
+from stickslip.dampers import SHAPES
 from stickslip.files import write_text
 from stickslip.study.templates.beside import blade_model, synthetic_loops, wedge_matrices
 
@@ -25,6 +27,21 @@ BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "identification": synthetic_loops,
 }
 """What writes the files beside a study at a path: the words that it puts into the study, and the files."""
+
+
+def kinds() -> dict[str, str]:
+    """What each kind of study is for: the first sentence of its file."""
+    return {kind: _first_sentence(_raw(kind)) for kind in KINDS}
+
+
+def _first_sentence(template: str) -> str:
+    """The comment at the top of a file up to its first full stop, colon or question."""
+    lines = []
+    for line in template.splitlines():
+        if not line.startswith("#"):
+            break
+        lines.append(line.removeprefix("#").strip())
+    return re.split(r"(?<=[.?])\s|:\s", " ".join(lines), maxsplit=1)[0].removesuffix(".")
 
 
 def write_new(kind: str, path: Path, overwrite: bool = False) -> list[Path]:
@@ -52,6 +69,10 @@ def single_blade_study(preload_mass: float = 4.6, force_levels: Sequence[float] 
     return _text("forced_response", words)
 
 
+def _raw(kind: str) -> str:
+    return resources.files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8")
+
+
 def _text(kind: str, words: Mapping[str, object]) -> str:
-    template = resources.files(__package__).joinpath(f"{kind}.toml").read_text(encoding="utf-8")
-    return Template(template).substitute(words)
+    template = _raw(kind)
+    return Template(template).substitute({"shapes": ", ".join(SHAPES), **words})

@@ -6,41 +6,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
-from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.checks import SMALLEST, Array, InputError, counted, fault, of_kind, several, storable, unique
 from stickslip.contact.point import Contact
-from stickslip.contact.start import SliderOffset, Start
+from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
+from stickslip.problem.systems import HarmonicSystems
+from stickslip.problem.warnings import warnings_of
 from stickslip.renamed import renamed_property
 from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import natural_modes
 
-STIFFEST, STIFFEST_VARYING = 1e4, 1e2
-"""Times what a contact of constant, of varying normal load joins, from where on random problems are lost (docs/choose.md)."""
-
 HELD_ALONE = 1e-10
 """Share of the stiffness at a contact that others have, below which it is rounding: the contact alone holds what it joins."""
-
-LARGEST_FRICTION = 2.0
-"""μ of a varying normal load from where on random problems that lift off are lost (docs/choose.md)."""
-
-
-class LinearSystem(NamedTuple):
-    """The linear structure of one harmonic with its contacts stuck: M, C, K + BᴴK_cB, (n, n); B (rows, n); outputs (.., n)."""
-
-    M: NDArray[Any]
-    C: NDArray[Any]
-    K: NDArray[Any]
-    B: NDArray[Any]
-    outputs: NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,7 +111,7 @@ class Problem:
         In K contacts count with kc' = min(kc, largest |K| of the structure): two rigid ones side by side do not pass for soft.
         Infinite where nothing but the contact holds what it joins.
         """
-        _, _, stuck, B, _ = self.system(1)
+        _, _, stuck, B, _ = self.systems.at(1)
         largest = float(np.max(np.abs(self.structure.K), initial=0.0))
         softened = np.minimum(self.contact_stiffness, largest or np.inf)
         K = stuck - B.conj().T @ ((self.contact_stiffness - softened)[:, None] * B)
@@ -139,48 +123,10 @@ class Problem:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about a problem that can be computed: contacts that may defeat Newton's method where they slip or lift off,
-        and start states without effect."""
-        return tuple(filter(None, (self._stiffness_warning(), self._friction_warning(), self._start_warning())))
+        """Warnings about a problem that can be computed, but is hardly what was meant, or may defeat Newton's method."""
+        return warnings_of(self)
 
     doubts = renamed_property("doubts", "warnings")
-
-    def _stiffness_warning(self) -> str:
-        """Contacts too stiff to slip or lift off without trouble; empty without any."""
-        owners = [contact for contact in self.contacts for _ in contact.directions]
-        limits = np.array([STIFFEST if contact.normal is None else STIFFEST_VARYING for contact in owners])
-        stiff = np.flatnonzero(np.isfinite(self.stiffness_ratios) & (self.stiffness_ratios > limits))
-        if not stiff.size:
-            return ""
-        largest, lowest = f"{self.stiffness_ratios[stiff].max():.2g}", f"{limits[stiff].min():g}"
-        return (
-            f"Very stiff contacts ({_listed([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
-            f"they slip or lift off, points may not be found. With kt and kn lowered to {lowest} times, a stuck contact is rigid "
-            f"but for one part in {lowest}."
-        )
-
-    def _friction_warning(self) -> str:
-        """Contacts of varying normal load with a large friction coefficient; empty without any."""
-        largest = {
-            contact.name: max((float(group.friction.max(initial=0.0)) for group in contact.elements.friction), default=0.0)
-            for contact in self.contacts
-            if contact.normal is not None
-        }
-        large = [name for name, friction in largest.items() if friction >= LARGEST_FRICTION]
-        if not large:
-            return ""
-        return (
-            f"Large friction coefficients ({_listed(large)}): up to mu = {max(largest.values()):.3g}. Where such contacts lift "
-            "off, points may not be found. Measured coefficients are hardly ever above 1."
-        )
-
-    def _start_warning(self) -> str:
-        """Contacts with a start state that their law does not have; empty without any."""
-        given = [contact for contact in self.contacts if contact.start != SliderOffset() and contact.has_no_start]
-        if not given:
-            return ""
-        laws = " and ".join(sorted({type(contact.law).__name__ for contact in given}))
-        return f"Start states without effect ({_listed([contact.name for contact in given])}): a contact of {laws} has none."
 
     @cached_property
     def B(self) -> Array:
@@ -237,40 +183,10 @@ class Problem:
         rows = self.structure.rows([spring.direction for spring in self.mean_springs])
         return np.asarray(rows.T @ (np.array([spring.stiffness for spring in self.mean_springs])[:, None] * rows))
 
-    @property
-    def differs_by_harmonic(self) -> bool:
-        """Whether the harmonics see different linear structures (`system`)."""
-        return bool(self.mean_springs)
-
-    def wave(self, harmonic: int) -> int:
-        """A number that is equal for harmonics with one and the same `system`."""
-        return min(harmonic, 1)
-
-    def system(self, harmonic: int) -> LinearSystem:
-        """The linear structure that a harmonic of the motion sees, with its contacts stuck."""
-        stiffness = self.stuck_stiffness + (self.mean_stiffness if harmonic == 0 else 0.0)
-        return LinearSystem(self.structure.M, self.C, stiffness, self.B, self.output_rows)
-
-    @property
-    def has_uncoupled_waves(self) -> bool:
-        """Whether the structure consists of uncoupled waves, `waves`."""
-        return False
-
-    def waves(self, harmonic: int) -> Sequence[tuple[NDArray[np.complex128], LinearSystem]]:
-        """The uncoupled waves that make up a harmonic's structure: each sector's share of a wave (sectors,) and the wave's own
-        small system; q of all sectors is their sum.
-        """
-        return [(np.ones(1, dtype=complex), self.system(harmonic))]
-
-    @property
-    def repeats(self) -> int:
-        """After how many delays of one sector against the next the motion repeats itself; 1 without cyclic symmetry."""
-        return 1
-
-    @property
-    def sample_multiple(self) -> int:
-        """What the number of samples must be a multiple of, so that delays between sectors are whole numbers of samples."""
-        return 1
+    @cached_property
+    def systems(self) -> HarmonicSystems:
+        """The linear structures that the harmonics of the motion see, with all contacts stuck."""
+        return HarmonicSystems(self)
 
     @cached_property
     def fingerprint(self) -> str:
@@ -326,9 +242,11 @@ class Problem:
         return -self.structure.M @ row if isinstance(force, BaseMotion) else row
 
     def frequencies(self, stuck: bool) -> Array:
-        """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
-        stiffness = self.stuck_stiffness if stuck else self.structure.K
-        return natural_modes(self.structure.M, stiffness).frequencies
+        """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent).
+
+        Of a tuned disk those of the nodal diameter that the first harmonic excites.
+        """
+        return self.systems.frequencies(stuck)
 
     def with_structure(self, structure: Structure) -> Problem:
         """A copy with another structure."""
@@ -349,12 +267,6 @@ class Problem:
     def with_damping(self, damping: Damping | Array | None) -> Problem:
         """A copy with another damping."""
         return self.with_structure(self.structure.with_damping(damping))
-
-
-def _listed(names: Sequence[str]) -> str:
-    """The first ten different names."""
-    different = list(dict.fromkeys(names))
-    return ", ".join(different[:10]) + (", ..." if len(different) > 10 else "")
 
 
 def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:

@@ -1,0 +1,125 @@
+"""The linear systems of bladed disks by harmonic: of one sector of a tuned disk, and of all sectors together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from math import gcd
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.checks import Array
+from stickslip.problem import modal_damping_matrix
+from stickslip.problem.systems import HarmonicSystems, LinearSystem, Wave
+from stickslip.structure.cyclic import WaveMatrices
+from stickslip.structure.damping import ModalDamping, RayleighDamping
+from stickslip.structure.modes import Modes, natural_modes
+
+if TYPE_CHECKING:
+    from stickslip.disks.full import FullDisk
+    from stickslip.disks.tuned import TunedDisk
+
+SAME = 1e-10
+"""How far the blocks of a circulant matrix may differ, relative to its largest entry: rounding."""
+
+
+def repeats(sectors: int, engine_order: int) -> int:
+    """After how many sectors the motion under an engine order is in phase again, N / gcd(N, EO)."""
+    return sectors // gcd(sectors, engine_order)
+
+
+class SectorSystems(HarmonicSystems):
+    """Systems of one sector of a tuned disk: harmonic h sees nodal diameter h EO mod N."""
+
+    alike = False
+    one_frame = False
+
+    def __init__(self, disk: TunedDisk) -> None:
+        super().__init__(disk)
+        self.disk, self.engine_order, self.sectors = disk.disk, disk.engine_order, disk.sectors
+        self.repeats = self.sample_multiple = repeats(disk.sectors, disk.engine_order)
+
+    def key(self, harmonic: int) -> int:
+        """The nodal diameter of a harmonic; −1 for harmonic 0 where springs act on the mean alone."""
+        return -1 if harmonic == 0 and self.problem.mean_springs else harmonic * self.engine_order % self.sectors
+
+    def at(self, harmonic: int) -> LinearSystem:
+        n = harmonic * self.engine_order
+        M, stuck, C = self.matrices(n)
+        assert C is not None
+        stiffness = stuck + (self.problem.mean_stiffness if harmonic == 0 else 0.0)
+        return LinearSystem(M, C, stiffness, self.relative_rows(n), self.problem.output_rows)
+
+    def relative_rows(self, nodal_diameter: int) -> NDArray[np.complex128]:
+        """B of a nodal diameter: relative contact displacements per motion of the sector, (rows, n)."""
+        phase = np.exp(-2j * np.pi * (nodal_diameter % self.sectors) / self.sectors)
+        rows = [self.disk.phased_row(d, phase) for contact in self.problem.contacts for d in contact.directions]
+        return np.array(rows, dtype=complex).reshape(len(rows), self.disk.size)
+
+    def matrices(self, nodal_diameter: int) -> WaveMatrices:
+        """M, K + BᴴK_cB and C (the damping rule applied) of a nodal diameter, (n, n) complex."""
+        bare = self.disk.at(nodal_diameter)
+        B = self.relative_rows(nodal_diameter)
+        stuck = bare.K + B.conj().T @ (self.problem.contact_stiffness[:, None] * B)
+        return WaveMatrices(bare.M, stuck, self._damping(bare, stuck))
+
+    def _damping(self, bare: WaveMatrices, stuck: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        if bare.C is not None:
+            return bare.C
+        match self.disk.damping:
+            case RayleighDamping(mass_factor=a, stiffness_factor=b):
+                return np.asarray(a * bare.M + b * bare.K)
+            case ModalDamping() as rule:
+                return np.asarray(modal_damping_matrix(bare.M, stuck if rule.on == "stuck" else bare.K, rule))  # type: ignore[arg-type]
+        return np.zeros_like(bare.M)
+
+    def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:
+        """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""
+        bare = self.disk.at(nodal_diameter)
+        return natural_modes(bare.M, self.matrices(nodal_diameter).K if stuck else bare.K)  # type: ignore[arg-type]
+
+    def frequencies(self, stuck: bool) -> Array:
+        """Natural frequencies of the nodal diameter that the first harmonic excites, Hz, ascending."""
+        return self.modes(self.engine_order, stuck).frequencies
+
+
+class AllSectorSystems(HarmonicSystems):
+    """Systems of all sectors of a disk: N uncoupled waves of a sector's size where they are equal, else one large system."""
+
+    one_frame = False
+
+    def __init__(self, disk: FullDisk) -> None:
+        super().__init__(disk)
+        self.sectors = disk.sectors
+        self.sample_multiple = repeats(disk.sectors, disk.engine_order)
+
+    @cached_property
+    def uncoupled(self) -> bool:
+        """Whether structure, damping and contact stiffness of all sectors are alike, to rounding."""
+        problem = self.problem
+        return all(_is_circulant(matrix, self.sectors) for matrix in (problem.structure.M, problem.C, problem.stuck_stiffness))
+
+    def waves(self, harmonic: int) -> Sequence[Wave]:
+        """N small systems, one for each nodal diameter, instead of a large one; of a mistuned disk the large one."""
+        if not self.uncoupled:
+            return super().waves(harmonic)
+        whole = self.at(harmonic)
+        N = self.sectors
+        # Blocks (j, 0) of a circulant matrix times exp(+i n 2π j/N), summed; rows of B and outputs times exp(−i n 2π j/N)/√N.
+        M, C, K = (N * np.fft.ifft(matrix.reshape(N, -1, N, matrix.shape[1] // N)[:, :, 0], axis=0) for matrix in whole[:3])
+        B, outputs = (np.fft.fft(rows.reshape(rows.shape[0], N, rows.shape[1] // N), axis=1) / np.sqrt(N) for rows in whole[3:])
+        turns = np.exp(-2j * np.pi * np.outer(np.arange(N), np.arange(N)) / N) / np.sqrt(N)
+        M, C, K = (0.5 * (blocks + blocks.conj().swapaxes(1, 2)) for blocks in (M, C, K))
+        return [Wave(turns[n], LinearSystem(M[n], C[n], K[n], B[:, n], outputs[:, n])) for n in range(N)]
+
+
+def _is_circulant(matrix: Array, sectors: int) -> bool:
+    """Whether block (j, k) of a matrix depends on j − k alone, to rounding."""
+    size, rest = divmod(matrix.shape[0], sectors)
+    if rest:
+        return False
+    blocks = matrix.reshape(sectors, size, sectors, size)
+    turned = np.roll(blocks, (1, 1), axis=(0, 2))
+    return bool(np.abs(turned - blocks).max() <= SAME * np.abs(blocks).max(initial=1e-300))

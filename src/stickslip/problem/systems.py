@@ -1,0 +1,84 @@
+"""The linear structures that the harmonics of a motion see, with all contacts stuck.
+
+Harmonic h of a problem without symmetry sees M, C and K + BᵀK_cB whatever h is. With cyclic symmetry each nodal diameter has
+matrices of its own: `disks` holds those kinds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.checks import Array
+from stickslip.structure.modes import natural_modes
+
+if TYPE_CHECKING:
+    from stickslip.problem import Problem
+
+
+class LinearSystem(NamedTuple):
+    """The linear structure of one harmonic with its contacts stuck: M, C, K + BᴴK_cB, (n, n); B (rows, n); outputs (.., n)."""
+
+    M: NDArray[Any]
+    C: NDArray[Any]
+    K: NDArray[Any]
+    B: NDArray[Any]
+    outputs: NDArray[Any]
+
+
+class Wave(NamedTuple):
+    """An uncoupled part of a structure, z its motion: each sector's share of it, (sectors,), and its own linear system.
+
+    The motion of all sectors is shares ⊗ z, summed over the waves.
+    """
+
+    shares: NDArray[np.complex128]
+    system: LinearSystem
+
+
+class HarmonicSystems:
+    """The linear systems of a problem by harmonic.
+
+    repeats: after how many delays of one sector against the next the motion repeats itself. sample_multiple: what the number of
+    samples must be a multiple of, so that such a delay is a whole number of samples. one_frame: whether x, y and z are
+    the same directions at all nodes; those of sectors are turned against each other.
+    """
+
+    repeats = 1
+    sample_multiple = 1
+    one_frame = True
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    @property
+    def alike(self) -> bool:
+        """Whether one real system serves every harmonic."""
+        return not self.problem.mean_springs
+
+    def key(self, harmonic: int) -> int:
+        """A number that harmonics with one and the same system share."""
+        return 0 if self.alike else min(harmonic, 1)
+
+    def at(self, harmonic: int) -> LinearSystem:
+        """The system of a harmonic."""
+        problem = self.problem
+        stiffness = problem.stuck_stiffness + (problem.mean_stiffness if harmonic == 0 else 0.0)
+        return LinearSystem(problem.structure.M, problem.C, stiffness, problem.B, problem.output_rows)
+
+    @property
+    def uncoupled(self) -> bool:
+        """Whether the structure consists of more than one uncoupled wave."""
+        return False
+
+    def waves(self, harmonic: int) -> Sequence[Wave]:
+        """The uncoupled waves that make up the system of a harmonic."""
+        return [Wave(np.ones(1, dtype=complex), self.at(harmonic))]
+
+    def frequencies(self, stuck: bool) -> Array:
+        """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
+        problem = self.problem
+        return natural_modes(problem.structure.M, problem.stuck_stiffness if stuck else problem.structure.K).frequencies

@@ -1,0 +1,162 @@
+"""Warnings about a problem that can be computed, but is hardly what was meant, or may defeat Newton's method.
+
+Each function returns a sentence, empty where there is nothing to warn of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.contact.point import Contact, Direction
+from stickslip.contact.start import SliderOffset
+from stickslip.structure.damping import ModalDamping
+
+if TYPE_CHECKING:
+    from stickslip.problem import Problem
+
+STIFFEST, STIFFEST_VARYING = 1e4, 1e2
+"""Times what a contact of constant, of varying normal load joins, from where on random problems are lost (docs/choose.md)."""
+
+LARGEST_FRICTION = 2.0
+"""μ from where on random problems that lift off are lost (docs/choose.md); no measured one is as large."""
+
+LARGEST_RATIO = 0.5
+"""A damping ratio beyond it is more likely a percentage."""
+
+ROUNDED = 0.01
+"""How far cosines may be off that were typed with two digits."""
+
+AXES, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
+
+
+def warnings_of(problem: Problem) -> tuple[str, ...]:
+    """All warnings about a problem."""
+    found = (_stiffness(problem), _friction(problem), _starts(problem), _damping(problem), *_directions(problem))
+    return tuple(filter(None, found))
+
+
+def _stiffness(problem: Problem) -> str:
+    """Contacts too stiff to slip or lift off without trouble."""
+    owners = [contact for contact in problem.contacts for _ in contact.directions]
+    limits = np.array([STIFFEST if contact.normal is None else STIFFEST_VARYING for contact in owners])
+    stiff = np.flatnonzero(np.isfinite(problem.stiffness_ratios) & (problem.stiffness_ratios > limits))
+    if not stiff.size:
+        return ""
+    largest, lowest = f"{problem.stiffness_ratios[stiff].max():.2g}", f"{limits[stiff].min():g}"
+    return (
+        f"Very stiff contacts ({_listed([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
+        f"they slip or lift off, points may not be found. With kt and kn lowered to {lowest} times, a stuck contact is rigid "
+        f"but for one part in {lowest}."
+    )
+
+
+def _friction(problem: Problem) -> str:
+    """Contacts with a friction coefficient that no measurement has."""
+    found = {contact.name: _largest_friction(contact) for contact in problem.contacts}
+    large = [contact for contact in problem.contacts if found[contact.name] >= LARGEST_FRICTION]
+    if not large:
+        return ""
+    lost = any(contact.normal is not None for contact in large)
+    return (
+        f"Large friction coefficients ({_listed([contact.name for contact in large])}): up to mu = {max(found.values()):.3g}. "
+        + ("Where such contacts lift off, points may not be found. " if lost else "")
+        + "Measured coefficients are hardly ever above 1."
+    )
+
+
+def _largest_friction(contact: Contact) -> float:
+    of_elements = [float(group.friction.max(initial=0.0)) for group in contact.elements.friction]
+    return max([float(np.max(getattr(contact.law, "mu", 0.0))), *of_elements])
+
+
+def _starts(problem: Problem) -> str:
+    """Contacts with a start state that their law does not have."""
+    given = [contact for contact in problem.contacts if contact.start != SliderOffset() and contact.has_no_start]
+    if not given:
+        return ""
+    laws = " and ".join(sorted({type(contact.law).__name__ for contact in given}))
+    return f"Start states without effect ({_listed([contact.name for contact in given])}): a contact of {laws} has none."
+
+
+def _damping(problem: Problem) -> str:
+    """A damping ratio that was a percentage."""
+    rule = problem.structure.damping
+    largest = float(np.max(rule.ratio)) if isinstance(rule, ModalDamping) else 0.0
+    if largest <= LARGEST_RATIO:
+        return ""
+    return f"A large damping ratio: {largest:g}, {100.0 * largest:g} % of critical damping. One per cent is 0.01."
+
+
+def _directions(problem: Problem) -> Iterator[str]:
+    """Directions of contacts that are no unit vectors, do not cancel, or are not perpendicular to each other."""
+    faults: dict[str, list[str]] = {}
+    for contact in problem.contacts:
+        for name, direction in zip(contact.direction_names, contact.directions, strict=True):
+            fault = _fault_of(direction, problem.systems.one_frame)
+            if fault:
+                faults.setdefault(fault, []).append(f"{contact.name}, {name}")
+        for one, other in combinations(range(len(contact.directions)), 2):
+            if not _perpendicular(contact.directions[one], contact.directions[other]):
+                names = " and ".join(contact.direction_names[k] for k in (one, other))
+                faults.setdefault("The directions must be perpendicular to each other", []).append(f"{contact.name}, {names}")
+    for fault, places in faults.items():
+        yield f"Directions of contacts ({_listed(places)}): {fault}."
+
+
+def _fault_of(direction: Direction, one_frame: bool) -> str:
+    """What is wrong with the translations of a direction, or nothing; one_frame: whether all are along the same axes.
+
+    v_k, the coefficients of node k along x, y and z, are +e on one side of the contact and −e on the other, |e| = 1; a side may
+    be several nodes whose coefficients add up to that, or the ground.
+    """
+    nodes, whole = _translations(direction)
+    if not nodes:
+        return ""
+    vectors = np.array(list(nodes.values()))
+    axis = vectors[np.argmax(np.linalg.norm(vectors, axis=1))]
+    along = vectors @ (axis / np.linalg.norm(axis))
+    sides = sorted((float(along[along > 0.0].sum()), float(-along[along < 0.0].sum())))
+    if not (whole and one_frame):
+        alone = len(nodes) == 1 and abs(sides[1] - 1.0) > ROUNDED
+        return f"The coefficients must be those of a unit vector, but have length {sides[1]:.3g}" if alone else ""
+    apart = float(np.linalg.norm(vectors.sum(axis=0)))
+    to_ground = abs(apart - 1.0) <= ROUNDED and sides[0] <= ROUNDED
+    if to_ground or (apart <= ROUNDED and abs(sides[1] - 1.0) <= ROUNDED):
+        return ""
+    if apart <= ROUNDED * sides[1]:
+        return f"The coefficients must be those of a unit vector, but have length {sides[1]:.3g}"
+    return (
+        "Where both sides move alike by 1, the relative displacement must be 0, or 1 against the ground, but is "
+        f"{apart:.3g}. Check signs and sizes of the coefficients"
+    )
+
+
+def _translations(direction: Mapping[str, float]) -> tuple[dict[str, Array], bool]:
+    """The coefficients (3,) along x, y and z by node; whether all others are rotations (else modal coordinates, say)."""
+    found: dict[str, Array] = {}
+    whole = True
+    for dof, coefficient in direction.items():
+        node, _, axis = dof.rpartition(".")
+        if axis in AXES and coefficient:
+            found.setdefault(node, np.zeros(3))[AXES.index(axis)] = coefficient
+        whole = whole and axis in (*AXES, *ROTATIONS)
+    return found, whole
+
+
+def _perpendicular(one: Direction, other: Direction) -> bool:
+    """Whether two directions are so at every node that both have."""
+    a, b = _translations(one)[0], _translations(other)[0]
+    return all(
+        abs(a[node] @ b[node]) <= ROUNDED * np.linalg.norm(a[node]) * np.linalg.norm(b[node]) for node in a.keys() & b.keys()
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The first ten different names."""
+    different = list(dict.fromkeys(names))
+    return ", ".join(different[:10]) + (", ..." if len(different) > 10 else "")

@@ -1,0 +1,56 @@
+"""Normal loads at rest against harmonic balance under a force of nearly nothing, for every kind of start state."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.problem.at_rest import normal_loads_at_rest
+from stickslip.study import job
+from stickslip.study.model_summary import model_summary
+from stickslip.study.templates import write_new
+
+WEDGE = ss.rigs.three_mass_wedge()
+
+
+@pytest.mark.parametrize(
+    "rig", [WEDGE, ss.rigs.blade_and_wedge(), ss.rigs.lumped_blisk()], ids=["three masses", "blade and wedge", "disk"]
+)
+@pytest.mark.parametrize("start", [ss.SliderOffset(), ss.SliderOffset(2e-6), ss.TractionRatio(0.4), ss.MeanTraction(3.0)])
+def test_loads_at_rest_are_those_of_a_vibration_of_nearly_nothing(rig, start):
+    problem = rig.with_start(start)
+    response = ss.forced_response(problem, [100.0], force=1e-9, harmonics=1, samples=66).dataset
+    mean = response.contact_force.isel(case=0, point=0).sel(direction="n", harmonic=0, part="re")
+    loads = normal_loads_at_rest(problem)
+    np.testing.assert_allclose([loads[str(name)] for name in mean.contact.values], mean.values, rtol=1e-5)
+
+
+def test_contacts_of_constant_load_have_none_and_open_ones_zero():
+    assert normal_loads_at_rest(ss.rigs.single_mass()) == {}
+    structure = ss.Structure(np.eye(1), [[1.0]], ("1.y",))
+    stop = ss.Contact("stop", ss.Gap(kn=5.0, gap=0.1), (), ss.between("1.y", "ground"))
+    problem = ss.Problem(structure, (stop,), (ss.Force("1.y", 1.0),), ("1.y",))
+    assert normal_loads_at_rest(problem) == {"stop": 0.0}
+    pressed = replace(problem, forces=(ss.Force("1.y", 1.0, static=1.3),))
+    assert normal_loads_at_rest(pressed) == pytest.approx({"stop": 5.0 * (1.3 + 0.5) / 6.0 - 0.5})
+
+
+def test_what_friction_without_stiffness_alone_holds_has_no_loads():
+    """A mass pressed on the ground whose tangential traction is given: at rest it may lie anywhere along the contact."""
+    structure = ss.Structure(np.eye(2), np.zeros((2, 2)), ("1.x", "1.y"))
+    forces = (ss.Force("1.x", 1.0), ss.Force("1.y", 0.0, static=2.0))
+    for start, expected in ((ss.SliderOffset(), {"pad": pytest.approx(2.0)}), (ss.MeanTraction(0.1), {})):
+        law = ss.Macroslip(kt=1.0, mu=0.3, kn=1.0)
+        pad = ss.Contact("pad", law, (ss.between("1.x", "ground"),), ss.between("1.y", "ground"), start)
+        assert normal_loads_at_rest(ss.Problem(structure, (pad,), forces, ("1.x",))) == expected
+
+
+def test_a_check_names_frequencies_and_loads(tmp_path):
+    path, _ = write_new("lumped", tmp_path / "wedge.toml", False)
+    frequencies, loads = model_summary(job(path.read_text(), tmp_path, "wedge").sweep)
+    assert "all contacts stuck: 84.971, 161.98, 225.08" in frequencies
+    assert loads.startswith("Normal loads at rest in N: blade 1 ")
+    above = path.read_text().replace("frequency = [145.0, 235.0]", "frequency = [1450.0, 2350.0]")
+    _, nowhere, _ = model_summary(job(above, tmp_path, "wedge").sweep)
+    assert nowhere == "None of them lies between 1450 and 2350 Hz, where the response is computed."

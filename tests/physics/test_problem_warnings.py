@@ -1,0 +1,91 @@
+"""What can be computed but is hardly what was meant: directions, friction coefficients, damping ratios."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.study import job
+from stickslip.study.templates import write_new
+
+COS, SIN = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
+ALONG = {"D.x": COS, "D.y": SIN, "1.x": -COS, "1.y": -SIN}
+ACROSS = {"D.x": -SIN, "D.y": COS, "1.x": SIN, "1.y": -COS}
+
+
+def problem(contact=None, damping=None, dofs=("1.x", "1.y", "D.x", "D.y")):
+    contact = contact or ss.Contact("pad", ss.Macroslip(kt=1.0, mu=0.3, normal_load=1.0), (ALONG,))
+    structure = ss.Structure(np.eye(len(dofs)), 3.0 * np.eye(len(dofs)), dofs, damping=damping)
+    return ss.Problem(structure, (contact,), (ss.Force(dofs[0], 1.0),), (dofs[0],))
+
+
+def pad(tangential, normal=None, **changed):
+    law = {"kt": 1.0, "mu": 0.3} | ({"normal_load": 1.0} if normal is None else {"kn": 1.0, "preload": 1.0}) | changed
+    return ss.Contact("pad", ss.Macroslip(**law), (tangential,), normal)
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [
+        pad(ALONG, ACROSS),
+        pad(ss.between("1.x", "D.x"), ss.between("1.y", "D.y")),
+        pad(ss.between("1.x", "ground"), ss.between("1.y", "ground")),
+        pad({"1.x": 0.5, "D.x": 0.5}),  # the mean of two nodes against the ground
+        pad({"D.x": 0.87, "D.y": 0.5, "1.x": -0.87, "1.y": -0.5}),  # cosines of two digits
+    ],
+)
+def test_sound_directions(contact):
+    assert problem(contact).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("contact", "said"),
+    [
+        (pad(ALONG | {"1.x": COS}), "pad, t1): Where both sides move alike by 1, the relative displacement must be 0"),
+        (pad({"D.x": 0.5, "D.y": COS, "1.x": 0.5, "1.y": -COS}), "Where both sides move alike by 1"),  # 1 is left, by chance
+        (pad({"1.x": -7.0}), "but is 7. Check signs and sizes"),
+        (pad(ALONG, {dof: 7.0 * value for dof, value in ACROSS.items()}), r"pad, n): The coefficients must be those of a unit"),
+        (pad(ALONG, ss.between("D.x", "1.x")), "pad, t1 and n): The directions must be perpendicular"),
+        (pad(ALONG, mu=50.0), "Large friction coefficients (pad): up to mu = 50. Measured"),
+    ],
+)
+def test_what_is_hardly_meant_is_named(contact, said):
+    (warning,) = problem(contact).warnings
+    assert said in warning
+
+
+def test_rotations_and_modal_coordinates_are_no_translations():
+    """A lever arm may be any length, and of a mode nobody knows how far its node goes."""
+    dofs = ("1.x", "D.x", "D.rz", "blade.mode")
+    for direction in ({"1.x": 1.0, "D.x": -1.0, "D.rz": 0.02}, {"D.x": 1.0, "blade.mode": -0.3}, {"blade.mode": 40.0}):
+        assert problem(pad(direction), dofs=dofs).warnings == ()
+    (warning,) = problem(pad({"D.x": 3.0, "blade.mode": -0.3}), dofs=dofs).warnings
+    assert "unit vector, but have length 3" in warning
+
+
+def test_a_damping_ratio_in_per_cent():
+    assert problem(damping=ss.ModalDamping(0.5)).warnings == ()
+    (warning,) = problem(damping=ss.ModalDamping((0.01, 50.0))).warnings
+    assert warning == "A large damping ratio: 50, 5000 % of critical damping. One per cent is 0.01."
+
+
+def test_a_check_of_a_study_names_a_flipped_sign(tmp_path):
+    path, _ = write_new("lumped", tmp_path / "wedge.toml", False)
+    assert not job(path.read_text(), tmp_path, "wedge").notes
+    flipped = path.read_text().replace('"1.x" = -0.8660254037844387', '"1.x" = 0.8660254037844387')
+    assert tomllib.loads(flipped) != tomllib.loads(path.read_text())
+    signs, perpendicular = job(flipped, tmp_path, "wedge").notes
+    assert "(blade 1, t1)" in signs
+    assert "(blade 1, t1 and n)" in perpendicular
+
+
+def test_sectors_of_a_disk_have_axes_of_their_own(octopus):
+    """The damper's far side moves along axes turned by a sector: its coefficients do not cancel, and are sound."""
+    assert octopus.warnings == ()
+    assert octopus.full((1,)).warnings == ()
+
+
+@pytest.fixture(scope="module")
+def octopus():
+    return ss.rigs.octopus_blisk(modes=2)
