@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -89,22 +90,38 @@ def _in_compiler(frame: FrameType | None) -> bool:
 
 @contextmanager
 def _deferred_interrupts() -> Iterator[None]:
-    """Ctrl-C inside the compiler, whose callbacks would swallow the exception, comes again a moment later, till it is outside."""
+    """Ctrl-C that cannot be passed on comes again a moment later, till it can.
+
+    Callbacks of the compiler must not raise at all; from finalizers and callbacks of weak references Python drops an exception
+    and reports it to `sys.unraisablehook` alone.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    report_dropped = sys.unraisablehook
 
-    def handle(number: int, frame: FrameType | None) -> None:
-        if not _in_compiler(frame):
-            raise KeyboardInterrupt
+    def interrupt_later() -> None:
         again = threading.Timer(RETRY_SECONDS, os.kill, (os.getpid(), signal.SIGINT))
         again.daemon = True
         again.start()
 
+    def handle(number: int, frame: FrameType | None) -> None:
+        if not _in_compiler(frame):
+            raise KeyboardInterrupt
+        interrupt_later()
+
+    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            interrupt_later()
+        else:
+            report_dropped(unraisable)
+
     before = signal.signal(signal.SIGINT, handle)
+    sys.unraisablehook = dropped
     try:
         yield
     finally:
+        sys.unraisablehook = report_dropped
         signal.signal(signal.SIGINT, before)
 
 
