@@ -1,0 +1,41 @@
+"""Ctrl-C: never lost, wherever in Python it strikes."""
+
+import os
+import signal
+import sys
+import time
+
+import pytest
+
+from stickslip.console import progress
+
+
+class InterruptedWhenDeleted:
+    """A finalizer during which Ctrl-C is pressed; Python drops what a finalizer raises."""
+
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            pass  # the signal is handled between these
+
+
+def test_an_interrupt_that_python_drops_comes_again(capfd):
+    hook, handler = sys.unraisablehook, signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), progress("work"):
+        InterruptedWhenDeleted()
+        for _ in range(1000):
+            time.sleep(0.01)
+    assert (sys.unraisablehook, signal.getsignal(signal.SIGINT)) == (hook, handler)
+    assert capfd.readouterr().err == ""
+
+
+def test_other_dropped_exceptions_are_reported(monkeypatch):
+    class FailsWhenDeleted:
+        def __del__(self):
+            raise ValueError("dropped")
+
+    reported = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: reported.append(str(unraisable.exc_value)))
+    with progress("work"):
+        FailsWhenDeleted()
+    assert reported == ["dropped"]
