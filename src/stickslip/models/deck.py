@@ -11,6 +11,7 @@ from stickslip.models.content import Point, located
 from stickslip.models.limits import within_memory
 
 MOST_GENERATED = 10_000_000
+"""Members of a generated set of nodes: more is a slip of the deck."""
 
 
 @dataclass

@@ -21,6 +21,7 @@ from stickslip.models.numbers import whole
 
 COLUMNS = ("node", "direction", "x", "y", "z", "set")
 LONGEST_NAME = 200
+"""Characters of a node's or set's name."""
 
 
 def from_tables(format: str, arrays: Mapping[str, Any]) -> Content:
