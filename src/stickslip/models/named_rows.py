@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import fault, nearest
-from stickslip.models.content import DIRECTIONS, Content, Point, located
+from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.numbers import whole
+from stickslip.structure.matrices import Point
 
 COLUMNS = ("node", "direction", "x", "y", "z", "set")
 LONGEST_NAME = 200
