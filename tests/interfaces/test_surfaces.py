@@ -68,7 +68,8 @@ def test_interpolation_is_exact_for_linear_motion_and_ends_at_the_edge():
         moved = {node: gradient @ point for node, point in zip(found.nodes, points @ TURN.T, strict=True)}
         value = sum(share * moved[dof.rpartition(".")[0]] for dof, share in motion((1.0, 0.0, 0.0)).items())
         assert value == pytest.approx(gradient @ (TURN @ [*place, 0.0]), rel=1e-9, abs=1e-12)
-    assert found.at(TURN @ [1.01, 0.5, 0.0]) is None
+    assert found.at(TURN @ [1.02, 0.5, 0.0]) is None
+    assert found.at(TURN @ [1.005, 0.5, 0.0]) is not None
     assert set(found.at(points[3] @ TURN.T)((0.0, 1.0, 0.0))) == {f"{found.nodes[3]}.y"}
 
 

@@ -24,8 +24,11 @@ FLAT = 1e-9
 STEEPEST = 0.2
 """Cosine between a normal and that of the best plane below which a surface is too curved to be projected onto it."""
 
-OUTSIDE = 1e-6
-"""How far beyond the hull of a surface, relative to its size, a point still lies opposite it."""
+OUTSIDE = 0.01
+"""How far beyond the edge of a surface, relative to its size, a point still lies opposite it: edges that do not quite meet."""
+
+ROUNDING = 1e-9
+"""Share of a corner that counts as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,8 @@ class NodeSurface:
         if towards is not None:
             across = float(plane.axes[2] @ towards)
             if abs(across) < 0.1 * np.linalg.norm(towards):
-                raise fault(f"The direction out of surface {name!r}", "must not lie in it", np.round(towards, 6).tolist())
+                what, remedy = f"The direction out of surface {name!r}", "Give another: `towards`, in a study `facing`."
+                raise fault(what, "must not lie in it", np.round(towards, 6).tolist(), remedy)
             sign = float(np.sign(across))
         return cls(name, nodes, points, sign * normals, areas / areas.sum(), float(areas.sum()))
 
@@ -179,17 +183,15 @@ class _Plane:
     def shares(self, point: Array) -> dict[int, float] | None:
         """The corners of the triangle at a point's projection, and the share of each; None beyond the edge."""
         place = (point - self.centre) @ self.axes[:2].T
-        size = float(np.ptp(self.flat, axis=0).max())
-        k = int(self.triangles.find_simplex(place, tol=OUTSIDE))
-        if k < 0:
-            k = int(np.argmin(np.linalg.norm(self.flat - place, axis=1)))
-            return {k: 1.0} if np.linalg.norm(self.flat[k] - place) <= OUTSIDE * size else None
-        transform = self.triangles.transform[k]
-        two = transform[:2] @ (place - transform[2])
-        shares = np.append(two, 1.0 - two.sum())
-        shares[np.abs(shares) < OUTSIDE] = 0.0
-        shares /= shares.sum()
-        return {int(corner): float(s) for corner, s in zip(self.triangles.simplices[k], shares, strict=True) if s}
+        corners = self.triangles.simplices
+        two = np.einsum("tij,tj->ti", self.triangles.transform[:, :2], place - self.triangles.transform[:, 2])
+        every = np.column_stack([two, 1.0 - two.sum(axis=1)])
+        best = int(np.argmax(every.min(axis=1)))
+        shares = np.maximum(every[best], 0.0) / np.maximum(every[best], 0.0).sum()
+        away = np.linalg.norm(shares @ self.flat[corners[best]] - place)
+        if away > OUTSIDE * np.ptp(self.flat, axis=0).max():
+            return None
+        return {int(corner): float(share) for corner, share in zip(corners[best], shares, strict=True) if share > ROUNDING}
 
 
 def _counter_clockwise(triangles: Delaunay) -> Array:

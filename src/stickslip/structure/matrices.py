@@ -77,6 +77,11 @@ class Structure:
         """The coefficients of several directions, (len(directions), n)."""
         return np.array([self.row(direction) for direction in directions]).reshape(len(directions), self.size)
 
+    def shifted(self, by: Sequence[float]) -> Structure:
+        """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
+        x, y, z = by
+        return replace(self, nodes={name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()})
+
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""
         if isinstance(damping, ModalDamping | RayleighDamping | None):
