@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stickslip as ss
@@ -27,6 +27,7 @@ def surface(points, towards=None):
     return ss.NodeSurface.of(structure_of(points), "pad", towards)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 1000), st.integers(2, 6), st.integers(2, 6))
 def test_areas_of_a_graded_grid_are_those_of_its_cells(seed, columns, rows):
     """Half the way to each neighbour, whatever rounding makes of the squares' diagonals: the grid lies askew in space."""

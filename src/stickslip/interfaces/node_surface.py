@@ -181,17 +181,22 @@ class _Plane:
         return np.array([_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))])
 
     def shares(self, point: Array) -> dict[int, float] | None:
-        """The corners of the triangle at a point's projection, and the share of each; None beyond the edge."""
+        """The corners of the triangle at a point's projection, or the edge near it, with their shares; None beyond it."""
         place = (point - self.centre) @ self.axes[:2].T
-        corners = self.triangles.simplices
         two = np.einsum("tij,tj->ti", self.triangles.transform[:, :2], place - self.triangles.transform[:, 2])
         every = np.column_stack([two, 1.0 - two.sum(axis=1)])
         best = int(np.argmax(every.min(axis=1)))
-        shares = np.maximum(every[best], 0.0) / np.maximum(every[best], 0.0).sum()
-        away = np.linalg.norm(shares @ self.flat[corners[best]] - place)
-        if away > OUTSIDE * np.ptp(self.flat, axis=0).max():
-            return None
-        return {int(corner): float(share) for corner, share in zip(corners[best], shares, strict=True) if share > ROUNDING}
+        corners, shares = self.triangles.simplices[best], every[best]
+        if shares.min() < -ROUNDING:
+            first, second = (self.flat[side] for side in self.triangles.convex_hull.T)
+            along = second - first
+            f = np.clip(np.sum((place - first) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
+            away = np.linalg.norm(first + f[:, None] * along - place, axis=1)
+            best = int(np.argmin(away))
+            if away[best] > OUTSIDE * np.ptp(self.flat, axis=0).max():
+                return None
+            corners, shares = self.triangles.convex_hull[best], np.array([1.0 - f[best], f[best]])
+        return {int(corner): float(share) for corner, share in zip(corners, shares, strict=True) if share > ROUNDING}
 
 
 def _counter_clockwise(triangles: Delaunay) -> Array:
