@@ -1,0 +1,319 @@
+"""Whole cycles of the records of one contact, as harmonics, with an account of what was removed on the way.
+
+A cycle runs from one upward passage of the displacement through its middle to the next. Each is smoothed by harmonics, since noise
+of the displacement looks like motion: unsmoothed it makes kt too low and friction too high.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.checks import Array, Index, between, counted, fault
+from stickslip.measurement.contact_record import ContactRecord
+from stickslip.measurement.cycles import delayed, fitted_cycle, synthesis
+
+HARMONICS = (30, 60, 120, 240)
+"""To which cycles are smoothed: the first that leaves nothing but noise of the displacement. Thirty round off the corners of a
+triangle or trapezoid, which moves mu of such a test by 0.7 %."""
+
+STRUCTURE = 3.0
+"""Power of the displacement between H and 2H harmonics over that of white noise from which H is too few."""
+
+SAMPLES_A_HARMONIC = 6
+"""Fewer samples of a cycle for each harmonic follow the noise."""
+
+TURN = 0.2
+"""Part of the displacement's range by which it must turn back for a reversal: smaller motions are noise, or are dropped."""
+
+CLOSED = 0.1
+"""Largest distance of the last sample of a single cycle from its first, relative to the range of the displacement."""
+
+UNLIKE = 0.2
+"""Relative difference from the median period or load of the record from which a cycle is dropped."""
+
+FEWEST_SAMPLES = 20
+"""Of one cycle: fewer do not show where it sticks."""
+
+GAP = 1.0 / 60.0
+"""Part of the period that may be missing."""
+
+MOST_LOOKED_AT = 20
+"""Cycles from which the number of harmonics is chosen."""
+
+SEEN = 0.02
+"""Drift relative to the range from which it is stated."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactCycles:
+    """Whole cycles of one contact as harmonics a0, a1, b1, ... of equal phases: displacement [m], force [N] and normal load [N],
+    (cycles, 2H+1) each; numbers (cycles,) of the cycles in the test; period [s], NaN without time; noise of one sample of
+    displacement [m] and force [N], root mean square of what the harmonics leave; removed and notes: sentences."""
+
+    displacement: Array
+    force: Array
+    normal: Array
+    numbers: Index
+    period: float
+    noise: tuple[float, float]
+    removed: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def harmonics(self) -> int:
+        """The highest harmonic H."""
+        return (self.displacement.shape[1] - 1) // 2
+
+    @property
+    def amplitude(self) -> Array:
+        """Half the range of the displacement in each cycle, (cycles,) [m]."""
+        return np.asarray(0.5 * np.ptp(self.displacement @ synthesis(8 * self.harmonics, self.harmonics).T, axis=1))
+
+    @property
+    def energy(self) -> Array:
+        """Energy dissipated in each cycle, (cycles,) [J]: the area of its loop, π Σ k (a_F b_u − b_F a_u)."""
+        return loop_area(self.displacement, self.force)
+
+    @property
+    def summary(self) -> str:
+        """What there is, in half a line: "49 cycles of 4 s, amplitude 114 um, normal load 5 N"."""
+        period = "" if np.isnan(self.period) else f" of {self.period:.4g} s"
+        low, high = (f"{1e6 * value:.4g}" for value in (self.amplitude.min(), self.amplitude.max()))
+        size = high if float(high) < 1.02 * float(low) else f"{low} to {high}"
+        return f"{counted(len(self.force), 'cycle')}{period}, amplitude {size} um, normal load {self.normal[:, 0].mean():.4g} N"
+
+
+def loop_area(displacement: Array, force: Array) -> Array:
+    """∮ F du from harmonics (..., 2H+1)."""
+    order = np.arange(1, (displacement.shape[-1] + 1) // 2)
+    across = force[..., 1::2] * displacement[..., 2::2] - force[..., 2::2] * displacement[..., 1::2]
+    return np.asarray(np.pi * np.sum(order * across, axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """The cycles of one record: harmonics (3, 2H+1) of displacement, force and load of each, its number and period, what the
+    harmonics leave of displacement and force, cycles dropped, samples outside of cycles, and the drift of displacement and force
+    over the record, which is removed."""
+
+    cycles: list[Array]
+    numbers: list[int]
+    periods: list[float]
+    residuals: list[Array]
+    dropped: int
+    outside: int
+    drift: Array
+
+
+def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: int | None = None) -> ContactCycles:
+    """The whole cycles of one or several records, each smoothed to its first harmonics: 30, 60, 120 or 240, as the displacement
+    needs, unless given, and at most as its samples allow.
+
+    Removed: samples outside whole cycles, cycles whose period or normal load differs by more than 20 % from the median of their
+    record (pauses, loading), the mean of displacement and force in each cycle, their drift over a record, and the sign of the
+    force where it would make the contact give energy. `removed` says how much of each.
+    """
+    several = [records] if isinstance(records, ContactRecord) else list(records)
+    if not several:
+        raise fault("records", "must be at least one", 0)
+    if harmonics is not None:
+        between("harmonics", harmonics, 5, 2000)
+    spans = [_spans(record) for record in several]
+    shortest = min(int(np.floor(np.min(np.diff(span)))) for span in spans)
+    if shortest < FEWEST_SAMPLES:
+        raise fault(f"Cycles of {several[0].name}", f"must have at least {FEWEST_SAMPLES} samples", shortest, "Sample faster.")
+    notes = [note for record in several for note in record.notes]
+    most = (shortest - 3) // 2
+    if harmonics is not None and harmonics > most:
+        notes.append(f"Cycles of {shortest} samples are smoothed to {most} harmonics, not {harmonics}.")
+    count = min(most, harmonics or _enough(several[0], spans[0], most))
+    cuts = [_cut(record, span, count) for record, span in zip(several, spans, strict=True)]
+    found = np.array([cycle for cut in cuts for cycle in cut.cycles])
+    removed = _counted(several, cuts) + _drifts(cuts)
+    u, force, normal = found[:, 0].copy(), found[:, 1].copy(), found[:, 2]
+    removed += _offsets(u, force)
+    u[:, 0] = force[:, 0] = 0.0
+    if _turned(u, force):
+        force *= -1.0
+        removed.append("The sign of the force is turned, so that friction dissipates.")
+    residuals = np.concatenate([one for cut in cuts for one in cut.residuals], axis=1)
+    noise = np.sqrt(np.mean(residuals**2, axis=1))
+    periods = [period for cut in cuts for period in cut.periods]
+    numbers = np.array([number for cut in cuts for number in cut.numbers], dtype=np.int64)
+    untimed = any(record.time is None for record in several)
+    period = float("nan") if untimed else float(np.mean(periods))
+    own = (float(noise[0]), float(noise[1]))
+    return ContactCycles(u, force, normal, numbers, period, own, tuple(removed), tuple(dict.fromkeys(notes)))
+
+
+def _spans(record: ContactRecord) -> Array:
+    """Where cycles begin and end, (cycles + 1,) in samples: upward passages through the middle between two reversals; a single
+    closed cycle without two such passages begins with its first sample and ends where that would come again."""
+    u = record.displacement
+    turns = reversals(u, TURN * float(np.ptp(u)))
+    ups = [_passage(u, a, b) for a, b in zip(turns[:-1], turns[1:], strict=True) if u[b] > u[a]]
+    if len(ups) > 1:
+        return np.array(ups)
+    steps = np.abs(np.diff(u))
+    if abs(u[-1] - u[0]) <= CLOSED * np.ptp(u) and len(turns) >= 1:
+        repeated = abs(u[-1] - u[0]) < 0.1 * np.median(steps) and abs(record.force[-1] - record.force[0]) < 0.01 * np.ptp(record.force)
+        return np.array([0.0, float(u.size - 1 if repeated else u.size)])
+    if not len(turns):
+        remedy = "Is it the right column? A cycle needs motion in both directions."
+        raise fault(f"Displacement of {record.name}", "must reverse", f"rising or falling throughout, from {u[0]:.4g} m to {u[-1]:.4g} m", remedy)
+    shown = f"{len(turns)} reversals, ends {abs(u[-1] - u[0]) / np.ptp(u):.0%} of the range apart"
+    raise fault(record.name, "must hold at least one whole cycle", shown, "Record more cycles, or cut one out that is closed.")
+
+
+def _enough(record: ContactRecord, span: Array, most: int) -> int:
+    """The first number of `HARMONICS` beyond which the displacement of a record has nothing but noise."""
+    fewest = float(np.min(np.diff(span)))
+    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= fewest] or [most]
+    for count, more in zip(allowed[:-1], allowed[1:], strict=True):
+        left, still = (_left(record, span, number) for number in (count, more))
+        if left - still <= STRUCTURE * still * 2.0 * (more - count) / max(fewest - 2.0 * more - 1.0, 1.0):
+            return count
+    return allowed[-1]
+
+
+def _left(record: ContactRecord, span: Array, harmonics: int) -> float:
+    """Sum of squares of the displacement that so many harmonics leave of the cycles of a record [m²]."""
+    return float(sum(np.sum(one[0] ** 2) for one in _cut(record, span[: MOST_LOOKED_AT + 1], harmonics).residuals))
+
+
+def reversals(values: Array, least: float) -> list[int]:
+    """Places of the highest and lowest samples between which a signal turns back by at least `least`, in turn."""
+    found: list[int] = []
+    high = low = 0
+    rising = 0
+    for n in range(values.size):
+        if values[n] > values[high]:
+            high = n
+        if values[n] < values[low]:
+            low = n
+        if rising >= 0 and values[high] - values[n] >= least:
+            if rising or high > 0:
+                found.append(high)
+            rising, low = -1, n
+        elif rising <= 0 and values[n] - values[low] >= least:
+            if rising or low > 0:
+                found.append(low)
+            rising, high = 1, n
+    return found
+
+
+def _passage(u: Array, start: int, end: int) -> float:
+    """Where the displacement first passes the middle between two reversals, in samples."""
+    middle = 0.5 * (u[start] + u[end])
+    n = start + int(np.argmax(u[start : end + 1] >= middle))
+    return float(n) if n == start else n - 1 + float((middle - u[n - 1]) / (u[n] - u[n - 1]))
+
+
+def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
+    """The cycles of a record, without those that differ in period or load from the others."""
+    places = np.arange(record.displacement.size, dtype=float)
+    clock = places if record.time is None else record.time
+    ends = np.interp(span, places, clock) if span[-1] <= places[-1] else span
+    if span[-1] > places[-1] and record.time is not None:  # a single closed cycle: one more step
+        ends = np.array([clock[0], clock[-1] + float(np.median(np.diff(clock)))])
+    normal = np.broadcast_to(np.asarray(record.normal, dtype=float), places.shape)
+    signals = np.stack([record.displacement, record.force, normal])
+    periods = np.diff(ends)
+    parts = [np.flatnonzero((clock >= a) & (clock < b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    loads = np.array([normal[part].mean() for part in parts])
+    steps = np.array([float(np.max(np.diff(clock[part]), initial=0.0)) for part in parts])
+    sound = np.abs(periods / np.median(periods) - 1.0) < UNLIKE
+    sound &= np.abs(loads / np.median(loads) - 1.0) < UNLIKE
+    sound &= np.array([part.size >= 2 * harmonics + 3 for part in parts])
+    sound &= steps <= np.maximum(GAP * periods, 3.0 * float(np.median(np.diff(clock))))
+    if not np.any(sound):
+        raise fault(record.name, "must hold at least one whole cycle without gaps", 0, "Record more cycles.")
+    kept = np.flatnonzero(sound)
+    drift = _drift(signals[:2], clock, [parts[k] for k in kept])
+    signals = signals - np.vstack([drift[:, None] * (clock - clock[0]), np.zeros_like(clock)])
+    cycles, residuals = [], []
+    for k in kept:
+        phase = (clock[parts[k]] - ends[k]) / periods[k]
+        values = signals[:, parts[k]]
+        found = fitted_cycle(phase, values, harmonics)
+        residuals.append((values - found @ _columns_at(phase, harmonics))[:2])
+        cycles.append(found)
+    if len(cycles) == 1:
+        cycles = [_from_middle(cycles[0])]
+    numbers = [record.number + int(k) for k in np.flatnonzero(sound)]
+    outside = places.size - int(sum(part.size for part in parts))
+    span_of_drift = drift * (clock[parts[kept[-1]][-1]] - clock[parts[kept[0]][0]])
+    return _Cut(cycles, numbers, list(periods[sound]), residuals, int(np.count_nonzero(~sound)), outside, span_of_drift)
+
+
+def _drift(signals: Array, clock: Array, parts: list[Index]) -> Array:
+    """Slopes over time (signals,) of the means of the cycles; zero for fewer than three."""
+    if len(parts) < 3:
+        return np.zeros(len(signals))
+    times = np.array([clock[part].mean() for part in parts])
+    return np.array([np.polyfit(times - times[0], [signal[part].mean() for part in parts], 1)[0] for signal in signals])
+
+
+def _columns_at(phase: Array, harmonics: int) -> Array:
+    """cos and sin of all harmonics at phases, (2H+1, samples)."""
+    angles = 2.0 * np.pi * np.arange(1, harmonics + 1)[:, None] * phase
+    found = np.ones((2 * harmonics + 1, phase.size))
+    found[1::2], found[2::2] = np.cos(angles), np.sin(angles)
+    return found
+
+
+def _from_middle(cycle: Array) -> Array:
+    """A cycle (signals, 2H+1) that begins where its displacement, the first signal, passes its middle upwards."""
+    harmonics = (cycle.shape[1] - 1) // 2
+    u = synthesis(16 * harmonics, harmonics) @ cycle[0]
+    u = u - 0.5 * (u.max() + u.min())
+    lowest = int(np.argmin(u))
+    passed = (lowest + int(np.argmax(np.roll(u, -lowest) >= 0.0))) % u.size
+    return delayed(cycle, -2.0 * np.pi * passed / u.size)
+
+
+def _counted(records: Sequence[ContactRecord], cuts: Sequence[_Cut]) -> list[str]:
+    """How much lies outside whole cycles, and how many cycles were dropped."""
+    found, samples = [], sum(record.displacement.size for record in records)
+    outside, dropped = sum(cut.outside for cut in cuts), sum(cut.dropped for cut in cuts)
+    if outside:
+        found.append(f"{outside} of {samples} samples lie outside whole cycles.")
+    if dropped:
+        whole = dropped + sum(len(cut.cycles) for cut in cuts)
+        found.append(f"{dropped} of {whole} cycles are dropped: pauses, gaps, or another load than the others.")
+    return found
+
+
+def _drifts(cuts: Sequence[_Cut]) -> list[str]:
+    """The drift of each signal that is worth stating."""
+    found = []
+    for signal, name, factor, unit in ((0, "displacement", 1e6, "um"), (1, "force", 1.0, "N")):
+        largest = max((cut.drift[signal] for cut in cuts), key=abs)
+        ranges = [float(np.ptp(_shape(cycle[signal]))) for cut in cuts for cycle in cut.cycles]
+        if abs(largest) > SEEN * float(np.median(ranges)):
+            found.append(f"Drift of the {name} removed: {factor * largest:.3g} {unit} over the record.")
+    return found
+
+
+def _shape(harmonics: Array) -> Array:
+    count = (harmonics.size - 1) // 2
+    return np.asarray(synthesis(4 * count, count) @ harmonics)
+
+
+def _offsets(u: Array, force: Array) -> list[str]:
+    """The mean values that are removed of displacement and force."""
+    place = float(np.median(u[:, 0]))
+    found = [f"Mean displacement removed: {f'{1e3 * place:.4g} mm' if abs(place) > 1e-3 else f'{1e6 * place:.4g} um'}."]
+    mean, half = float(np.median(force[:, 0])), 0.5 * float(np.ptp(_shape(force.mean(axis=0))))
+    found.append(f"Mean force removed: {mean:.3g} N, {abs(mean) / half:.1%} of half its range.")
+    return found
+
+
+def _turned(u: Array, force: Array) -> bool:
+    """Whether the force has the sign with which friction gives energy; in loops without area, with which it falls."""
+    area = float(np.sum(loop_area(u, force)))
+    size = float(np.sum(np.ptp(u @ synthesis(120, (u.shape[1] - 1) // 2).T, axis=1) * np.sqrt(np.sum(force**2, axis=1))))
+    return area < 0.0 if abs(area) > 0.02 * size else float(np.sum(u * force)) < 0.0
