@@ -1,13 +1,14 @@
 """Whole cycles of the records of one contact, as harmonics, with an account of what was removed on the way.
 
-A cycle runs from one upward passage of the displacement through its middle to the next. Each is smoothed by harmonics, since noise
-of the displacement looks like motion: unsmoothed it makes kt too low and friction too high.
+A cycle runs from one upward passage of the displacement through its middle to the next. Each is smoothed by harmonics, since
+noise of the displacement looks like motion: unsmoothed it makes kt too low and friction too high.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -37,6 +38,9 @@ UNLIKE = 0.2
 FEWEST_SAMPLES = 20
 """Of one cycle: fewer do not show where it sticks."""
 
+FEW_CYCLES = 3
+"""Up to so many whole cycles, the beginning and the end of a record are used too, though a virgin contact may begin there."""
+
 GAP = 1.0 / 60.0
 """Part of the period that may be missing."""
 
@@ -65,7 +69,7 @@ class ContactCycles:
     @property
     def harmonics(self) -> int:
         """The highest harmonic H."""
-        return (self.displacement.shape[1] - 1) // 2
+        return int(self.displacement.shape[1] - 1) // 2
 
     @property
     def amplitude(self) -> Array:
@@ -150,21 +154,25 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
 
 
 def _spans(record: ContactRecord) -> Array:
-    """Where cycles begin and end, (cycles + 1,) in samples: upward passages through the middle between two reversals; a single
-    closed cycle without two such passages begins with its first sample and ends where that would come again."""
+    """Where cycles begin and end, (cycles + 1,) in samples: upward passages through the middle between two reversals, or
+    downward ones where these give more cycles; a single closed cycle begins with its first sample and ends where that
+    would come again."""
     u = record.displacement
     turns = reversals(u, TURN * float(np.ptp(u)))
-    ups = [_passage(u, a, b) for a, b in zip(turns[:-1], turns[1:], strict=True) if u[b] > u[a]]
-    if len(ups) > 1:
-        return np.array(ups)
-    steps = np.abs(np.diff(u))
-    if abs(u[-1] - u[0]) <= CLOSED * np.ptp(u) and len(turns) >= 1:
-        repeated = abs(u[-1] - u[0]) < 0.1 * np.median(steps) and abs(record.force[-1] - record.force[0]) < 0.01 * np.ptp(record.force)
+    for ends in (False, True):
+        passages = max((_passages(sign * u, turns, ends) for sign in (1.0, -1.0)), key=len)
+        if len(passages) > (1 if ends else FEW_CYCLES):
+            return np.array(passages)
+    apart = abs(u[-1] - u[0])
+    if 1 <= len(turns) <= 2 and apart <= CLOSED * np.ptp(u):
+        same = abs(record.force[-1] - record.force[0]) < 0.01 * np.ptp(record.force)
+        repeated = same and apart < 0.1 * np.median(np.abs(np.diff(u)))
         return np.array([0.0, float(u.size - 1 if repeated else u.size)])
-    if not len(turns):
+    if not turns:
+        shown = f"rising or falling throughout, from {u[0]:.4g} m to {u[-1]:.4g} m"
         remedy = "Is it the right column? A cycle needs motion in both directions."
-        raise fault(f"Displacement of {record.name}", "must reverse", f"rising or falling throughout, from {u[0]:.4g} m to {u[-1]:.4g} m", remedy)
-    shown = f"{len(turns)} reversals, ends {abs(u[-1] - u[0]) / np.ptp(u):.0%} of the range apart"
+        raise fault(f"Displacement of {record.name}", "must reverse", shown, remedy)
+    shown = f"{counted(len(turns), 'reversal')}, ends {apart / np.ptp(u):.0%} of the range apart"
     raise fault(record.name, "must hold at least one whole cycle", shown, "Record more cycles, or cut one out that is closed.")
 
 
@@ -172,7 +180,7 @@ def _enough(record: ContactRecord, span: Array, most: int) -> int:
     """The first number of `HARMONICS` beyond which the displacement of a record has nothing but noise."""
     fewest = float(np.min(np.diff(span)))
     allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= fewest] or [most]
-    for count, more in zip(allowed[:-1], allowed[1:], strict=True):
+    for count, more in pairwise(allowed):
         left, still = (_left(record, span, number) for number in (count, more))
         if left - still <= STRUCTURE * still * 2.0 * (more - count) / max(fewest - 2.0 * more - 1.0, 1.0):
             return count
@@ -205,11 +213,23 @@ def reversals(values: Array, least: float) -> list[int]:
     return found
 
 
-def _passage(u: Array, start: int, end: int) -> float:
-    """Where the displacement first passes the middle between two reversals, in samples."""
-    middle = 0.5 * (u[start] + u[end])
+def _passages(u: Array, turns: list[int], ends: bool) -> list[float]:
+    """Where the displacement passes upwards through the middle between two reversals, in samples.
+
+    ends: also before the first reversal, where the contact may still be virgin, and after the last one.
+    """
+    if len(turns) < 2:
+        return []
+    stretches = [(a, b, 0.5 * (u[a] + u[b])) for a, b in pairwise(turns)]
+    if ends:
+        stretches = [(0, turns[0], stretches[0][2]), *stretches, (turns[-1], u.size - 1, stretches[-1][2])]
+    return [_passage(u, a, b, middle) for a, b, middle in stretches if u[a] < middle <= u[b]]
+
+
+def _passage(u: Array, start: int, end: int, middle: float) -> float:
+    """Where the displacement first reaches a value between two samples, in samples."""
     n = start + int(np.argmax(u[start : end + 1] >= middle))
-    return float(n) if n == start else n - 1 + float((middle - u[n - 1]) / (u[n] - u[n - 1]))
+    return n - 1 + float((middle - u[n - 1]) / (u[n] - u[n - 1]))
 
 
 def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
@@ -222,7 +242,7 @@ def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
     normal = np.broadcast_to(np.asarray(record.normal, dtype=float), places.shape)
     signals = np.stack([record.displacement, record.force, normal])
     periods = np.diff(ends)
-    parts = [np.flatnonzero((clock >= a) & (clock < b)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    parts = [np.flatnonzero((clock >= a) & (clock < b)) for a, b in pairwise(ends)]
     loads = np.array([normal[part].mean() for part in parts])
     steps = np.array([float(np.max(np.diff(clock[part]), initial=0.0)) for part in parts])
     sound = np.abs(periods / np.median(periods) - 1.0) < UNLIKE
@@ -241,8 +261,9 @@ def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
         found = fitted_cycle(phase, values, harmonics)
         residuals.append((values - found @ _columns_at(phase, harmonics))[:2])
         cycles.append(found)
-    if len(cycles) == 1:
-        cycles = [_from_middle(cycles[0])]
+    first = cycles[0][0]
+    if len(periods) == 1 or np.sum(first[2::2] * np.arange(1, harmonics + 1)) < 0.0:  # not an upward passage at its beginning
+        cycles = [_from_middle(cycle) for cycle in cycles]
     numbers = [record.number + int(k) for k in np.flatnonzero(sound)]
     outside = places.size - int(sum(part.size for part in parts))
     span_of_drift = drift * (clock[parts[kept[-1]][-1]] - clock[parts[kept[0]][0]])

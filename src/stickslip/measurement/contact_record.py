@@ -105,7 +105,9 @@ def check_ratio(name: str, force: Array, normal: float) -> None:
     ratio = 0.5 * float(np.ptp(force)) / normal
     if not SMALLEST_RATIO <= ratio <= LARGEST_RATIO:
         rule = f"must be between {SMALLEST_RATIO:g} and {LARGEST_RATIO:g}"
-        raise fault(f"Half the range of the force over the normal load of {name}", rule, float(f"{ratio:.3g}"), _unit_remedy(ratio))
+        raise fault(
+            f"Half the range of the force over the normal load of {name}", rule, float(f"{ratio:.3g}"), _unit_remedy(ratio)
+        )
 
 
 def _unit_remedy(ratio: float) -> str:
@@ -291,13 +293,15 @@ def _assumed_unit(file: str, name: str, column: Array) -> tuple[str, str]:
     if name != "displacement":
         unit = QUANTITIES[name]
         return unit, f"{file} states no unit of {name}: {unit} is assumed."
-    span = float(np.ptp(column[np.isfinite(column)], initial=0.0)) if np.any(np.isfinite(column)) else 0.0
+    span = float(np.ptp(column[np.isfinite(column)])) if np.any(np.isfinite(column)) else 0.0
     low, high = USUAL_MOTION
     for unit in ("m", "mm", "um"):
         if low <= span * UNITS[unit][1] < high:
             return unit, f"{file} states no unit of displacement: {unit} is assumed, since it varies by {span:.4g}."
     rule = "must be stated where the motion is not between 0.5 um and 0.5 mm in any of m, mm and um"
-    raise fault(f"The unit of displacement in {file}", rule, f"missing, with a range of {span:.4g}", "Give units={'displacement': 'um'}.")
+    raise fault(
+        f"The unit of displacement in {file}", rule, f"missing, with a range of {span:.4g}", "Give units={'displacement': 'um'}."
+    )
 
 
 def _factor(file: str, name: str, unit: str) -> float:

@@ -45,7 +45,9 @@ def text_table(path: Path) -> NumberTable:
                 body = [pair for pair in lines[place:] if pair[1].lstrip()[0] not in COMMENT]
                 numbers = _numbers(path.name, body, separator, count)
                 titles, units = _head([text for _, text in lines[:place]], separator, count)
-                notes = () if titles is not None or place == 0 else (f"{path.name}: {place} lines above the numbers are no titles.",)
+                notes = (
+                    () if titles is not None or place == 0 else (f"{path.name}: {place} lines above the numbers are no titles.",)
+                )
                 return NumberTable(path.name, numbers, titles, units, notes)
     raise fault(path.name, "must hold at least two columns of numbers", f"{len(lines)} lines without them")
 
@@ -109,7 +111,9 @@ def _head(lines: Sequence[str], separator: str | None, count: int) -> tuple[tupl
     if not rows:
         return None, (None,) * count
     alone = [_known_unit(cell.strip("[]() ")) for cell in rows[-1]]
-    if len(rows) > 1 and all(unit is not None or cell.strip("[]()- ") in ("", "1") for unit, cell in zip(alone, rows[-1], strict=True)):
+    if len(rows) > 1 and all(
+        unit is not None or cell.strip("[]()- ") in ("", "1") for unit, cell in zip(alone, rows[-1], strict=True)
+    ):
         return tuple(bare(title) for title in rows[-2]), tuple(alone)
     return tuple(bare(title) for title in rows[-1]), tuple(stated_unit(title) for title in rows[-1])
 

@@ -12,7 +12,7 @@ from stickslip.models.matlab import version_module
 
 
 def arrays(path: Path) -> dict[str, Any]:
-    """The arrays of all files that the file at `path` lists, a list in JSON, by the number of the file and their name: "0:hyst"."""
+    """The arrays of all files that the file at `path` lists in JSON, by number of the file and name: "0:hyst"."""
     found: dict[str, Any] = {}
     for number, name in enumerate(json.loads(path.read_text(encoding="utf-8"))):
         try:

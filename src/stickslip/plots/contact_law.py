@@ -58,7 +58,9 @@ def over_cycles(dataset: xr.Dataset) -> Figure:
         _with_band(stiffness, number, 1e-6 * dataset["cycle_kt"].values, 1e-6 * dataset["cycle_kt_error"].values, "fitted")
         stiffness.set(ylabel="kt in N/µm")
         _with_band(friction, number, dataset["cycle_mu"].values, dataset["cycle_mu_error"].values, "fitted")
-        friction.plot(number, dataset["plateau"].values, ".", color=GREY, markersize=4, label="half the force's range over the load")
+        friction.plot(
+            number, dataset["plateau"].values, ".", color=GREY, markersize=4, label="half the force's range over the load"
+        )
         friction.set(ylabel="µ")
         friction.legend(loc="best")
         for name, label, colour in (("energy_measured", "measured", CONTACTS[0]), ("energy_fitted", "fitted", CONTACTS[1])):

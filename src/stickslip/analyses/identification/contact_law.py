@@ -157,8 +157,9 @@ class ContactLawWork:
             work = cls(found, found, np.arange(1, len(found) + 1), laws, rig, errors or LoopErrors(), summary=about)
         else:
             cycles = _cycles(several, normal_load, harmonics, columns, units)
-            settings = (laws, rig, errors or LoopErrors(), cycles.removed, cycles.notes, cycles.summary)
-            work = cls(_mean_loops(cycles), *_single_loops(cycles), *settings)
+            single, numbers = _single_loops(cycles)
+            said = (cycles.removed, cycles.notes, cycles.summary)
+            work = cls(_mean_loops(cycles), single, numbers, laws, rig, errors or LoopErrors(), *said)
         if len(work.loops) < 2 and len(laws) > 1:
             remedy = "Measure several cycles or amplitudes, or name one law: laws=['jenkins'] (--law jenkins)."
             raise fault("loops", "must be at least two, to hold one out", len(work.loops), remedy)
@@ -167,7 +168,9 @@ class ContactLawWork:
     @property
     def _name(self) -> str:
         """Equal names mean equal results."""
-        data = b"".join(np.asarray(part).tobytes() for loop in self.single for part in (loop.displacement, loop.force, loop.normal))
+        data = b"".join(
+            np.asarray(part).tobytes() for loop in self.single for part in (loop.displacement, loop.force, loop.normal)
+        )
         return f"contact law {sha256(data + repr((self.laws, self.rig_stiffness, self.errors)).encode()).hexdigest()[:12]}"
 
     def _corrected(self) -> ContactLawWork:
@@ -230,8 +233,9 @@ class ContactLawWork:
         return ContactLaw(best, fits, self.loops, self.removed, warnings, dataset)
 
     def _with_systematic(self, errors: Array, kt: float) -> Array:
-        """Standard errors with those of the gains and zeros. Gains move the stiffness of rig and contact together, 1/kt + 1/k_rig;
-        what is left for kt moves by 1 + kt/k_rig as much."""
+        """Standard errors with those of the gains and zeros.
+
+        Gains move the stiffness of rig and contact together; what is left for kt moves 1 + kt/k_rig times as much."""
         own, found = self.errors, errors.copy()
         normal = float(np.mean([np.mean(np.asarray(loop.normal)) for loop in self.loops]))
         share = 0.0 if self.rig_stiffness is None else kt / self.rig_stiffness

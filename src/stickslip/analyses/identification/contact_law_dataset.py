@@ -27,9 +27,7 @@ CHANGE = 0.1
 """Relative change of mu or kt over the cycles from which one value for all is a mean."""
 
 
-def contact_law_dataset(
-    work: ContactLawWork, fits: Mapping[str, LawFit], best: str, cycles: tuple[Array, Array]
-) -> xr.Dataset:
+def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: str, cycles: tuple[Array, Array]) -> xr.Dataset:
     """The labelled result; see `ContactLaw`."""
     import xarray as xr
 
@@ -48,7 +46,10 @@ def contact_law_dataset(
         moved[place, :size], measured[place, :size] = loop.displacement, force - force.mean()
         computed[place, :size] = force_of(loop, best, own)
     law, cycle, loop_sample = ("law",), ("cycle",), ("loop", "sample")
-    of = {key: [getattr(fit, key) for fit in fits.values()] for key in ("kt", "mu", "misfit", "held_out", "kt_interval", "mu_interval")}
+    of = {
+        key: [getattr(fit, key) for fit in fits.values()]
+        for key in ("kt", "mu", "misfit", "held_out", "kt_interval", "mu_interval")
+    }
     variables: dict[str, Any] = {
         "kt": (law, of["kt"], _about("N/m", "tangential stiffness")),
         "kt_interval": (("law", "bound"), of["kt_interval"], _about("N/m", "95 % interval of the tangential stiffness")),
@@ -123,7 +124,8 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
             if abs(last - first) > CHANGE * first:
                 unit, factor = ("", 1.0) if name == "mu" else (" N/um", 1e-6)
                 found.append(
-                    f"{name} changes from {factor * first:.3g} to {factor * last:.3g}{unit} over the cycles: one value for all is a mean."
+                    f"{name} changes from {factor * first:.3g} to {factor * last:.3g}{unit} over the cycles: "
+                    "one value for all is a mean."
                 )
     return found
 

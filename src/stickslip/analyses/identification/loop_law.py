@@ -22,6 +22,7 @@ from stickslip.contact import dahl
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
 from stickslip.measurement.contact_record import check_ratio, clipped
+import itertools
 
 IWAN_ELEMENTS = 24
 ARRAY_ELEMENTS = 5
@@ -254,7 +255,7 @@ def _errors(jacobian: Array, left: Array, loops: Sequence[ContactLoop]) -> Array
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
     sizes = [np.size(loop.displacement) for loop in loops]
     ends = np.cumsum([0, *sizes])
-    parts = [part for a, b in zip(ends[:-1], ends[1:], strict=True) for part in np.array_split(np.arange(a, b), SEGMENTS)]
+    parts = [part for a, b in itertools.pairwise(ends) for part in np.array_split(np.arange(a, b), SEGMENTS)]
     scores = np.array([jacobian[part].T @ left[part] for part in parts])
     correction = len(parts) / max(len(parts) - jacobian.shape[1], 1)
     alike = correction * inverse @ (scores.T @ scores) @ inverse
@@ -267,7 +268,7 @@ def _errors(jacobian: Array, left: Array, loops: Sequence[ContactLoop]) -> Array
 def judged(loops: Sequence[ContactLoop], law: str) -> tuple[Array, Array, float, float]:
     """Parameters of a law, their standard errors, its misfit and its error on loops held out one at a time (NaN for one loop)."""
     theta, errors = fitted(loops, law)
-    rms = np.sqrt(np.mean(np.concatenate([np.asarray(loop.force) - np.mean(loop.force) for loop in loops]) ** 2))
+    rms = np.sqrt(np.mean(np.concatenate([np.asarray(loop.force) - np.mean(np.asarray(loop.force)) for loop in loops]) ** 2))
     misfit = float(np.sqrt(np.mean(residuals(theta, loops, law) ** 2)) / rms)
     if len(loops) == 1:
         return theta, errors, misfit, float("nan")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from stickslip.analyses.identification.contact_law import ContactLawWork
-from stickslip.analyses.identification.loop_law import LAWS, LoopErrors
+from stickslip.analyses.identification.loop_law import LoopErrors
 from stickslip.checks import counted, fault, nearest
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LawName = Literal["jenkins", "iwan", "dahl", "array"]
+EVERY: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
 ColumnName = Literal["displacement", "force", "normal", "time"]
 
 
@@ -30,17 +31,21 @@ class ContactLawTable(Table):
     """Measured loops of one contact, and what is known of them."""
 
     files: Annotated[
-        list[str], Field(min_length=1, description="records (text or .mat), of many cycles or one each; the last number of a name is its cycle")
+        list[str],
+        Field(
+            min_length=1, description="records (text or .mat), of many cycles or one each; the last number of a name is its cycle"
+        ),
     ]
     normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None
     laws: Annotated[
         list[LawName], Field(min_length=1, description="to fit; of several the simplest that loops held out confirm")
-    ] = Field(default_factory=lambda: list(LAWS))
+    ] = Field(default_factory=lambda: list(EVERY))
     rig_stiffness: Annotated[
         Positive | None, STIFFNESS, Field(description="of what yields between displacement sensor and contact, in series with it")
     ] = None
     harmonics: Annotated[
-        int | None, Field(ge=5, le=2000, description="to which every cycle is smoothed; as many as the displacement needs unless given")
+        int | None,
+        Field(ge=5, le=2000, description="to which every cycle is smoothed; as many as the displacement needs unless given"),
     ] = None
     columns: Annotated[
         dict[ColumnName, str | int], Field(description="titles or numbers (from 1) of columns that are not understood")
@@ -93,7 +98,10 @@ class ContactLawPlan(Plan):
         """The work on the loops of the files."""
         table, si = self.table, in_si(self.table, self.units)
         files = [self.folder / name for name in table.files]
-        columns, units = {str(key): value for key, value in table.columns.items()}, {str(k): v for k, v in table.column_units.items()}
+        columns, units = (
+            {str(key): value for key, value in table.columns.items()},
+            {str(k): v for k, v in table.column_units.items()},
+        )
         settings = (tuple(table.laws), si["rig_stiffness"], table.loop_errors(), table.harmonics, columns, units)
         return ContactLawWork.of(files, si["normal_load"], *settings)
 

@@ -70,5 +70,7 @@ def synthetic_contact_record(study: Path) -> tuple[dict[str, str], list[Path]]:
     u = 1.004 * u + drift + 0.08e-6 * generator.standard_normal(u.size)
     force = 0.995 * force + 0.7 + 0.1 * generator.standard_normal(u.size)
     rows = [f"{t:.6g},{1e6 * x:.6g},{f:.6g}" for t, x, f in zip(time, u, force, strict=True)]
-    file = write_text(study.with_name(f"{study.stem}.csv"), "\n".join(["time [s],displacement [um],friction force [N]", *rows]) + "\n")
+    file = write_text(
+        study.with_name(f"{study.stem}.csv"), "\n".join(["time [s],displacement [um],friction force [N]", *rows]) + "\n"
+    )
     return {"files": json.dumps([file.name], ensure_ascii=False)}, [file]
