@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index, between, counted, fault
 from stickslip.measurement.contact_record import ContactRecord
@@ -40,6 +41,9 @@ FEWEST_SAMPLES = 20
 
 FEW_CYCLES = 3
 """Up to so many whole cycles, the beginning and the end of a record are used too, though a virgin contact may begin there."""
+
+NOISE = 2.2
+"""A harmonic of the mean displacement is noise below so many standard errors (one in a hundred stays)."""
 
 GAP = 1.0 / 60.0
 """Part of the period that may be missing."""
@@ -145,6 +149,8 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
         removed.append("The sign of the force is turned, so that friction dissipates.")
     residuals = np.concatenate([one for cut in cuts for one in cut.residuals], axis=1)
     noise = np.sqrt(np.mean(residuals**2, axis=1))
+    lost = _lost(u, float(noise[0]) / np.sqrt(residuals.shape[1]))
+    u[:, 1::2][:, lost] = u[:, 2::2][:, lost] = 0.0
     periods = [period for cut in cuts for period in cut.periods]
     numbers = np.array([number for cut in cuts for number in cut.numbers], dtype=np.int64)
     untimed = any(record.time is None for record in several)
@@ -331,6 +337,13 @@ def _offsets(u: Array, force: Array) -> list[str]:
     mean, half = float(np.median(force[:, 0])), 0.5 * float(np.ptp(_shape(force.mean(axis=0))))
     found.append(f"Mean force removed: {mean:.3g} N, {abs(mean) / half:.1%} of half its range.")
     return found
+
+
+def _lost(u: Array, error: float) -> NDArray[np.bool_]:
+    """Which harmonics of the mean displacement do not stand out of the noise, whose mean over all samples has this standard
+    error [m]. As motion of the contact they would make it softer than it is."""
+    mean = u.mean(axis=0)
+    return np.asarray(mean[1::2] ** 2 + mean[2::2] ** 2 <= 4.0 * NOISE**2 * error**2)
 
 
 def _turned(u: Array, force: Array) -> bool:

@@ -151,7 +151,9 @@ class ContactLawWork:
             raise fault("laws", "must be at least one, each once", list(laws))
         rig = None if rig_stiffness is None else positive("rig_stiffness", rig_stiffness)
         several = [loops] if isinstance(loops, Source) else list(loops)
-        if several and all(isinstance(one, ContactLoop) for one in several):
+        if not several:
+            raise fault("loops", "must be at least one", 0)
+        if all(isinstance(one, ContactLoop) for one in several):
             found = tuple(one for one in several if isinstance(one, ContactLoop))
             about = f"{len(found)} loops"
             work = cls(found, found, np.arange(1, len(found) + 1), laws, rig, errors or LoopErrors(), summary=about)
