@@ -34,6 +34,8 @@ from .contact.stiffness import (
 )
 from .contact.tanh_coulomb import TanhCoulomb as TanhCoulomb
 
+from .analyses.hysteresis_loop import HysteresisLoop as HysteresisLoop, hysteresis_loop as hysteresis_loop
+
 # Units and frequencies
 from .units import Band as Band, hertz as hertz, logspace as logspace, radians_per_second as radians_per_second
 

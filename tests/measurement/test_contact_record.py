@@ -18,7 +18,10 @@ def signals(cycles=5, samples=200, seed=0, noise=1e-3):
     generator = np.random.default_rng(seed)
     u, force = (np.tile(one, cycles) for one in loop_of(np.ones(1), KT, MU, N, AMPLITUDE, samples))
     time = np.arange(u.size) / (10.0 * samples)
-    noisy = [u + noise * AMPLITUDE * generator.standard_normal(u.size), force + noise * MU * N * generator.standard_normal(u.size)]
+    noisy = [
+        u + noise * AMPLITUDE * generator.standard_normal(u.size),
+        force + noise * MU * N * generator.standard_normal(u.size),
+    ]
     return time, *noisy
 
 
@@ -103,7 +106,11 @@ def with_nan(values, row=7):
 
 
 BAD = {
-    "clipped": (table(force=np.clip(FORCE, -0.8 * MU * N, 0.8 * MU * N)), {}, "must not be clipped, but is '[0-9]+ samples in a row at"),
+    "clipped": (
+        table(force=np.clip(FORCE, -0.8 * MU * N, 0.8 * MU * N)),
+        {},
+        "must not be clipped, but is '[0-9]+ samples in a row at",
+    ),
     "kN as N": (table(force=1e-3 * FORCE), {}, "0.0004.*Is a unit wrong.*force in kN it would be 0.4"),
     "mN as N": (table(force=1e3 * FORCE), {}, "Is a unit wrong.*in mN"),
     "metres": (table(u=1e6 * U), {}, "must vary by 10 nm to 10 mm.*unit"),
@@ -168,7 +175,12 @@ def test_what_is_removed_is_said():
     assert len(cycles.numbers) == 19
     assert cycles.period == pytest.approx(0.1, rel=1e-3)
     said = " ".join(cycles.removed)
-    for words in ("samples lie outside", "Drift of the displacement removed: 3.8", "Mean displacement removed: 299.8 um", "Mean force"):
+    for words in (
+        "samples lie outside",
+        "Drift of the displacement removed: 3.8",
+        "Mean displacement removed: 299.8 um",
+        "Mean force",
+    ):
         assert words in said
     assert "sign of the force is turned" in said
     assert cycles.energy.mean() == pytest.approx(4.0 * MU * N * (AMPLITUDE - MU * N / KT), rel=2e-3)

@@ -89,7 +89,7 @@ def test_one_loop_cannot_choose_but_fits_a_law_that_is_named():
     assert choice.best == "jenkins"
     assert choice.fits["jenkins"].mu == pytest.approx(0.4, rel=0.03)
     assert np.isnan(choice.fits["jenkins"].held_out)
-    assert str(choice.fits['jenkins']).count("held out") == 0
+    assert str(choice.fits["jenkins"]).count("held out") == 0
 
 
 def test_the_answer_is_a_few_lines():
