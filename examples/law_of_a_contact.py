@@ -5,7 +5,7 @@ from pathlib import Path
 
 import stickslip as ss
 
-# Displacement, friction and load of a reciprocating test (FrictionModels.jl, MIT licence; here in the folder of the tests, packed).
+# A reciprocating test (FrictionModels.jl, MIT licence; here in the folder of the tests, packed).
 packed = Path(__file__).parents[1] / "tests" / "data" / "tribometer" / "test_data_2.txt.gz"
 Path("record.txt").write_bytes(gzip.decompress(packed.read_bytes()))
 
@@ -16,9 +16,8 @@ print(found)
 data = found.dataset
 slider = ss.Macroslip(kt=found.kt, mu=found.mu, normal_load=5.0)
 amplitude = 0.5 * float(data["displacement"].isel(loop=0).max() - data["displacement"].isel(loop=0).min())
-print(
-    f"slider {1e3 * slider.loop_energy(amplitude):.3f} mJ, measured {1e3 * float(data['energy_measured'].mean()):.3f} mJ per cycle"
-)
+energies = slider.loop_energy(amplitude), float(data["energy_measured"].mean())
+print("energy per cycle: slider {:.3f} mJ, measured {:.3f} mJ".format(*(1e3 * energy for energy in energies)))
 
 found.plot().savefig("loops.png")
 found.plot("cycles").savefig("cycles.png")  # kt, mu and energy against the number of the cycle

@@ -10,9 +10,9 @@ from functools import cache
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
+from stickslip.analyses.identification.contact_law import contact_law
 from stickslip.analyses.identification.identify import Identification, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.analyses.identification.contact_law import contact_law
 from stickslip.analyses.identification.loop_law import ContactLoop
 from stickslip.checks import InputError
 from stickslip.dampers.between_platforms import BetweenPlatforms

@@ -80,7 +80,7 @@ def identification() -> xr.Dataset:
 
 def contact_law() -> xr.Dataset:
     loop = np.broadcast_to(np.cos(2.0 * np.pi * np.arange(32) / 32), (MANY, 32))
-    data = {name: (("loop", "sample"), loop) for name in ("displacement", "force_measured", "force_fitted")}
+    data = dict.fromkeys(("displacement", "force_measured", "force_fitted"), (("loop", "sample"), loop))
     of_cycles = ("kt", "kt_error", "mu", "mu_error", "number")
     data |= {f"cycle_{name}": (("cycle",), np.arange(1.0, MANY + 1.0)) for name in of_cycles}
     data |= {name: (("cycle",), np.ones(MANY)) for name in ("plateau", "energy_measured", "energy_fitted")}

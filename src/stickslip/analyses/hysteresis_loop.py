@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, fault, numbers, of_kind, positive
+from stickslip.checks import Array, fault, numbers, positive
 from stickslip.contact.law import Law, NormalElements
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset, Start
@@ -58,7 +58,8 @@ def hysteresis_loop(
     >>> round(loop.energy, 2)  # 4 μN (X − μN/kt)
     4.0
     """
-    of_kind("law", law, Law)
+    if not isinstance(law, Law):
+        raise fault("law", "must be a Law", law)
     given = numbers("displacement", displacement)
     u = np.atleast_2d(given)
     if u.ndim != 2 or len(u) > 2 or u.shape[1] < FEWEST_SAMPLES or not np.all(np.isfinite(u)):
@@ -86,7 +87,9 @@ def _normal_motion(contact: Contact, load: ArrayLike | None, motion: ArrayLike |
             "both" if load is not None else "none",
         )
     name = "normal_load" if motion is None else "normal_displacement"
-    values = numbers(name, load if motion is None else motion)
+    given = load if motion is None else motion
+    assert given is not None
+    values = numbers(name, given)
     if values.shape not in ((), (samples,)) or not np.all(np.isfinite(values)):
         raise fault(name, f"must be finite, a number or of shape ({samples},)", values.shape)
     series = np.broadcast_to(values, (samples,))
@@ -104,4 +107,5 @@ def _motion_of_load(elements: NormalElements, load: Array) -> Array:
     corners = np.sort(-elements.constant / elements.stiffness)
     there = np.array([float(np.sum(elements.forces(z))) for z in corners])
     beyond = corners[-1] + max(float(load.max()) - there[-1], 0.0) / float(np.sum(elements.stiffness))
-    return np.interp(load, np.append(there, max(float(load.max()), there[-1])), np.append(corners, beyond))
+    found: Array = np.interp(load, np.append(there, max(float(load.max()), there[-1])), np.append(corners, beyond))
+    return found

@@ -10,6 +10,7 @@ and beside them
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
@@ -22,7 +23,6 @@ from stickslip.contact import dahl
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
 from stickslip.measurement.contact_record import check_ratio, clipped
-import itertools
 
 IWAN_ELEMENTS = 24
 ARRAY_ELEMENTS = 5
