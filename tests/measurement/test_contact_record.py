@@ -41,12 +41,24 @@ TIME, U, FORCE = signals()
         "Rig 7\nTest of Monday\n\nZeit / s;Weg / um;F / kN\n" + rows(TIME, 1e6 * U, 1e-3 * FORCE, separator=";", decimal=","),
         "# time displacement force\n# s m N\n" + rows(TIME, U, FORCE, separator=" "),
         "disp_um  force_N\n" + rows(1e6 * U, FORCE, separator="   "),
+        "# time [s] displacement [um] force [N]\n" + rows(TIME, 1e6 * U, FORCE, separator=" "),
         rows(U, FORCE),
         rows(TIME, 1e3 * U, FORCE, separator=" "),
         '"t [s]","Slip [um]","Temperature [C]","Tangential force [N]"\n' + rows(TIME, 1e6 * U, 0 * U + 20.0, FORCE),
         "u [um], COF, Ft [N],\n" + rows(1e6 * U, FORCE / N, FORCE),
     ],
-    ids=["comma", "tabs", "decimal comma", "commented units", "blanks", "bare", "bare with time", "quoted", "coefficient"],
+    ids=[
+        "comma",
+        "tabs",
+        "decimal comma",
+        "commented units",
+        "blanks",
+        "commented",
+        "bare",
+        "bare with time",
+        "quoted",
+        "coefficient",
+    ],
 )
 def test_text_of_every_layout_is_read_to_the_same_numbers(tmp_path, text):
     (tmp_path / "record.txt").write_text(text)

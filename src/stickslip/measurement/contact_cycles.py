@@ -40,7 +40,10 @@ FEWEST_SAMPLES = 20
 """Of one cycle: fewer do not show where it sticks."""
 
 FEW_CYCLES = 3
-"""Up to so many whole cycles, the beginning and the end of a record are used too, though a virgin contact may begin there."""
+"""Up to so many whole cycles, strokes that the record begins or ends with are used if they pass the middle at all."""
+
+WHOLE_STROKE = 0.9
+"""Part of a stroke that the record must begin or end with for its passage to count: a virgin contact may begin there."""
 
 NOISE = 2.2
 """A harmonic of the mean displacement is noise below so many standard errors (one in a hundred stays)."""
@@ -89,9 +92,15 @@ class ContactCycles:
     def summary(self) -> str:
         """What there is, in half a line: "49 cycles of 4 s, amplitude 114 um, normal load 5 N"."""
         period = "" if np.isnan(self.period) else f" of {self.period:.4g} s"
-        low, high = (f"{1e6 * value:.4g}" for value in (self.amplitude.min(), self.amplitude.max()))
-        size = high if float(high) < 1.02 * float(low) else f"{low} to {high}"
-        return f"{counted(len(self.force), 'cycle')}{period}, amplitude {size} um, normal load {self.normal[:, 0].mean():.4g} N"
+        size, load = _range(1e6 * self.amplitude), _range(self.normal[:, 0])
+        return f"{counted(len(self.force), 'cycle')}{period}, amplitude {size} um, normal load {load} N"
+
+
+def _range(values: Array) -> str:
+    """The median of values that are about the same, else their range."""
+    if values.max() < 1.05 * values.min():
+        return f"{np.median(values):.4g}"
+    return f"{values.min():.4g} to {values.max():.4g}"
 
 
 def loop_area(displacement: Array, force: Array) -> Array:
@@ -151,6 +160,9 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     noise = np.sqrt(np.mean(residuals**2, axis=1))
     lost = _lost(u, float(noise[0]) / np.sqrt(residuals.shape[1]))
     u[:, 1::2][:, lost] = u[:, 2::2][:, lost] = 0.0
+    removed.append(
+        f"Smoothed to {count} harmonics, which takes {_small(noise[0], 'm')} and {_small(noise[1], 'N')} rms as noise."
+    )
     periods = [period for cut in cuts for period in cut.periods]
     numbers = np.array([number for cut in cuts for number in cut.numbers], dtype=np.int64)
     untimed = any(record.time is None for record in several)
@@ -165,9 +177,9 @@ def _spans(record: ContactRecord) -> Array:
     would come again."""
     u = record.displacement
     turns = reversals(u, TURN * float(np.ptp(u)))
-    for ends in (False, True):
-        passages = max((_passages(sign * u, turns, ends) for sign in (1.0, -1.0)), key=len)
-        if len(passages) > (1 if ends else FEW_CYCLES):
+    for part, fewest in ((WHOLE_STROKE, FEW_CYCLES), (0.0, 1)):
+        passages = max((_passages(sign * u, turns, part) for sign in (1.0, -1.0)), key=len)
+        if len(passages) > fewest:
             return np.array(passages)
     apart = abs(u[-1] - u[0])
     if 1 <= len(turns) <= 2 and apart <= CLOSED * np.ptp(u):
@@ -199,7 +211,10 @@ def _left(record: ContactRecord, span: Array, harmonics: int) -> float:
 
 
 def reversals(values: Array, least: float) -> list[int]:
-    """Places of the highest and lowest samples between which a signal turns back by at least `least`, in turn."""
+    """Places of the highest and lowest samples between which a signal turns back by at least `least`, in turn.
+
+    The first and the last sample are none, nor is noise near them: a signal must come to a reversal from `least` away.
+    """
     found: list[int] = []
     high = low = 0
     rising = 0
@@ -209,27 +224,31 @@ def reversals(values: Array, least: float) -> list[int]:
         if values[n] < values[low]:
             low = n
         if rising >= 0 and values[high] - values[n] >= least:
-            if rising or high > 0:
+            if rising or values[high] - values[0] >= least:
                 found.append(high)
             rising, low = -1, n
         elif rising <= 0 and values[n] - values[low] >= least:
-            if rising or low > 0:
+            if rising or values[0] - values[low] >= least:
                 found.append(low)
             rising, high = 1, n
     return found
 
 
-def _passages(u: Array, turns: list[int], ends: bool) -> list[float]:
+def _passages(u: Array, turns: list[int], part: float) -> list[float]:
     """Where the displacement passes upwards through the middle between two reversals, in samples.
 
-    ends: also before the first reversal, where the contact may still be virgin, and after the last one.
+    part: of a stroke that must lie before the first reversal, or after the last one, for the passage there to count.
     """
     if len(turns) < 2:
         return []
-    stretches = [(a, b, 0.5 * (u[a] + u[b])) for a, b in pairwise(turns)]
-    if ends:
-        stretches = [(0, turns[0], stretches[0][2]), *stretches, (turns[-1], u.size - 1, stretches[-1][2])]
-    return [_passage(u, a, b, middle) for a, b, middle in stretches if u[a] < middle <= u[b]]
+    strokes = [(a, b, 0.5 * (u[a] + u[b]), 0.0) for a, b in pairwise(turns)]
+    ends = [(0, turns[0], 0), (turns[-1], u.size - 1, -1)]
+    first, last = ((a, b, strokes[k][2], part * abs(u[turns[k]] - u[turns[1 if k == 0 else -2]])) for a, b, k in ends)
+    return [
+        _passage(u, a, b, middle)
+        for a, b, middle, least in (first, *strokes, last)
+        if u[a] < middle <= u[b] and u[b] - u[a] >= least
+    ]
 
 
 def _passage(u: Array, start: int, end: int, middle: float) -> float:
@@ -344,6 +363,14 @@ def _lost(u: Array, error: float) -> NDArray[np.bool_]:
     error [m]. As motion of the contact they would make it softer than it is."""
     mean = u.mean(axis=0)
     return np.asarray(mean[1::2] ** 2 + mean[2::2] ** 2 <= 4.0 * NOISE**2 * error**2)
+
+
+def _small(value: float, unit: str) -> str:
+    """A small quantity with a prefix."""
+    for size, prefix in ((1.0, ""), (1e-3, "m"), (1e-6, "u")):
+        if value >= size:
+            return f"{value / size:.3g} {prefix}{unit}"
+    return f"{value / 1e-9:.3g} n{unit}"
 
 
 def _turned(u: Array, force: Array) -> bool:

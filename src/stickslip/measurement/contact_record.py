@@ -79,7 +79,9 @@ class ContactRecord:
             if values is not None:
                 found[key] = _checked(f"{key.capitalize()} of {self.name}", values, size, key == "normal load")
         self._check_sizes(found)
-        notes = (*self.notes, *clipped(f"Force of {self.name}", found["force"]))
+        notes = self.notes
+        for key in ("force", "displacement"):
+            notes += clipped(f"{key.capitalize()} of {self.name}", found[key])
         normal = found["normal load"]
         object.__setattr__(self, "displacement", found["displacement"])
         object.__setattr__(self, "force", found["force"])
@@ -134,22 +136,20 @@ def _checked(what: str, values: Array | float, size: int, single: bool) -> Array
     return array
 
 
-def clipped(what: str, force: Array) -> tuple[str, ...]:
-    """Refuse a force that stays at its highest or lowest value to the last digit while it is noisy elsewhere; a note where it
+def clipped(what: str, values: Array) -> tuple[str, ...]:
+    """Refuse a signal that stays at its highest or lowest value to the last digit while it is noisy elsewhere; a note where it
     is free of noise, as a computed loop is."""
-    runs = [(longest_run(force == extreme), extreme) for extreme in (force.max(), force.min())]
-    longest, extreme = max(runs)
+    longest, extreme = max((longest_run(values == extreme), extreme) for extreme in (values.max(), values.min()))
     if longest < LONGEST_CLIP:
         return ()
-    inside = (force != force.max()) & (force != force.min())
-    steps = np.diff(force)
-    moving = inside[1:] & inside[:-1]
-    if longest <= longest_run(steps[moving] == 0.0) + 1:
-        return ()  # as many equal samples in a row elsewhere: a coarse converter
-    third = np.abs(np.diff(force, 3))[inside[3:] & inside[2:-1] & inside[1:-2] & inside[:-3]]
-    turns = max(int(np.count_nonzero(np.diff(np.sign(force - force.mean())))), 1)
-    sine = 0.5 * float(np.ptp(force)) * (np.pi * turns / force.size) ** 3
-    sentence = f"{longest} samples in a row at {extreme:.6g} N"
+    inside = (values != values.max()) & (values != values.min())
+    equal = np.diff(values)[inside[1:] & inside[:-1]] == 0.0
+    if longest <= 2 * (longest_run(equal) + 1):
+        return ()  # about as many equal samples in a row elsewhere: a coarse converter, or a pause
+    third = np.abs(np.diff(values, 3))[inside[3:] & inside[2:-1] & inside[1:-2] & inside[:-3]]
+    turns = max(int(np.count_nonzero(np.diff(np.sign(values - values.mean())))), 1)
+    sine = 0.5 * float(np.ptp(values)) * (np.pi * turns / values.size) ** 3
+    sentence = f"{longest} samples in a row at {extreme:.6g}"
     if third.size and np.median(third) > SMOOTH * sine:
         raise fault(what, "must not be clipped", sentence, "Choose a larger range of the sensor and measure again.")
     return (f"{what}: {sentence}. A clipped sensor looks so, and a computed loop; a clipped one gives too low a friction.",)
@@ -187,10 +187,11 @@ def read_contact_records(
         for key in given or {}:
             if key not in QUANTITIES:
                 raise fault(what, f"must name {', '.join(QUANTITIES)}", key, nearest(key, QUANTITIES))
-    tables = _tables(paths)
-    numbers = _cycle_numbers(paths)
+    tables, numbers = _tables(paths), _cycle_numbers(paths)
+    places = [_places(table, columns or {}) for table in tables]
+    assumed = _assumed_units(tables, places, units or {})
     order = sorted(range(len(paths)), key=lambda i: numbers[i])
-    return tuple(_record(tables[i], normal_load, columns or {}, units or {}, numbers[i]) for i in order)
+    return tuple(_record(tables[i], places[i], normal_load, (units or {}, assumed), numbers[i]) for i in order)
 
 
 def _tables(paths: Sequence[Path]) -> list[NumberTable]:
@@ -210,20 +211,24 @@ def _cycle_numbers(paths: Sequence[Path]) -> list[int]:
 
 
 def _record(
-    table: NumberTable, normal_load: float | None, columns: Mapping[str, str | int], units: Mapping[str, str], number: int
+    table: NumberTable,
+    places: Mapping[str, int],
+    normal_load: float | None,
+    units: tuple[Mapping[str, str], Mapping[str, str]],
+    number: int,
 ) -> ContactRecord:
-    places, notes = _places(table, columns), list(table.notes)
+    """The record of a table; units: those that are given, and those that are assumed where the file states none."""
+    notes, (given, assumed) = list(table.notes), units
     if "normal" not in places and normal_load is None:
         remedy = "Give normal_load in N (--normal-load), or name the column: columns={'normal': ...}."
         raise fault(f"The normal load of {table.name}", "must be known", "missing", remedy)
     values: dict[str, Array] = {}
     for name, index in places.items():
-        column = table.numbers[:, index]
-        unit = units.get(name) or table.units[index]
+        unit = given.get(name) or table.units[index]
         if unit is None:
-            unit, note = _assumed_unit(table.name, name, column)
-            notes += [note]
-        values[name] = column * _factor(table.name, name, unit)
+            unit = assumed[name]
+            notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
+        values[name] = table.numbers[:, index] * _factor(table.name, name, unit)
     normal: Array | float = values.get("normal", np.zeros(0))
     if normal_load is not None:
         notes += _compared_load(table.name, values.get("normal"), normal_load)
@@ -288,20 +293,35 @@ def _meant(title: str) -> str | None:
     return next((name for name, own in TITLES.items() if words & own), None)
 
 
-def _assumed_unit(file: str, name: str, column: Array) -> tuple[str, str]:
-    """The unit of a column that states none, and the note on it."""
-    if name != "displacement":
-        unit = QUANTITIES[name]
-        return unit, f"{file} states no unit of {name}: {unit} is assumed."
-    span = float(np.ptp(column[np.isfinite(column)])) if np.any(np.isfinite(column)) else 0.0
+def _assumed_units(
+    tables: Sequence[NumberTable], places: Sequence[Mapping[str, int]], known: Mapping[str, str]
+) -> dict[str, str]:
+    """Units of quantities for which a file states none: one for all files, by the largest motion among them."""
+    lacking = {
+        name
+        for table, own in zip(tables, places, strict=True)
+        for name, index in own.items()
+        if name not in known and table.units[index] is None
+    }
+    found = {name: QUANTITIES[name] for name in QUANTITIES if name in lacking}
+    if "displacement" in lacking:
+        columns = (table.numbers[:, own["displacement"]] for table, own in zip(tables, places, strict=True))
+        span = max(
+            (float(np.nanmax(column) - np.nanmin(column)) for column in columns if np.any(np.isfinite(column))), default=0.0
+        )
+        found["displacement"] = _unit_of_motion(tables[0].name, span)
+    return found
+
+
+def _unit_of_motion(file: str, span: float) -> str:
+    """That one of m, mm and um in which a range of displacement is usual."""
     low, high = USUAL_MOTION
     for unit in ("m", "mm", "um"):
         if low <= span * UNITS[unit][1] < high:
-            return unit, f"{file} states no unit of displacement: {unit} is assumed, since it varies by {span:.4g}."
+            return unit
     rule = "must be stated where the motion is not between 0.5 um and 0.5 mm in any of m, mm and um"
-    raise fault(
-        f"The unit of displacement in {file}", rule, f"missing, with a range of {span:.4g}", "Give units={'displacement': 'um'}."
-    )
+    shown = f"missing, with a range of {span:.4g}"
+    raise fault(f"The unit of displacement in {file}", rule, shown, "Give units={'displacement': 'um'}.")
 
 
 def _factor(file: str, name: str, unit: str) -> float:

@@ -122,12 +122,13 @@ def _titles(line: str, separator: str | None, count: int) -> list[str]:
     """The cells of a line of titles; empty unless there is one for each column."""
     text = line.strip().lstrip(COMMENT).strip()
     for mark in dict.fromkeys((separator, "\t", ";", ",", None)):
-        cells = _split(text, mark)
+        cells = _split(text, mark) if mark is not None else _WORD_AND_UNIT.findall(text)
         if len(cells) == count and any(re.search(r"[^\W\d]", cell) for cell in cells):
             return cells
     return []
 
 
+_WORD_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?|[\[(][^\])]*[\])]")
 _IN_BRACKETS = re.compile(r"\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
 _AT_END = re.compile(r"(?:\s*/\s*|\s+in\s+|_|,\s*|\s+)(\S+)\s*$")
 

@@ -15,11 +15,13 @@ import numpy as np
 from stickslip.analyses.identification.contact_law_dataset import contact_law_dataset, sentences
 from stickslip.analyses.identification.loop_law import (
     CLOSE,
+    EXACT,
     LAWS,
     ContactLoop,
     LawFit,
     LoopErrors,
     fitted,
+    force_of,
     judged,
 )
 from stickslip.checks import Array, Index, InputError, fault, nearest, positive
@@ -38,8 +40,8 @@ SAMPLES = 400
 MEAN_LOOPS = 6
 """Loops to which many cycles are averaged before the fit: enough to hold out one, few enough to average noise."""
 
-SAME_AMPLITUDE = 1.2
-"""Ratio of amplitudes up to which neighbouring cycles are averaged."""
+SAME_LEVEL = 1.2
+"""Ratio of amplitudes or normal loads up to which cycles are averaged."""
 
 MOST_CYCLES = 200
 """Cycles that are fitted one by one; more are averaged in groups of neighbours."""
@@ -190,6 +192,8 @@ class ContactLawWork:
 
     def prepare(self) -> None:
         """Compile the laws."""
+        for law in self.laws:
+            force_of(self.loops[0], law, np.array([np.log(1e6), np.log(0.3), *[0.5] * LAWS[law][1]]))
 
     def solve(self, case: int, report: Callable[[float], object]) -> Arrays:
         """Of all laws: parameters and errors (laws, 3), misfit and held-out error (laws, 2); parameters and errors of the chosen
@@ -212,7 +216,7 @@ class ContactLawWork:
     def _best(self, held_out: Array) -> str:
         """The simplest law that loops held out do not contradict."""
         errors = dict(zip(self.laws, held_out, strict=True))
-        smallest = min(errors.values())
+        smallest = max(min(errors.values()), EXACT)
         return next(law for law in LAWS if law in errors and not errors[law] > CLOSE * smallest)
 
     def contact_law(self, arrays: Arrays | None = None) -> ContactLaw:
@@ -277,11 +281,10 @@ def _loop(cycles: ContactCycles, members: Sequence[int] | Index, name: str) -> C
 
 
 def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:
-    """Cycles of like amplitude, averaged over neighbours to a few loops in all."""
+    """Cycles of like amplitude and load, averaged over neighbours to a few loops in all."""
     amplitude = cycles.amplitude
-    order = np.argsort(amplitude, kind="stable")
-    jumps = np.flatnonzero(amplitude[order][1:] > SAME_AMPLITUDE * amplitude[order][:-1]) + 1
-    groups = [np.sort(group) for group in np.split(order, jumps)]
+    kinds = np.stack([_levels(amplitude), _levels(cycles.normal[:, 0])], axis=1)
+    groups = [np.flatnonzero((kinds == kind).all(axis=1)) for kind in np.unique(kinds, axis=0)]
     parts = max(MEAN_LOOPS // len(groups), 1)
     found = []
     for group in groups:
@@ -290,6 +293,14 @@ def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:
             name = f"cycle {first}" if first == last else f"cycles {first} to {last}"
             found.append(_loop(cycles, members, f"{name}, {1e6 * amplitude[members].mean():.3g} um"))
     return tuple(found)
+
+
+def _levels(values: Array) -> Index:
+    """The number of the level that each value belongs to, (n,); levels are apart by more than `SAME_LEVEL`."""
+    order = np.argsort(values, kind="stable")
+    found = np.zeros(values.size, dtype=np.int64)
+    found[order[1:]] = np.cumsum(values[order][1:] > SAME_LEVEL * values[order][:-1])
+    return found
 
 
 def _single_loops(cycles: ContactCycles) -> tuple[tuple[ContactLoop, ...], Index]:

@@ -23,6 +23,9 @@ REACH, POOR, WIDE = 0.95, 0.1, 0.2
 """Force over mu N below which mu is extrapolated; misfit from which a law is called poor; relative half width of an interval
 from which a parameter is hardly known."""
 
+LOADS_APART = 1.5
+"""Ratio of the largest to the smallest normal load from which kt at both is compared."""
+
 CHANGE = 0.1
 """Relative change of mu or kt over the cycles from which one value for all is a mean."""
 
@@ -117,6 +120,7 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
     for name, (low, high), value in (("kt", fit.kt_interval, fit.kt), ("mu", fit.mu_interval, fit.mu)):
         if high - low > 2.0 * WIDE * value:
             found.append(f"{name} is hardly known: its 95 % interval is {0.5 * (high - low) / value:.0%} wide to either side.")
+    found += _over_loads(work, dataset["cycle_kt"].values)
     if len(work.single) > 2:
         for name, values in (("mu", dataset["cycle_mu"].values), ("kt", dataset["cycle_kt"].values)):
             part = max(len(values) // 10, 1)
@@ -128,6 +132,20 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
                     "one value for all is a mean."
                 )
     return found
+
+
+def _over_loads(work: ContactLawWork, kt: Array) -> list[str]:
+    """What kt at different normal loads says about whose it is: a contact's grows with the load, a rig's does not."""
+    loads = np.array([float(np.mean(np.asarray(loop.normal))) for loop in work.single])
+    if loads.max() < LOADS_APART * loads.min():
+        return []
+    middle = np.sqrt(loads.min() * loads.max())
+    low, high = (float(np.median(kt[side])) for side in (loads < middle, loads >= middle))
+    about = f"kt is {1e-6 * low:.3g} N/um around {np.median(loads[loads < middle]):.4g} N and {1e-6 * high:.3g} N/um around "
+    about += f"{np.median(loads[loads >= middle]):.4g} N"
+    if abs(high - low) < CHANGE * low and work.rig_stiffness is None:
+        return [f"kt is likely the rig's: {about}; that of a contact grows with the normal load."]
+    return [f"One kt for all loads is a mean: {about}. Fit each load by itself."] if abs(high - low) >= CHANGE * low else []
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:

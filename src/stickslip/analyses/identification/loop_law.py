@@ -32,6 +32,9 @@ SMOOTHED = 30
 CLOSE = 1.1
 """A law with fewer parameters is kept while its held-out error is below this times the smallest."""
 
+EXACT = 3e-3
+"""Held-out errors below this are those of smoothing and sampling, and do not distinguish laws."""
+
 SEGMENTS = 8
 """Parts of a loop whose residuals count as independent: within a part a law that does not quite fit errs the same way."""
 
