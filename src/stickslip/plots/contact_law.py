@@ -59,7 +59,7 @@ def over_cycles(dataset: xr.Dataset) -> Figure:
         stiffness.set(ylabel="kt in N/µm")
         _with_band(friction, number, dataset["cycle_mu"].values, dataset["cycle_mu_error"].values, "fitted")
         friction.plot(
-            number, dataset["plateau"].values, ".", color=GREY, markersize=4, label="half the force's range over the load"
+            number, dataset["plateau"].values, ".", color=GREY, markersize=4, label="plateau of the force over the load"
         )
         friction.set(ylabel="µ")
         friction.legend(loc="best")

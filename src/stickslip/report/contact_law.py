@@ -38,7 +38,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             "standard deviation of kt in N/um": 1e-6 * dataset["cycle_kt_error"].values,
             "mu": dataset["cycle_mu"].values,
             "standard deviation of mu": dataset["cycle_mu_error"].values,
-            "half the range of the force over the load": dataset["plateau"].values,
+            "plateau of the force over the load": dataset["plateau"].values,
             "energy measured in mJ": 1e3 * dataset["energy_measured"].values,
             "energy fitted in mJ": 1e3 * dataset["energy_fitted"].values,
         }

@@ -110,11 +110,22 @@ def test_friction_and_energy_over_the_cycles():
     data = found.dataset
     followed = np.interp(data["cycle_number"], np.arange(1, 25), 0.5 * (truth[:-1] + truth[1:]))
     assert data["cycle_mu"].values == pytest.approx(followed, rel=0.02)
+    assert data["plateau"].values == pytest.approx(followed, rel=0.03)
     energy = 4.0 * followed * N * (15e-6 - followed * N / KT)
     assert data["energy_measured"].values == pytest.approx(energy, rel=0.02)
     assert data["energy_fitted"].values == pytest.approx(energy, rel=0.02)
     assert "mu changes from 0.3" in " ".join(found.warnings)
     assert np.all(data["cycle_mu_error"] < 0.02)
+
+
+@pytest.mark.parametrize("law", ["jenkins", "iwan"])
+def test_wear_does_not_hide_the_law(law):
+    """Friction that grows: one value misses the loops by more than laws differ, and the right law is found all the same."""
+    found = ss.contact_law(record(law, cycles=25, mu=np.linspace(0.3, 0.5, 25), gain=0.0))
+    assert found.best == law
+    assert found.fits[law].misfit > 0.08
+    assert found.fits[law].held_out < 0.02
+    assert "laws are compared with the load of each loop scaled" in " ".join(found.warnings)
 
 
 def test_many_cycles_are_averaged_over_neighbours():
@@ -180,6 +191,7 @@ def test_the_measured_record(tribometer):
     assert tribometer.fits["dahl"].held_out > 0.1
     assert fit.mu_interval == pytest.approx((0.460, 0.488), abs=0.002)
     assert float(data["cycle_mu"][-1]) == pytest.approx(0.4875, abs=0.002)
+    assert data["plateau"].values[[0, -1]] == pytest.approx([0.467, 0.492], abs=0.001)
     assert float(data["energy_measured"].mean()) == pytest.approx(0.516e-3, rel=0.005)
     assert float(data["energy_fitted"].mean()) == pytest.approx(0.528e-3, rel=0.005)
 

@@ -43,6 +43,9 @@ MEAN_LOOPS = 6
 SAME_LEVEL = 1.2
 """Ratio of amplitudes or normal loads up to which cycles are averaged."""
 
+WEAR = 0.05
+"""Range of the plateaux of like loops, relative to their mean, from which laws are compared with wear made up for."""
+
 MOST_CYCLES = 200
 """Cycles that are fitted one by one; more are averaged in groups of neighbours."""
 
@@ -60,8 +63,8 @@ class ContactLaw(Result, figure="contact_law:loops_and_fit", cycles="contact_law
 
     `dataset` holds, SI: of each law `kt`, `kt_interval`, `mu`, `mu_interval`, `misfit`, `held_out`; of each cycle
     `cycle_number`, `cycle_kt`, `cycle_mu`, their `_error` (one standard deviation, scatter and misfit alone), `plateau` (half the
-    range of the force over the normal load), `energy_measured` and `energy_fitted`; of each loop `displacement`, `force_measured`
-    and `force_fitted` of the chosen law.
+    distance of the 10 and 90 % quantiles of the force, over the normal load), `energy_measured` and `energy_fitted`; of each
+    loop `displacement`, `force_measured` and `force_fitted` of the chosen law.
     """
 
     best: str
@@ -190,6 +193,20 @@ class ContactLawWork:
         loops, single = (tuple(_without_rig(loop, rig) for loop in several) for several in (self.loops, self.single))
         return replace(self, loops=loops, single=single, removed=(*self.removed, note))
 
+    @cached_property
+    def compared(self) -> tuple[ContactLoop, ...]:
+        """The loops on which laws are compared: where friction changes from one loop to another of like amplitude and load, with
+        the load of each scaled to its plateau. Else wear would hide the shape of the law, by which laws differ."""
+        half = np.array([0.5 * np.ptp(np.asarray(loop.force)) for loop in self.loops])
+        amplitude = np.array([0.5 * np.ptp(np.asarray(loop.displacement)) for loop in self.loops])
+        load = np.array([float(np.mean(np.asarray(loop.normal))) for loop in self.loops])
+        kinds = _kinds(amplitude, load)
+        alike = np.array([np.mean((half / load)[kinds == kind]) for kind in kinds])
+        scale = half / load / alike
+        if np.ptp(scale) < WEAR:
+            return self.loops
+        return tuple(replace(loop, normal=np.asarray(loop.normal) * s) for loop, s in zip(self.loops, scale, strict=True))
+
     def prepare(self) -> None:
         """Compile the laws."""
         for law in self.laws:
@@ -200,7 +217,7 @@ class ContactLawWork:
         law cycle by cycle (cycles, 3)."""
         theta, errors, misfits = (np.full((len(self.laws), count), np.nan) for count in (3, 3, 2))
         for place, law in enumerate(self.laws):
-            found, error, *misfits[place] = judged(self.loops, law)
+            found, error, *misfits[place] = judged(self.loops, law, self.compared)
             theta[place, : found.size], errors[place, : error.size] = found, error
             report(0.8 * (place + 1) / len(self.laws))
         best = self._best(misfits[:, 1])
@@ -283,8 +300,8 @@ def _loop(cycles: ContactCycles, members: Sequence[int] | Index, name: str) -> C
 def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:
     """Cycles of like amplitude and load, averaged over neighbours to a few loops in all."""
     amplitude = cycles.amplitude
-    kinds = np.stack([_levels(amplitude), _levels(cycles.normal[:, 0])], axis=1)
-    groups = [np.flatnonzero((kinds == kind).all(axis=1)) for kind in np.unique(kinds, axis=0)]
+    kinds = _kinds(amplitude, cycles.normal[:, 0])
+    groups = [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
     parts = max(MEAN_LOOPS // len(groups), 1)
     found = []
     for group in groups:
@@ -293,6 +310,11 @@ def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:
             name = f"cycle {first}" if first == last else f"cycles {first} to {last}"
             found.append(_loop(cycles, members, f"{name}, {1e6 * amplitude[members].mean():.3g} um"))
     return tuple(found)
+
+
+def _kinds(amplitude: Array, load: Array) -> Index:
+    """A number for each combination of levels of amplitude and load, (n,)."""
+    return _levels(amplitude) * amplitude.size + _levels(load)
 
 
 def _levels(values: Array) -> Index:

@@ -23,6 +23,9 @@ REACH, POOR, WIDE = 0.95, 0.1, 0.2
 """Force over mu N below which mu is extrapolated; misfit from which a law is called poor; relative half width of an interval
 from which a parameter is hardly known."""
 
+PLATEAU = 0.1
+"""Share of a cycle that lies above the plateau of the force, and below the other one: smoothing overshoots at their corners."""
+
 LOADS_APART = 1.5
 """Ratio of the largest to the smallest normal load from which kt at both is compared."""
 
@@ -39,7 +42,8 @@ def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: 
     own = np.array([np.log(chosen.kt), np.log(chosen.mu), *chosen.shape])
     single = work.single
     mean = [float(np.mean(np.asarray(loop.normal))) for loop in single]
-    plateau = [0.5 * float(np.ptp(np.asarray(loop.force))) / normal for loop, normal in zip(single, mean, strict=True)]
+    ends = [np.quantile(np.asarray(loop.force), (PLATEAU, 1.0 - PLATEAU)) for loop in single]
+    plateau = [0.5 * float(high - low) / normal for (low, high), normal in zip(ends, mean, strict=True)]
     fitted_energy = [_energy_of_law(loop, best, row[np.isfinite(row)]) for loop, row in zip(single, theta, strict=True)]
     samples = max(np.size(loop.displacement) for loop in work.loops)
     measured, computed, moved = (np.full((len(work.loops), samples), np.nan) for _ in range(3))
@@ -65,7 +69,7 @@ def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: 
         "cycle_kt_error": (cycle, np.exp(theta[:, 0]) * errors[:, 0], _about("N/m", "standard deviation without gains")),
         "cycle_mu": (cycle, np.exp(theta[:, 1]), _about("1", "friction coefficient of one cycle")),
         "cycle_mu_error": (cycle, np.exp(theta[:, 1]) * errors[:, 1], _about("1", "standard deviation without gains")),
-        "plateau": (cycle, plateau, _about("1", "half the range of the friction force over the normal load")),
+        "plateau": (cycle, plateau, _about("1", "plateau of the friction force over the normal load")),
         "energy_measured": (cycle, [energy_of(one) for one in single], _about("J", "energy dissipated in the cycle, measured")),
         "energy_fitted": (cycle, fitted_energy, _about("J", "energy dissipated in the cycle, by the law fitted to it")),
         "displacement": (loop_sample, moved, _about("m", "displacement of the contact")),
@@ -131,6 +135,8 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
                     f"{name} changes from {factor * first:.3g} to {factor * last:.3g}{unit} over the cycles: "
                     "one value for all is a mean."
                 )
+    if work.compared is not work.loops:
+        found.append("Friction changes between loops: laws are compared with the load of each loop scaled to its plateau.")
     return found
 
 
@@ -189,5 +195,5 @@ def _over_cycles(dataset: xr.Dataset) -> str:
     mu, kt, plateau = (ends[name].values * factor for name, factor in (("cycle_mu", 1.0), ("cycle_kt", 1e-6), ("plateau", 1.0)))
     return (
         f"from cycle {first} to {last} ({counted(dataset.sizes['cycle'], 'fit')}): mu {mu[0]:.4g} to {mu[1]:.4g}, "
-        f"kt {kt[0]:.4g} to {kt[1]:.4g} N/um, half the range of the force over the load {plateau[0]:.4g} to {plateau[1]:.4g}"
+        f"kt {kt[0]:.4g} to {kt[1]:.4g} N/um, plateau over load {plateau[0]:.4g} to {plateau[1]:.4g}"
     )

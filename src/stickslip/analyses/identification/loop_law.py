@@ -268,12 +268,15 @@ def _errors(jacobian: Array, left: Array, loops: Sequence[ContactLoop]) -> Array
     return np.sqrt(np.maximum(np.diag(alike), np.diag(white)))
 
 
-def judged(loops: Sequence[ContactLoop], law: str) -> tuple[Array, Array, float, float]:
-    """Parameters of a law, their standard errors, its misfit and its error on loops held out one at a time (NaN for one loop)."""
+def judged(loops: Sequence[ContactLoop], law: str, compared: Sequence[ContactLoop]) -> tuple[Array, Array, float, float]:
+    """Parameters of a law, their standard errors, its misfit and its error on loops held out one at a time (NaN for one loop).
+
+    compared: what is held out, the loops themselves or those with a load that makes up for wear.
+    """
     theta, errors = fitted(loops, law)
     rms = np.sqrt(np.mean(np.concatenate([np.asarray(loop.force) - np.mean(np.asarray(loop.force)) for loop in loops]) ** 2))
     misfit = float(np.sqrt(np.mean(residuals(theta, loops, law) ** 2)) / rms)
     if len(loops) == 1:
         return theta, errors, misfit, float("nan")
-    left = [residuals(fitted((*loops[:i], *loops[i + 1 :]), law, theta)[0], (loop,), law) for i, loop in enumerate(loops)]
+    left = [residuals(fitted((*compared[:i], *compared[i + 1 :]), law, theta)[0], (one,), law) for i, one in enumerate(compared)]
     return theta, errors, misfit, float(np.sqrt(np.mean(np.concatenate(left) ** 2)) / rms)
