@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.checks import Array, fault, nearest, positive
+from stickslip.checks import LARGEST, Array, fault, nearest, positive
 from stickslip.measurement.number_table import NumberTable, matlab_tables, text_table
 from stickslip.measurement.records import LONGEST_CLIP, UNITS, longest_run
 
@@ -127,7 +127,7 @@ def _checked(what: str, values: Array | float, size: int, single: bool) -> Array
         return np.asarray(positive(what, float(array)))
     if array.shape != (size,):
         raise fault(what, f"must have {size} samples, as the displacement has", array.shape)
-    bad = np.flatnonzero(~np.isfinite(array))
+    bad = np.flatnonzero(~(np.abs(array) < LARGEST))
     if bad.size:
         remedy = "Cut these rows out."
         raise fault(what, "must be finite", f"not so in {bad.size} rows, first in row {bad[0] + 1}", remedy)
@@ -253,7 +253,7 @@ def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, i
                 raise fault(f"Columns of {table.name}", f"must hold {name} once", list(table.titles), remedy)
             found[name] = index
     elif not columns:
-        increasing = bool(np.all(np.diff(table.numbers[:, 0]) > 0.0))
+        increasing = bool(np.all(table.numbers[1:, 0] > table.numbers[:-1, 0]))
         if count == 2:
             found = {"displacement": 0, "force": 1}
         elif count == 3 and increasing:
@@ -306,9 +306,8 @@ def _assumed_units(
     found = {name: QUANTITIES[name] for name in QUANTITIES if name in lacking}
     if "displacement" in lacking:
         columns = (table.numbers[:, own["displacement"]] for table, own in zip(tables, places, strict=True))
-        span = max(
-            (float(np.nanmax(column) - np.nanmin(column)) for column in columns if np.any(np.isfinite(column))), default=0.0
-        )
+        spans = [float(np.ptp(sound)) for column in columns if (sound := column[np.abs(column) < LARGEST]).size]
+        span = max(spans, default=0.0)
         found["displacement"] = _unit_of_motion(tables[0].name, span)
     return found
 

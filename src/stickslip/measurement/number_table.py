@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, InputError, fault
+from stickslip.checks import Array, fault
 from stickslip.measurement.records import UNITS
 from stickslip.models.process import arrays_of
 
@@ -158,10 +158,7 @@ def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
     with tempfile.TemporaryDirectory() as folder:
         listed = Path(folder) / "files.json"
         listed.write_text(json.dumps([str(path.absolute()) for path in paths]), encoding="utf-8")
-        try:
-            found = arrays_of(listed, "stickslip.models.matlab_files")
-        except InputError as error:
-            raise InputError(f"{paths[0].name if len(paths) == 1 else 'MATLAB files'}: {error}") from None
+        found = arrays_of(listed, "stickslip.models.matlab_files")
     own: list[dict[str, Any]] = [{} for _ in paths]
     for key, values in found.items():
         number, name = key.split(":", 1)
