@@ -48,6 +48,12 @@ WHOLE_STROKE = 0.9
 NOISE = 2.2
 """A harmonic of the mean displacement is noise below so many standard errors (one in a hundred stays)."""
 
+IRREGULAR = 0.02
+"""Part of a period by which passages may differ from equal steps that are tried in their place."""
+
+ABOUT, FEWEST_ON_LINE = 0.2, 4
+"""Part of a stroke on either side of its middle through which a line gives the passage, and fewest samples of it."""
+
 GAP = 1.0 / 60.0
 """Part of the period that may be missing."""
 
@@ -138,7 +144,7 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
         raise fault("records", "must be at least one", 0)
     if harmonics is not None:
         between("harmonics", harmonics, 5, 2000)
-    spans = [_spans(record) for record in several]
+    spans = [_regular(record, _spans(record)) for record in several]
     shortest = min(int(np.floor(np.min(np.diff(span)))) for span in spans)
     if shortest < FEWEST_SAMPLES:
         raise fault(f"Cycles of {several[0].name}", f"must have at least {FEWEST_SAMPLES} samples", shortest, "Sample faster.")
@@ -192,6 +198,21 @@ def _spans(record: ContactRecord) -> Array:
         raise fault(f"Displacement of {record.name}", "must reverse", shown, remedy)
     shown = f"{counted(len(turns), 'reversal')}, ends {apart / np.ptp(u):.0%} of the range apart"
     raise fault(record.name, "must hold at least one whole cycle", shown, "Record more cycles, or cut one out that is closed.")
+
+
+def _regular(record: ContactRecord, span: Array) -> Array:
+    """The ends of cycles in equal steps, where these leave less of the displacement than the passages as they were found, each
+    of which noise shifts."""
+    shortest = float(np.min(np.diff(span)))
+    if span.size <= FEW_CYCLES or shortest < FEWEST_SAMPLES:
+        return span
+    number = np.arange(span.size)
+    line = np.asarray(np.polyval(np.polyfit(number, span, 1), number))
+    line = np.clip(line, 0.0, record.displacement.size - 1.0)
+    if np.max(np.abs(line - span)) > IRREGULAR * shortest:
+        return span
+    count = min(HARMONICS[0], int(min(shortest, float(np.min(np.diff(line)))) - 3) // 2)
+    return line if _left(record, line, count) <= _left(record, span, count) else span
 
 
 def _enough(record: ContactRecord, span: Array, most: int) -> int:
@@ -252,9 +273,19 @@ def _passages(u: Array, turns: list[int], part: float) -> list[float]:
 
 
 def _passage(u: Array, start: int, end: int, middle: float) -> float:
-    """Where the displacement first reaches a value between two samples, in samples."""
-    n = start + int(np.argmax(u[start : end + 1] >= middle))
-    return n - 1 + float((middle - u[n - 1]) / (u[n] - u[n - 1]))
+    """Where the displacement passes a value upwards between two samples, in samples: by a straight line through the samples about
+    it, since noise would shift a single sample."""
+    part = u[start : end + 1]
+    n = int(np.argmax(part >= middle))
+    half = ABOUT * float(part.max() - part.min())
+    below, above = np.flatnonzero(part[:n] < middle - half), np.flatnonzero(part[n:] > middle + half)
+    first, last = (int(below[-1]) + 1 if below.size else 0), (n + int(above[0]) if above.size else part.size)
+    if last - first < FEWEST_ON_LINE:
+        return start + n - 1 + float((middle - part[n - 1]) / (part[n] - part[n - 1]))
+    places = np.arange(first, last) - n
+    slope, value = np.polyfit(places, part[first:last] - middle, 1)
+    found = -value / slope if slope > 0.0 else 0.0
+    return start + n + float(np.clip(found, places[0], places[-1]))
 
 
 def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
