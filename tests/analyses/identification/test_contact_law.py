@@ -53,6 +53,20 @@ def test_95_percent_intervals_cover_the_truth_and_are_no_wider_than_they_need_to
         assert 0.7 < claimed / spread < 1.5
 
 
+@pytest.mark.parametrize("noise", [0.08e-6, 0.4e-6])
+def test_intervals_of_noise_alone_are_right_too(noise):
+    """Without gain errors, and none stated: noise of 1 or 5 % of the amplitude on every sample; at most 0.3 % of bias."""
+    none = ss.LoopErrors(force_gain=0.0, displacement_gain=0.0, normal_gain=0.0)
+    records = [record(seed=seed, cycles=4, gain=0.0, noise=(noise, 0.4)) for seed in range(40)]
+    fits = [ss.contact_law(one, laws="jenkins", errors=none).fits["jenkins"] for one in records]
+    for name, truth in (("kt", KT), ("mu", MU)):
+        logs = np.log([getattr(fit, name) / truth for fit in fits])
+        claimed = np.median([fit.errors[name == "mu"] for fit in fits])
+        assert abs(np.mean(logs)) < 3e-3
+        assert 0.6 < claimed / np.std(logs) < 1.6, name
+        assert np.mean(np.abs(logs) < 1.96 * np.array([fit.errors[name == "mu"] for fit in fits])) >= 0.85
+
+
 def test_a_law_that_does_not_fit_has_wider_intervals():
     """One slider fitted to an array: scatter between parts of the loop enters, white noise alone would not see it."""
     right, wrong = (

@@ -63,12 +63,18 @@ def test_too_little_motion_is_said():
     assert any("gross slip" in sentence for sentence in choice.warnings)
 
 
+def noisy(force):
+    return force + 0.3 * np.random.default_rng(0).standard_normal(force.size)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (lambda u, f: (u, -f, 100.0), "sign reversed"),
         (lambda u, f: (1e6 * u, f, 100.0), "Is its unit right"),
         (lambda u, f: (u, 1e3 * f, 100.0), "Is a unit wrong"),
+        (lambda u, f: (u, 1e-3 * f, 100.0), "in kN it would be 0.4"),
+        (lambda u, f: (u, np.clip(noisy(f), -30.0, 30.0), 100.0), "must not be clipped"),
         (lambda u, f: (u, 0.0 * f, 100.0), "constant"),
         (lambda u, f: (u, f * np.nan, 100.0), "finite"),
         (lambda u, f: (u[:20], f[:20], 100.0), "at least 40"),

@@ -294,7 +294,7 @@ def _loop(cycles: ContactCycles, members: Sequence[int] | Index, name: str) -> C
     count = cycles.harmonics
     table = synthesis(max(SAMPLES, 8 * count), count)
     u, force, normal = (table @ values[members].mean(axis=0) for values in (cycles.displacement, cycles.force, cycles.normal))
-    return ContactLoop(u, force, normal, name, count)
+    return ContactLoop(u, force, normal, name, count, cycles.error / np.sqrt(len(members)))
 
 
 def _mean_loops(cycles: ContactCycles) -> tuple[ContactLoop, ...]:

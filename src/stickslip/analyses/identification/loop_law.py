@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,9 @@ CLOSE = 1.1
 
 EXACT = 3e-3
 """Held-out errors below this are those of smoothing and sampling, and do not distinguish laws."""
+
+DRAWS, SEED = 12, 0
+"""Draws of the noise of the displacement for standard errors, which they give to a fifth, and their seed."""
 
 SEGMENTS = 8
 """Parts of a loop whose residuals count as independent: within a part a law that does not quite fit errs the same way."""
@@ -67,6 +70,7 @@ class ContactLoop:
     """One steady cycle of a contact: tangential displacement [m], force [N], normal load [N] (a number or (n,)), equal times.
 
     harmonics: to which the cycle was smoothed, if it was; the computed force is then compared after the same smoothing.
+    displacement_error (H,) [m]: standard errors of the cosines and sines of the displacement, for the intervals.
     """
 
     displacement: ArrayLike
@@ -74,6 +78,7 @@ class ContactLoop:
     normal: ArrayLike
     name: str = "loop"
     harmonics: int | None = None
+    displacement_error: Array | None = None
 
     def __post_init__(self) -> None:
         u, f = np.asarray(self.displacement, float), np.asarray(self.force, float)
@@ -223,7 +228,7 @@ def fitted(loops: Sequence[ContactLoop], law: str, start: Array | None = None) -
 
     The start follows from range, amplitude and energy of the loops unless given. The errors are those of least squares with
     residuals that are alike within each `SEGMENTS`th of a loop: (JᵀJ)⁻¹ Σ_s (J_sᵀr_s)(J_sᵀr_s)ᵀ (JᵀJ)⁻¹, but no less than with
-    white noise of as many values as the smoothing leaves.
+    white noise of as many values as the smoothing leaves; and those of the displacement, which residuals do not show.
     """
     count = LAWS[law][1]
     starts = [start] if start is not None else [_start(loops, count, factor) for factor in (1.0, 1.5)]
@@ -234,7 +239,8 @@ def fitted(loops: Sequence[ContactLoop], law: str, start: Array | None = None) -
         found = least_squares(residuals, one, args=(loops, law), bounds=(low, high), x_scale=0.1)
         best = found if best is None or found.cost < best.cost else best
     assert best is not None
-    return best.x, _errors(np.asarray(best.jac), best.fun, loops)
+    jacobian = np.asarray(best.jac)
+    return best.x, np.hypot(_errors(jacobian, best.fun, loops), _errors_of_motion(jacobian, best.x, loops, law))
 
 
 def _start(loops: Sequence[ContactLoop], count: int, factor: float) -> Array:
@@ -266,6 +272,27 @@ def _errors(jacobian: Array, left: Array, loops: Sequence[ContactLoop]) -> Array
     freedom = max(independent - jacobian.shape[1], 1)
     white = inverse * float(left @ left) / freedom
     return np.sqrt(np.maximum(np.diag(alike), np.diag(white)))
+
+
+def _errors_of_motion(jacobian: Array, theta: Array, loops: Sequence[ContactLoop], law: str) -> Array:
+    """Standard errors of the parameters, (parameters,), by the noise that is left in the displacements: root mean square of what
+    a few draws of it move them by."""
+    errors = [np.zeros(0) if loop.displacement_error is None else loop.displacement_error for loop in loops]
+    if not any(np.any(error) for error in errors):
+        return np.zeros(theta.size)
+    generator = np.random.default_rng(SEED)
+    projection, moved = np.linalg.pinv(jacobian), np.empty((DRAWS, theta.size))
+    for draw in moved:
+        changes = []
+        for loop, error in zip(loops, errors, strict=True):
+            u = np.asarray(loop.displacement)
+            spectrum = np.zeros(u.size // 2 + 1, dtype=complex)
+            both = generator.standard_normal((2, error.size))
+            spectrum[1 : error.size + 1] = 0.5 * u.size * error * (both[0] + 1j * both[1])
+            there = replace(loop, displacement=u + np.fft.irfft(spectrum, u.size))
+            changes.append(force_of(there, law, theta) - force_of(loop, law, theta))
+        draw[:] = projection @ np.concatenate(changes)
+    return np.asarray(np.sqrt(np.mean(moved**2, axis=0)))
 
 
 def judged(loops: Sequence[ContactLoop], law: str, compared: Sequence[ContactLoop]) -> tuple[Array, Array, float, float]:
