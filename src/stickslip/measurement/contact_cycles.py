@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index, between, counted, fault
 from stickslip.measurement.contact_record import ContactRecord
-from stickslip.measurement.cycles import delayed, fitted_cycle, synthesis
+from stickslip.measurement.cycles import analysis, delayed, fitted_cycle, synthesis
 from stickslip.measurement.passages import FEW_CYCLES, cycle_ends
 
 HARMONICS = (30, 60, 120, 240)
@@ -169,6 +169,26 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     )
 
 
+def smoothed_motion(displacement: Array, harmonics: int | None = None) -> tuple[Array, Array]:
+    """A closed cycle of displacement (n,) by its first harmonics, as many as it needs unless given, without those that are noise;
+    and the standard errors (H,) of their cosines and sines [m]."""
+    size = displacement.size
+    power = np.abs(np.fft.rfft(displacement - displacement.mean())) ** 2 * 2.0 / size**2
+    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= size] or [(size - 3) // 3]
+    count = min(harmonics, (size - 3) // 2) if harmonics is not None else allowed[-1]
+    if harmonics is None:
+        for few, more in pairwise(allowed):
+            left, still = float(np.sum(power[few + 1 :])), float(np.sum(power[more + 1 :]))
+            if left - still <= STRUCTURE * still * 2.0 * (more - few) / max(size - 2.0 * more - 1.0, 1.0):
+                count = few
+                break
+    error = np.sqrt(2.0 * float(np.sum(power[count + 1 :])) / (size - 2 * count - 1))
+    found = analysis(displacement, count)
+    lost = _lost(found[None], error)
+    found[1::2][lost] = found[2::2][lost] = 0.0
+    return synthesis(size, count) @ found, np.where(lost, 0.0, error)
+
+
 def _regular(record: ContactRecord, span: Array) -> Array:
     """The ends of cycles in equal steps, where these leave less of the displacement than the passages as they were found, each
     of which noise shifts."""
@@ -210,7 +230,7 @@ def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
     normal = np.broadcast_to(np.asarray(record.normal, dtype=float), places.shape)
     signals = np.stack([record.displacement, record.force, normal])
     periods = np.diff(ends)
-    parts = [np.flatnonzero((clock >= a) & (clock < b)) for a, b in pairwise(ends)]
+    parts = [np.arange(a, b) for a, b in pairwise(np.searchsorted(clock, ends))]
     loads = np.array([normal[part].mean() for part in parts])
     steps = np.array([float(np.max(np.diff(clock[part]), initial=0.0)) for part in parts])
     sound = np.abs(periods / np.median(periods) - 1.0) < UNLIKE

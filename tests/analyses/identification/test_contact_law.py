@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.identification.loop_law import array_weights, half_ellipse
+from stickslip.analyses.identification.loop_law import array_weights, fitted, half_ellipse, judged
 from stickslip.checks import InputError
 from stickslip.measurement.contact_cycles import contact_cycles
 from stickslip.measurement.synthetic import loop_of
@@ -78,13 +78,14 @@ def test_a_law_that_does_not_fit_has_wider_intervals():
 
 @pytest.mark.parametrize("noise", [0.05, 0.02])
 def test_noise_of_the_displacement_does_not_bias_the_answer(noise):
-    """Raw loops with so much of the amplitude give a softer kt; averaged and smoothed cycles stay within 1.5 %."""
+    """Raw loops with so much of the amplitude give a softer kt; cycles averaged and smoothed stay within 1.5 %, one within 3 %."""
     one = record(gain=0.0, noise=(noise * 8e-6, 0.2), cycles=20)
     found = ss.contact_law(one, laws="jenkins")
     assert found.kt == pytest.approx(KT, rel=0.015)
     assert found.mu == pytest.approx(MU, rel=0.015)
-    raw = ss.contact_law(ss.ContactLoop(one.displacement[:400], one.force[:400], N), laws="jenkins")
-    assert raw.kt < KT * (1.0 - noise)
+    loop = ss.ContactLoop(one.displacement[:400], one.force[:400], N)
+    assert np.exp(fitted((loop,), "jenkins")[0][0]) < KT * (1.0 - noise)
+    assert ss.contact_law(loop, laws="jenkins").kt == pytest.approx(KT, rel=0.03)
 
 
 def test_the_rig_in_series_is_corrected_and_its_error_enters():
@@ -230,9 +231,9 @@ def test_the_virgin_first_stroke_explains_the_other_misfit(tribometer, tmp_path)
     parts = np.array_split(np.arange(49), 10)
     middle = 0.5 * (u.max() + u.min())
     loops = [ss.ContactLoop(u[part].mean(axis=0) - middle, force[part].mean(axis=0), 5.0) for part in parts]
-    fit = ss.contact_law(loops, laws="jenkins").fits["jenkins"]
-    assert fit.mu == pytest.approx(0.4728, abs=2e-4)
-    assert fit.misfit == pytest.approx(0.052, abs=0.001)
+    theta, _, misfit, _ = judged(loops, "jenkins", loops)  # as they are, without smoothing
+    assert np.exp(theta[1]) == pytest.approx(0.4728, abs=2e-4)
+    assert misfit == pytest.approx(0.052, abs=0.001)
 
 
 def test_figures_are_drawn(tribometer):

@@ -23,9 +23,10 @@ from stickslip.analyses.identification.loop_law import (
     fitted,
     force_of,
     judged,
+    smoothed,
 )
-from stickslip.checks import Array, Index, InputError, fault, nearest, positive
-from stickslip.measurement.contact_cycles import ContactCycles, contact_cycles
+from stickslip.checks import Array, Index, InputError, counted, fault, nearest, positive
+from stickslip.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
 from stickslip.measurement.contact_record import ContactRecord, read_contact_records
 from stickslip.measurement.cycles import synthesis
 from stickslip.results.result import Result
@@ -157,9 +158,9 @@ class ContactLawWork:
         if not several:
             raise fault("loops", "must be at least one", 0)
         if all(isinstance(one, ContactLoop) for one in several):
-            found = tuple(one for one in several if isinstance(one, ContactLoop))
-            about = f"{len(found)} loops"
-            work = cls(found, found, np.arange(1, len(found) + 1), laws, rig, errors or LoopErrors(), summary=about)
+            found = tuple(_smoothed(one, harmonics) for one in several if isinstance(one, ContactLoop))
+            said = (("Noise of the displacement is removed by harmonics.",), (), counted(len(found), "loop"))
+            work = cls(found, found, np.arange(1, len(found) + 1), laws, rig, errors or LoopErrors(), *said)
         else:
             cycles = _cycles(several, normal_load, harmonics, columns, units)
             single, numbers = _single_loops(cycles)
@@ -331,6 +332,15 @@ def _single_loops(cycles: ContactCycles) -> tuple[tuple[ContactLoop, ...], Index
     groups = np.array_split(np.arange(count), min(count, MOST_CYCLES))
     numbers = np.array([cycles.numbers[group[group.size // 2]] for group in groups], dtype=np.int64)
     return tuple(_loop(cycles, group, f"cycle {number}") for group, number in zip(groups, numbers, strict=True)), numbers
+
+
+def _smoothed(loop: ContactLoop, harmonics: int | None) -> ContactLoop:
+    """A loop without the noise of its displacement, unless it was smoothed before; its force goes up to the same harmonic."""
+    if loop.harmonics is not None:
+        return loop
+    u, error = smoothed_motion(np.asarray(loop.displacement), harmonics)
+    force = smoothed(np.asarray(loop.force), error.size)
+    return replace(loop, displacement=u, force=force, harmonics=error.size, displacement_error=error)
 
 
 def _without_rig(loop: ContactLoop, rig_stiffness: float) -> ContactLoop:
