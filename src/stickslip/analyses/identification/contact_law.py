@@ -159,8 +159,9 @@ class ContactLawWork:
             raise fault("loops", "must be at least one", 0)
         if all(isinstance(one, ContactLoop) for one in several):
             found = tuple(_smoothed(one, harmonics) for one in several if isinstance(one, ContactLoop))
-            said = (("Noise of the displacement is removed by harmonics.",), (), counted(len(found), "loop"))
-            work = cls(found, found, np.arange(1, len(found) + 1), laws, rig, errors or LoopErrors(), *said)
+            numbers, about = np.arange(1, len(found) + 1), counted(len(found), "loop")
+            removed = ("Noise of the displacement is removed by harmonics.",)
+            work = cls(found, found, numbers, laws, rig, errors or LoopErrors(), removed, summary=about)
         else:
             cycles = _cycles(several, normal_load, harmonics, columns, units)
             single, numbers = _single_loops(cycles)
