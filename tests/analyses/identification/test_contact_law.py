@@ -78,7 +78,7 @@ def test_a_law_that_does_not_fit_has_wider_intervals():
 
 @pytest.mark.parametrize("noise", [0.05, 0.02])
 def test_noise_of_the_displacement_does_not_bias_the_answer(noise):
-    """Raw loops with so much of the amplitude give a softer kt; averaged and smoothed ones stay within 1.5 %, a single one 3 %."""
+    """Raw loops with so much of the amplitude have a softer kt; averaged ones stay within 1.5 %, a single smoothed one 3 %."""
     one = record(gain=0.0, noise=(noise * 8e-6, 0.2), cycles=20)
     found = ss.contact_law(one, laws="jenkins")
     assert found.kt == pytest.approx(KT, rel=0.015)
