@@ -38,6 +38,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "which_parameter_matters.py": ("amplitude_at_the_middle", 4.6192e-5, 2e-3),
     "slopes_of_a_response.py": ("by_friction", -0.0844712117, 1e-6),  # differences of solved responses
     "identify_contact_parameters.py": ("friction_right", 0.45, 0.05),  # the truth that was put in
+    "law_of_a_contact.py": ("friction", 0.4727, 5e-3),  # an independent evaluation of the record
     "check_a_point_in_time.py": ("amplitude_in_time", 3.511226, 1e-5),
     "curve_on_a_grid.py": ("amplitude", 1.269918e-04, 1e-3),  # solved at this frequency
 }

@@ -96,19 +96,6 @@ def _pair(axes: Axes, dataset: xr.Dataset, across: str, up: str) -> None:
     axes.plot(*best, "o", color=CONTACTS[1])
 
 
-def law_loops(choice: Any) -> Figure:
-    """Held-out error of every law of a contact; the chosen one is dark."""
-    dataset = getattr(choice, "dataset", choice)
-    with house_style():
-        figure = Figure(figsize=(4.6, 2.6), layout="constrained")
-        axes = figure.add_subplot()
-        names = list(dataset["law"].values)
-        colours = [CONTACTS[0] if name == dataset.attrs["best"] else "#c9cdd2" for name in names]
-        axes.bar(names, 100.0 * dataset["held_out"].values, color=colours)
-        axes.set(title=f"Law of the contact: {dataset.attrs['best']}", ylabel="error on loops held out in %")
-    return figure
-
-
 def _motion(one: xr.Dataset) -> np.ndarray[Any, Any]:
     moves = one["platform_motion"].values
     return np.asarray(moves[int(np.argmax(np.ptp(moves, axis=1)))])
