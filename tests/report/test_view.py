@@ -5,7 +5,6 @@ import pytest
 from report.synthetic import KT, LIMIT, synthetic
 
 from stickslip.plots.look import level_colours, state_colour
-from stickslip.report.chart_data import mixture_index, mixtures
 from stickslip.results.view import (
     along_curve,
     contact_rows,
@@ -117,12 +116,6 @@ def test_folded_curves_are_noticed(dataset):
     assert not is_folded(dataset, 0)
     dataset.frequency[0, 50] = 1.0
     assert is_folded(dataset, 0)
-
-
-def test_mixture_index_finds_the_shares():
-    slip, open_ = np.array([0.0, 0.35, 1.0, 0.5, 0.0, np.nan]), np.array([0.0, 0.15, 0.0, 0.5, 1.0, 0.0])
-    shares = [mixtures()[index]["shares"] if index is not None else None for index in mixture_index(slip, open_)]
-    assert shares == [[100, 0, 0], [50, 35, 15], [0, 100, 0], [0, 50, 50], [0, 0, 100], None]
 
 
 @pytest.mark.parametrize("dark", [False, True])

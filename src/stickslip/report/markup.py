@@ -35,26 +35,6 @@ def section(identifier: str, title: str, *parts: str) -> str:
     return f'<section id="{identifier}" aria-labelledby="{identifier}-h">{heading}{"".join(parts)}</section>'
 
 
-def chart(identifier: str, description: str, controls: str = "") -> str:
-    """An empty place that report.js draws in."""
-    place = f'<div class="chart" id="{identifier}" role="img" aria-label="{text(description)}"></div>'
-    return f'<div class="controls">{controls}</div>{place}' if controls else place
-
-
-def radios(name: str, legend: str, choices: Sequence[tuple[str, str]]) -> str:
-    """A choice of a few; the first is chosen."""
-    items = "".join(
-        f'<label><input type="radio" name="{name}" value="{value}"{" checked" if index == 0 else ""}> {text(word)}</label>'
-        for index, (value, word) in enumerate(choices)
-    )
-    return f"<fieldset><legend>{text(legend)}</legend>{items}</fieldset>"
-
-
-def select(identifier: str, label: str) -> str:
-    """A drop-down list, filled by report.js."""
-    return f'<label class="select">{text(label)} <select id="{identifier}"></select></label>'
-
-
 def script_data(identifier: str, data: Any) -> str:
     """Data for report.js as JSON that cannot leave its element: <, > and & are written as escapes of JSON."""
     encoded = json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=True)

@@ -1,17 +1,16 @@
-"""Sections of a page without scripts: conclusions, figures as pictures, tables, failures.
+"""Sections of the page of an analysis: the answer with its chart, further figures, tables, failures.
 
 An analysis fills them through its `Presentation`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
-from stickslip.plots.look import house_style
+from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, section, table, text
 from stickslip.report.numbers import number
-from stickslip.report.pictures import picture
 from stickslip.report.presentation import presentation_of
 
 if TYPE_CHECKING:
@@ -21,29 +20,34 @@ if TYPE_CHECKING:
 Datasets = Mapping[str, "xr.Dataset"]
 
 
-def overview(datasets: Datasets) -> str:
-    """What came out."""
+def overview(datasets: Datasets, charts: Charts) -> str:
+    """What came out: the answer, the first figure, everything else in sentences."""
     parts = []
-    for label, dataset in datasets.items():
-        lines = "".join(f"<li>{text(sentence.strip())}</li>" for sentence in presentation_of(dataset).sentences(dataset))
+    for place, (label, dataset) in enumerate(datasets.items()):
+        shown = presentation_of(dataset)
+        first, *rest = [sentence.strip() for sentence in shown.sentences(dataset)]
+        lines = "".join(f"<li>{text(sentence)}</li>" for sentence in rest)
         seconds = dataset.attrs.get("cpu_seconds")
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
-        parts.append(f"{_head(label, datasets)}<ul>{lines}</ul>{note}")
+        figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
+        parts.append(f'{_head(label, datasets)}<p class="headline">{text(first)}</p>{figure}<ul>{lines}</ul>{note}')
     return section("overview", "Overview", *parts)
 
 
-def figures(datasets: Datasets) -> str:
-    """Every figure of every result."""
+def figures(datasets: Datasets, charts: Charts) -> str:
+    """The other figures of every result."""
     parts = []
-    for label, dataset in datasets.items():
-        parts.append(_head(label, datasets))
-        with house_style():
-            drawn = {name: draw(dataset) for name, draw in presentation_of(dataset).figures(dataset).items()}
-        parts += [f"<p>{picture(figure, name.replace('_', ' '))}</p>" for name, figure in drawn.items()]
+    for place, (label, dataset) in enumerate(datasets.items()):
+        others = [*presentation_of(dataset).figures(dataset).items()][1:]
+        parts += [_head(label, datasets), *(_figure(charts, place, name, draw, dataset) for name, draw in others)]
     return section("figures", "Figures", *parts)
 
 
-def tables(datasets: Datasets) -> str:
+def _figure(charts: Charts, place: int, name: str, draw: Callable[[xr.Dataset], Any], dataset: xr.Dataset) -> str:
+    return charts.drawn(f"chart-{place}-{name.replace('_', '-')}", draw(dataset), name.replace("_", " "))
+
+
+def tables(datasets: Datasets, charts: Charts) -> str:
     """Every table of every result."""
     parts = []
     for place, (label, dataset) in enumerate(datasets.items()):
@@ -55,7 +59,7 @@ def tables(datasets: Datasets) -> str:
     return section("tables", "Tables", *parts)
 
 
-def failures(datasets: Datasets) -> str:
+def failures(datasets: Datasets, charts: Charts) -> str:
     """What failed, and why."""
     parts = []
     for label, dataset in datasets.items():

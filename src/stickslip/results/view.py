@@ -102,6 +102,19 @@ def size_text(size: float, units: str) -> str:
     return f"{size / unit.metres:.4g} {unit.name}"
 
 
+def energy_unit(largest: float) -> tuple[float, str]:
+    """J, mJ, µJ or nJ, the unit in which an energy has digits before the point: its size in J and its name."""
+    return next((unit for unit in ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")) if abs(largest) >= unit[0]), (1e-9, "nJ"))
+
+
+def energy_text(value: float) -> str:
+    """An energy with a prefix."""
+    if not np.isfinite(value):
+        return "–"
+    factor, unit = energy_unit(value)
+    return f"{value / factor:.3g} {unit}" if value else "0 J"
+
+
 def level_text(dataset: xr.Dataset, case: int) -> str:
     """The force level in words, with the start state of a sample."""
     words = force_text(dataset, case)

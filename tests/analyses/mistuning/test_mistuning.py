@@ -103,7 +103,7 @@ def test_a_sample_that_fails_is_marked_and_the_rest_goes_on(tmp_path):
     report = presentation_of(dataset)
     assert "failed, the first is" in report.failures(dataset)[0]
     assert len(report.tables(dataset)["samples"]) == 4
-    assert all(draw(dataset).axes for draw in report.figures(dataset).values())
+    assert all(draw(dataset).plot().axes for draw in report.figures(dataset).values())
 
 
 def test_a_study(tmp_path):
