@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule
 from stickslip.plots.chart import closed as with_first
-from stickslip.plots.look import Dash, Style, colour, contact, rgb
+from stickslip.plots.look import Dash, Style, colour, contact, level, rgb
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 STATES = {0: "stick", 1: "slip", -1: "slip", 2: "open"}
 CYCLE = Axis("share of the cycle", limits=(0.0, 1.0))
 PARTS: dict[str, tuple[str, Dash]] = {
-    "elastic_motion": ("elastic", "dot"),
-    "slip_motion": ("slip", "solid"),
+    "elastic_motion": ("elastic motion", "dot"),
+    "slip_motion": ("slip motion", "solid"),
     "rolling": ("rolling", "dash"),
 }
 """Parts of the motion along a platform, in words, with their dashes."""
@@ -41,7 +41,7 @@ def _hysteresis(dataset: xr.Dataset) -> Panel:
     for axis, name in enumerate(("horizontal", "vertical")):
         motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
         if np.ptp(motion) > 0.0:
-            layers.append(Line(closed(motion) / um, closed(force), Style(("stick", "slip")[axis]), name))
+            layers.append(Line(closed(motion) / um, closed(force), level(axis, 2), name))
     axes = Axis("relative motion", "µm"), Axis("force on the right platform", "N")
     return Panel(*axes, layers, "Platform to platform", HEIGHT)
 

@@ -308,8 +308,9 @@ def _columns(chart: Chart, rows: list[Sequence[int]], columns: int, pixels: floa
 def _axis(axis: Axis, pixels: float, panel: Panel) -> dict[str, Any]:
     title = "<br>".join(escaped(line) for line in wrapped(axis.label, int(pixels / CHARACTER)))
     found: dict[str, Any] = {
-        "title": {"text": title, "standoff": 8},
+        "title": {"text": title, "standoff": 8, "font": {"size": 13}},
         "automargin": True,
+        "exponentformat": "none",
         "gridcolor": GRID,
         "zerolinecolor": GRID,
     }
@@ -317,11 +318,13 @@ def _axis(axis: Axis, pixels: float, panel: Panel) -> dict[str, Any]:
     if any(isinstance(layer, Cells) for layer in panel.layers):
         found |= {"showgrid": False, "zeroline": False}
     if axis.log:
-        # Full numbers ("0.2", "0.5", "1") in place of plotly's single digits between powers, however far one zooms in; with more
-        # ticks it would write every digit, one upon the other.
-        found |= {"type": "log", "tickformat": "~g", "nticks": 4}
+        # Full numbers ("0.2", "0.5", "1") in place of plotly's single digits between powers, however far one zooms in. With more
+        # ticks it writes all digits of a decade, one upon the other.
+        found |= {"type": "log", "tickformat": "~g", "nticks": 3 if _decades(axis, panel) < 1.24 else 4}
     ends = [float(end) if end is not None and np.isfinite(end) else None for end in axis.limits]
-    if ends != [None, None] and ends[0] != ends[1]:
+    if ends == [0.0, None]:
+        found |= {"rangemode": "tozero"}
+    elif ends != [None, None] and ends[0] != ends[1]:
         found |= {"range": [end if end is None or not axis.log else float(np.log10(end)) for end in ends]}
         found |= {} if None not in ends else {"autorange": "max" if ends[1] is None else "min"}
     if axis.upside_down:
@@ -331,6 +334,20 @@ def _axis(axis: Axis, pixels: float, panel: Panel) -> dict[str, Any]:
         names = ["<br>".join(escaped(line) for line in wrapped(name, LONGEST_NAME)) for name in axis.names.values()]
         found |= {"tickvals": [*axis.names], "ticktext": names, "tickfont": {"size": size}}
     return found
+
+
+def _decades(axis: Axis, panel: Panel) -> float:
+    """What a logarithmic axis spans, in powers of ten."""
+    lines = [layer for layer in panel.layers if isinstance(layer, Line | Shades)]
+    values = np.concatenate([[], *(_floats(line.x if axis is panel.x else line.y) for line in lines)])
+    low, high = (given if given else end for given, end in zip(axis.limits, _extent(values), strict=True))
+    return float(np.log10(high / low))
+
+
+def _extent(values: Any) -> tuple[float, float]:
+    """The least and the largest of the positive numbers; 1 without any."""
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    return (float(positive.min()), float(positive.max())) if positive.size else (1.0, 1.0)
 
 
 def _headline(title: str, left: float, top: float, pixels: float) -> dict[str, Any]:
@@ -349,8 +366,9 @@ def _legend(chart: Chart, narrow: bool) -> dict[str, Any]:
 
 
 def _legend_rows(chart: Chart) -> int:
-    """Rows of a legend below the panels: its columns are as wide as the longest entry."""
-    if not chart.entries:
-        return 0
-    widest = 50 + CHARACTER * max(map(len, chart.entries))
-    return -(-len(chart.entries) // max(1, int(PHONE / widest))) + bool(chart.legend_title)
+    """Rows of a legend below the panels."""
+    rows, room = int(bool(chart.legend_title)), 0.0
+    for label in chart.entries:
+        width = 52 + CHARACTER * len(label)
+        rows, room = (rows, room - width) if width <= room else (rows + 1, PHONE - width)
+    return rows

@@ -13,7 +13,16 @@ import numpy as np
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.report.numbers import hertz, number, percent
-from stickslip.results.view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak, measure_in, peak_unit
+from stickslip.results.view import (
+    Peak,
+    highest_peak,
+    level_text,
+    levels_in_newtons,
+    linear_peak,
+    measure_in,
+    peak_unit,
+    size_text,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +33,23 @@ _ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 def headline(dataset: xr.Dataset, output: int = 0) -> str:
     """One or two sentences over all force levels."""
     return _unbroken(_headline(dataset, output))
+
+
+def bounds_headline(bounds: xr.Dataset) -> str:
+    """Both bounds over all start states, at the force level and frequency where they are furthest apart."""
+    low, high = bounds["amplitude"].values[:, 0], bounds["amplitude"].values[:, 1]
+    if not np.isfinite(high / low).any():
+        return "No bounds of the response were found."
+    case, k = np.unravel_index(int(np.nanargmax(high / low)), low.shape)
+    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"]) for values in (low, high)]
+    what = "peak" if bounds.attrs["objective"] == "peak" else "response"
+    at = bounds["resonance"].values[case, :, k]
+    where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
+    apart = f"{percent(float(high[case, k] / low[case, k]) - 1.0)} apart"
+    return _unbroken(
+        f"Over all start states of the contacts the {what} of {level_text(bounds, int(case))} lies between {ends[0]} and "
+        f"{ends[1]}, at {where}: {apart}, the widest range found."
+    )
 
 
 def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:

@@ -31,7 +31,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """What came out."""
     energy, rotation = float(_microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
     rotation = 0.0 if rotation < STILL else rotation
-    lines = [str(dataset.attrs["message"]), f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak"]
+    lines = [f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak", str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
         stick, slip, open_ = dataset.share.sel(contact=contact).values
         lines.append(f"{contact}: stick {stick:.1%}, slip {slip:.1%}, open {open_:.1%} of the cycle")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
@@ -25,6 +26,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
         lines.append(f"{counted(dataset.sizes['cycle'], 'steady cycle')} from {counted(total, 'initial state')}")
     energies, rotations = 1e6 * dataset.loop_energy.values, 1e3 * dataset.rotation.values
+    if "starts" not in dataset:
+        jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
+        words = f"; {jammed} of them jammed" if jammed else ""
+        lines.append(f"{counted(energies.size, 'cycle')} of {energies.min():.4g} to {energies.max():.4g} µJ{words}")
     for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
         lines.append(f"{name}: {energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad, {str(outcome).replace('_', ' ')}")
     return lines

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
+
+MOST_ROWS = 40
+"""Rows of a table that stands open."""
 
 
 def text(value: object) -> str:
@@ -21,12 +25,17 @@ def cell(shown: str, value: float | None = None, note: str = "") -> str:
 
 
 def table(identifier: str, caption: str, heads: Sequence[str], rows: Iterable[str]) -> str:
-    """A table whose `rows` are ready <tr> elements."""
-    head = "".join(f'<th scope="col">{text(name)}</th>' for name in heads)
-    return (
+    """A table whose `rows` are ready <tr> elements; heads of numbers stand over their numbers, a long table is folded."""
+    ready = list(rows)
+    kinds = re.findall(r"<td( class=\"number\")?", ready[0]) if ready else []
+    kinds += [""] * (len(heads) - len(kinds))
+    head = "".join(f'<th scope="col"{kind}>{text(name)}</th>' for name, kind in zip(heads, kinds, strict=False))
+    html = (
         f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}"><table id="{identifier}">'
-        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(ready)}</tbody></table></div>"
     )
+    folded = f"<details><summary>{text(caption.rstrip('.'))} ({len(ready)} rows)</summary>{html}</details>"
+    return folded if len(ready) > MOST_ROWS else html
 
 
 def section(identifier: str, title: str, *parts: str) -> str:

@@ -32,13 +32,13 @@ Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset], Charts], str]]
 
 SECTIONS: tuple[Section, ...] = (
     ("overview", "Overview", sections.overview),
+    ("bounds", "Bounds", bounds),
+    ("percentiles", "Percentiles", percentiles),
     ("curves", "Curves", sections.curves),
     ("peaks-section", "Peaks", sections.peaks),
     ("loops", "Loops", sections.loops),
     ("states", "States", sections.states),
     ("energy", "Energy", sections.energies),
-    ("bounds", "Bounds", bounds),
-    ("percentiles", "Percentiles", percentiles),
     ("disk", "Disk", disk),
     ("stress", "Stress", stress),
     ("failures", "Failures", sections.failures),
@@ -50,6 +50,7 @@ NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
     "percentiles": has_percentiles,
     "disk": has_disk,
     "stress": has_stress,
+    "figures": plain.has_more_figures,
 }
 """Sections that only some results fill."""
 
@@ -81,9 +82,12 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
 
 def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
     """The sections that these results fill."""
-    if not all(presentation_of(dataset).responses for dataset in datasets.values()):
-        return PLAIN_SECTIONS
-    return tuple(entry for entry in SECTIONS if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
+    entries = SECTIONS if _of_responses(datasets) else PLAIN_SECTIONS
+    return tuple(entry for entry in entries if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
+
+
+def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
+    return all(presentation_of(dataset).responses for dataset in datasets.values())
 
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
@@ -109,7 +113,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
 
 def _navigation(datasets: Mapping[str, xr.Dataset], shown: Sequence[Section]) -> str:
     links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in shown)
-    several = len(datasets) > 1 and shown is not PLAIN_SECTIONS
+    several = len(datasets) > 1 and _of_responses(datasets)
     choice = '<label class="select">Charts show <select id="result"></select></label>' if several else ""
     return f'<nav aria-label="Sections">{links}{choice}</nav>'
 

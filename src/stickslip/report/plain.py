@@ -8,16 +8,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, section, table, text
 from stickslip.report.numbers import number
 from stickslip.report.presentation import presentation_of
+from stickslip.results.view import energy_unit, shown_unit
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
 Datasets = Mapping[str, "xr.Dataset"]
+
+ROUNDING = 1e-12
+"""Numbers below this share of the largest one of their column are rounding."""
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
@@ -30,7 +36,7 @@ def overview(datasets: Datasets, charts: Charts) -> str:
         seconds = dataset.attrs.get("cpu_seconds")
         note = "" if seconds is None else f'<p class="note">{text(f"{float(seconds):.3g} s of processor time")}.</p>'
         figure = "".join(_figure(charts, place, name, draw, dataset) for name, draw in [*shown.figures(dataset).items()][:1])
-        parts.append(f'{_head(label, datasets)}<p class="headline">{text(first)}</p>{figure}<ul>{lines}</ul>{note}')
+        parts.append(f'{_head(label, datasets)}<p class="headline">{text(_sentence(first))}</p>{figure}<ul>{lines}</ul>{note}')
     return section("overview", "Overview", *parts)
 
 
@@ -43,6 +49,11 @@ def figures(datasets: Datasets, charts: Charts) -> str:
     return section("figures", "Figures", *parts)
 
 
+def has_more_figures(dataset: xr.Dataset) -> bool:
+    """Whether a result has figures beside that of the overview."""
+    return len(presentation_of(dataset).figures(dataset)) > 1
+
+
 def _figure(charts: Charts, place: int, name: str, draw: Callable[[xr.Dataset], Any], dataset: xr.Dataset) -> str:
     return charts.drawn(f"chart-{place}-{name.replace('_', '-')}", draw(dataset), name.replace("_", " "))
 
@@ -53,9 +64,9 @@ def tables(datasets: Datasets, charts: Charts) -> str:
     for place, (label, dataset) in enumerate(datasets.items()):
         parts.append(_head(label, datasets))
         for caption, frame in presentation_of(dataset).tables(dataset).items():
-            parts.append(
-                table(f"table-{place}-{caption.replace(' ', '-')}", caption, list(map(str, frame.columns)), _rows(frame))
-            )
+            identifier = f"table-{place}-{caption.replace(' ', '-')}"
+            columns = _columns(frame)
+            parts.append(table(identifier, caption, [head for head, _, _ in columns], _rows(frame, columns)))
     return section("tables", "Tables", *parts)
 
 
@@ -72,11 +83,44 @@ def _head(label: str, datasets: Datasets) -> str:
     return f"<h3>{text(label)}</h3>" if len(datasets) > 1 else ""
 
 
-def _rows(frame: pd.DataFrame) -> list[str]:
-    return [f"<tr>{''.join(_cell(value) for value in row)}</tr>" for row in frame.itertuples(index=False)]
+def _sentence(line: str) -> str:
+    """A line of the console as a sentence."""
+    return line[:1].upper() + line[1:] + ("" if line.endswith((".", "!", "?")) else ".")
 
 
-def _cell(value: object) -> str:
+def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:
+    """Of each column its head with the unit that is shown, the size of that unit in SI, and the number below which it shows 0."""
+    found = []
+    for name in map(str, frame.columns):
+        numeric = frame[name].dtype.kind == "f"
+        values = np.abs(frame[name].to_numpy(dtype=float)) if numeric else np.zeros(0)
+        largest = float(np.max(values[np.isfinite(values)], initial=0.0))
+        words, _, units = name.removesuffix("]").rpartition(" [")
+        size, unit = _shown(units, largest) if numeric and name.endswith("]") else (1.0, "")
+        head = name if not name.endswith("]") or not words else words if unit == "1" else f"{words} in {unit or units}"
+        found.append((head, size, ROUNDING * largest))
+    return found
+
+
+def _shown(units: str, largest: float) -> tuple[float, str]:
+    """The unit to show a column of SI units in: its size and its name."""
+    if units == "J":
+        return energy_unit(largest)
+    if units.split("/")[0] != "m":
+        return 1.0, units
+    unit = shown_unit(units, largest)
+    return unit.metres, unit.name
+
+
+def _rows(frame: pd.DataFrame, columns: list[tuple[str, float, float]]) -> list[str]:
+    return [
+        f"<tr>{''.join(_cell(value, size, zero) for value, (_, size, zero) in zip(row, columns, strict=True))}</tr>"
+        for row in frame.itertuples(index=False)
+    ]
+
+
+def _cell(value: object, size: float, zero: float) -> str:
+    """A cell; numbers below `zero` are rounding and shown as 0, their exact values in SI stay in the page."""
     if isinstance(value, float):
-        return cell(number(value), value)
+        return cell("0" if abs(value) < zero else number(value / size), value)
     return cell(str(value), float(value)) if isinstance(value, int) and not isinstance(value, bool) else cell(str(value))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.checks import Array, counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
 from stickslip.plots.chart import Chart
@@ -16,7 +17,7 @@ from stickslip.plots.contacts import contact_states, loops_at, loops_of
 from stickslip.plots.energy import dissipation, loss_factor
 from stickslip.plots.response_curves import compared_peaks, response_curves
 from stickslip.report.charts import Charts, Choice, Opening
-from stickslip.report.conclusions import headline, level_sentence
+from stickslip.report.conclusions import bounds_headline, headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
 from stickslip.report.markup import cell, section, table, text
 from stickslip.report.numbers import hertz, number
@@ -58,12 +59,10 @@ LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
-    """Conclusions in sentences, and where the peaks go over the force level."""
-    parts = [_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items()]
-    trend = ""
-    if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
-        trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
-    return section("overview", "Overview", *parts, trend)
+    """The answer, in one or two sentences."""
+    return section(
+        "overview", "Overview", *(_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    )
 
 
 def curves(datasets: Datasets, charts: Charts) -> str:
@@ -114,12 +113,16 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
 
 
 def peaks(datasets: Datasets, charts: Charts) -> str:
-    """Every local maximum of every curve, with tables for each quantity that peaks are of."""
+    """The highest peak over the force level, and all peaks in tables, one for each quantity that they are of."""
     alike: dict[Measure, dict[str, xr.Dataset]] = {}
     for label, dataset in datasets.items():
         alike.setdefault(replace(measure_in(dataset), per_force=False), {})[label] = dataset
     parts = [_peaks_of(measure, f"-{k + 1}" if k else "", some, datasets) for k, (measure, some) in enumerate(alike.items())]
-    return section("peaks-section", "Peaks", *parts)
+    trend = ""
+    if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
+        trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
+    levels = (_each_level(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    return section("peaks-section", "Peaks", trend, *levels, *parts)
 
 
 def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -243,16 +246,20 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     head = f"<h3>{text(label)}</h3>" if several else ""
     cases = range(dataset.sizes["case"])
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
-    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
-    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
-    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
-    if several and items:
-        sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
     seconds = f"{float(dataset.attrs['cpu_seconds']):.3g} s of processor time"
     chosen = str(dataset.attrs.get("harmonics_chosen", ""))
     note = f"{whole}; {seconds}." + (f" Chosen by “auto”: {chosen}." if chosen else "")
-    return f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(note)}</p>'
+    answers = [*([bounds_headline(detached(dataset))] if has_bounds(dataset) else []), headline(dataset)]
+    return head + "".join(f'<p class="headline">{text(answer)}</p>' for answer in answers) + f'<p class="note">{text(note)}</p>'
+
+
+def _each_level(label: str, dataset: xr.Dataset, several: bool) -> str:
+    """The highest peak of each force level in words."""
+    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
+    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
+    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
+    return f"<details><summary>{text(label)}: each force level</summary>{sentences}</details>" if several and items else sentences
 
 
 def _representative_note(datasets: Datasets) -> str:
