@@ -55,34 +55,73 @@ def test_the_peak_table_shows_the_numbers_of_the_results(page, results):
 
 def test_every_chart_is_drawn_and_nothing_goes_wrong(page):
     charts = page.value(
-        "[...document.querySelectorAll('.chart:not(#chart-cycle)')].map(c => [c.id, c.querySelectorAll('.main-svg').length])"
+        "[...document.querySelectorAll('.place .chart')].map(c => [c.id, c.querySelectorAll('.main-svg').length])"
     )
-    assert len(charts) >= 7
+    assert len(charts) >= 6
     assert [name for name, drawn in charts if not drawn] == []
     assert page.log == []
 
 
 def test_a_click_on_a_curve_shows_its_loops(page):
-    assert page.value("document.getElementById('cycle').hidden")
+    opened = "document.querySelector('[data-opened=\"chart-curves\"]')"
+    assert page.value(f"{opened}.hidden")
     page.value("document.getElementById('chart-curves').scrollIntoView()")
     place = page.value(
-        "(() => { const chart = document.getElementById('chart-curves'), c = data.results[0].cases[1], k = 20;"
+        "(() => { const chart = document.getElementById('chart-curves'), k = 20;"
+        "const curve = chart.data.find(t => t.name === 'force × 1' && t.mode === 'lines' && t.showlegend);"
         "const box = chart.getBoundingClientRect(), l = chart._fullLayout;"
-        "return [box.x + l._size.l + l.xaxis.d2p(c.frequency[k]), box.y + l._size.t + l.yaxis.d2p(c.amplitude[0][k])]; })()"
+        "return [box.x + l._size.l + l.xaxis.d2p(curve.x[k]), box.y + l._size.t + l.yaxis.d2p(curve.y[k])]; })()"
     )
     page.click(*place)
-    page.until("!document.getElementById('cycle').hidden")
-    assert "force × 1" in page.value("document.getElementById('point').textContent")
-    title = page.value("document.getElementById('chart-cycle').layout.title.text")
-    assert "truncated to 5 harmonics" in title
-    assert page.value("document.getElementById('chart-cycle').data.length") >= 1
+    page.until(f"!{opened}.hidden")
+    caption = page.value(f"{opened}.querySelector('figcaption').textContent")
+    assert caption.startswith("force × 1, ")
+    assert "truncated to 5 harmonics" in caption
+    assert page.value("document.getElementById('chart-curves-opened').data.length") >= 1
 
 
 def test_accelerations_are_those_of_the_results(page, results):
-    page.value('document.querySelector(\'input[name="quantity"][value="acceleration"]\').click()')
-    drawn = page.value("document.getElementById('chart-curves').data.filter(t => t.meta === 1)[0].y")
+    page.value("document.querySelector('[data-place=\"chart-curves\"] input[value=acceleration]').click()")
+    shown = "document.getElementById('chart-curves').data.find(t => t.name === 'force × 1' && t.mode === 'lines' && t.showlegend)"
     data = open_results(results / "results.nc").isel(case=1)
     computed = data["amplitude"].isel(output=0) * (2 * np.pi * data["frequency"]) ** 2
-    computed = computed.values[data["outcome"].values == 1]
-    np.testing.assert_allclose(drawn, computed, rtol=1e-4)
+    good = data["outcome"].values == 1
+    np.testing.assert_allclose(page.value(f"{shown}.y"), computed.values[good], rtol=1e-5)
+    parts = data["response"].values[good, 0, 1] @ [1.0, 1.0j]
+    phases = np.array(page.value(f"{shown}.customdata.map(row => row[0])"))
+    np.testing.assert_allclose(np.exp(1j * np.radians(phases)), -parts / np.abs(parts), atol=1e-5)
+    assert "phase %{customdata[0]" in page.value(f"{shown}.hovertemplate")
     assert page.log == []
+
+
+def test_a_choice_keeps_the_other_choices_and_the_focus(page):
+    place = "document.querySelector('[data-place=\"chart-curves\"]')"
+    page.value(f"{place}.querySelector('input[value=acceleration]').click()")
+    page.value(f"{place}.querySelector('input[value=linear]').focus(); {place}.querySelector('input[value=linear]').click()")
+    assert page.value(f"[...{place}.querySelectorAll('input:checked')].map(i => i.value)")[:2] == ["linear", "acceleration"]
+    assert page.value("document.activeElement.value") == "linear"
+    assert page.value("document.getElementById('chart-curves').layout.yaxis.type ?? 'linear'") == "linear"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_charts_are_legible_on_every_screen(results, width, scheme):
+    """No chart is wider than the screen, none is lower than its legend needs, and text stands out from the background."""
+    with browser() as page:
+        page.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
+        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        page.open(results / "report.html")
+        assert page.value("document.documentElement.scrollWidth") <= width
+        tops = page.value("[...document.querySelectorAll('.place')].map(p => p.getBoundingClientRect().top)")
+        assert min(tops) < 900
+        legends = page.value(
+            "[...document.querySelectorAll('.place .chart')].filter(c => c.querySelector('.legend')).map(c => {"
+            "const b = c.querySelector('.legend').getBoundingClientRect(), s = c._fullLayout._size, box = c.getBoundingClientRect();"
+            "return { left: b.left, top: b.top, right: b.right, across: box.left + s.l + s.w, below: box.top + s.t + s.h }; })"
+        )
+        for legend in legends:
+            assert legend["top"] > legend["below"] + 30 if width < 600 else legend["left"] > legend["across"]
+            assert legend["right"] <= width
+        dark = page.value("getComputedStyle(document.querySelector('.xtick text')).fill") == "rgb(230, 233, 236)"
+        assert dark == (scheme == "dark")
+        assert page.log == []

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule, Shades
-from stickslip.plots.look import CROSS, MOST_PANELS, PAGE, Style
+from stickslip.plots.look import CROSS, MOST_PANELS, PAGE, Style, spoken
 from stickslip.results.view import Length, shown_unit
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def _panel(dataset: xr.Dataset, i: int, j: int, names: list[str], height: float)
         layers += _best(dataset, i, j)
     if given := int(dataset.attrs.get("known", 0)):
         layers.append(Line(value[:given, i], other[:given], Style("ink", "none", marker="square", size=8.0), "known design"))
-    return Panel(Axis(_spoken(names[i])), Axis(_spoken(names[j])) if i != j else peak, layers, height=height)
+    return Panel(Axis(spoken(names[i])), Axis(spoken(names[j])) if i != j else peak, layers, height=height)
 
 
 def _best(dataset: xr.Dataset, i: int, j: int) -> list[Layer]:
@@ -77,10 +77,5 @@ def _bars(dataset: xr.Dataset, names: list[str], height: float) -> Panel:
         for side, shade, place, words in ((0, "slip", 0.2, "1 % less"), (1, "stick", -0.2, "1 % more"))
     ]
     layers.append(Rule(0.0, Style("grey", width=0.8)))
-    axis = Axis("", names={float(place): _spoken(name) for place, name in enumerate(names)})
+    axis = Axis("", names={float(place): spoken(name) for place, name in enumerate(names)})
     return Panel(Axis("change of the worst-case peak", "%"), axis, layers, height=height)
-
-
-def _spoken(name: str) -> str:
-    """A variable of a study as words."""
-    return name.replace("_", " ")

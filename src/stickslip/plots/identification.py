@@ -114,4 +114,9 @@ def _scaled(dataset: xr.Dataset, name: str, values: Array) -> Array:
 
 
 def _axis(dataset: xr.Dataset, name: str) -> Axis:
-    return Axis(name, "" if str(dataset["parameter_units"].sel(parameter=name).values) == "1" else "N/µm")
+    """kt, kn, or μ with the contact lines that it is of."""
+    symbol, _, lines = name.replace("mu", "μ", 1).partition("_")
+    return Axis(
+        f"{symbol} of {lines}" if lines else symbol,
+        "" if str(dataset["parameter_units"].sel(parameter=name).values) == "1" else "N/µm",
+    )

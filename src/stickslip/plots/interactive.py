@@ -17,8 +17,8 @@ from stickslip.plots.look import Style, colour
 
 INCH = 96
 """Pixels of an inch of a panel."""
-ABOVE, BELOW, NARROW_BELOW = 34, 58, 62
-"""Pixels above a panel, for its title, and below it, for the labels of its axis."""
+ABOVE, BELOW, NARROW_BELOW, BUTTONS = 34, 58, 62, 22
+"""Pixels above a panel, for its title, and below it, for the labels of its axis; above all, for the buttons of plotly.js."""
 CHARACTER = 7.2
 """Pixels of a character of a label, which is broken where its panel is smaller."""
 PHONE = 340
@@ -252,7 +252,7 @@ def _layout(chart: Chart, columns: int, narrow: bool) -> dict[str, Any]:
     joined = chart.shared_x and columns == chart.columns
     heights = [round(INCH * max(chart.panels[k].height for k in row)) for row in rows]
     below = [26 if joined and i + 1 < len(rows) else NARROW_BELOW if narrow else BELOW for i in range(len(rows))]
-    titles = [ABOVE if any(chart.panels[k].title for k in row) or not i else 8 for i, row in enumerate(rows)]
+    titles = [(ABOVE if any(chart.panels[k].title for k in row) else 12) + BUTTONS * (not i) for i, row in enumerate(rows)]
     entries = _legend_rows(chart) if narrow else 0
     inner = sum(heights) + sum(below[:-1]) + sum(titles[1:])
     layout: dict[str, Any] = {

@@ -167,6 +167,14 @@ def headed(figure: Figure, text: str, words: str = "") -> None:
     figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
 
 
+SPOKEN = {"mu": "friction coefficient", "kt": "tangential stiffness", "kn": "normal stiffness"}
+
+
+def spoken(name: str) -> str:
+    """A variable or parameter of a study in words."""
+    return SPOKEN.get(name, name.replace("_", " "))
+
+
 def plain(name: str) -> str:
     """A name as it is: matplotlib would read text between dollar signs as a formula."""
     return str(name).replace("$", r"\$")

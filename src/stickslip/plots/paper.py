@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any, assert_never
 
 import numpy as np
@@ -155,8 +154,8 @@ def _filled(style: Style) -> dict[str, Any]:
 
 def _polygons(layer: Area) -> list[np.ndarray]:
     corners = np.column_stack([np.asarray(layer.x, dtype=float), np.asarray(layer.y, dtype=float)])
-    ends = np.flatnonzero(np.isnan(corners[:, 0])).tolist()
-    return [corners[a:b] for a, b in pairwise([0, *(end + 1 for end in ends), len(corners) + 1]) if a < len(corners)]
+    pieces = np.split(corners, np.flatnonzero(np.isnan(corners[:, 0])))
+    return [known for piece in pieces if (known := piece[np.isfinite(piece).all(axis=1)]).size]
 
 
 def _legend(figure: Figure, chart: Chart) -> None:

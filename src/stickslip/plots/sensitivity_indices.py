@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Panel, Rule
-from stickslip.plots.look import Style, contact
+from stickslip.plots.look import Style, contact, spoken
 from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def _panel(dataset: xr.Dataset, q: int, words: str) -> Panel:
     middle, total = float(dataset["middle"].values[q]), dataset["total"].values[:, q]
     ends = [100.0 * (dataset[key].values[:, q] / middle - 1.0) for key in ("low_end", "high_end")]
     order = np.argsort(np.max(np.abs(ends), axis=0))
-    names = [f"{str(dataset['parameter'].values[k]).replace('_', ' ')}, {total[k]:.2f}" for k in order]
+    names = [f"{spoken(str(dataset['parameter'].values[k]))}, {total[k]:.2f}" for k in order]
     places = np.arange(len(names), dtype=float)
     layers: list[Layer] = [
         Bars(places + beside, values[order], contact(k), label, width=0.32, horizontal=True, hover={"total index": total[order]})

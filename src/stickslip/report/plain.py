@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 Datasets = Mapping[str, "xr.Dataset"]
 
-ROUNDING = 1e-12
-"""Numbers below this share of the largest one of their column are rounding."""
+ROUNDING = 1e-11
+"""Numbers below this share of the largest one of their unit in a table are rounding."""
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
@@ -90,15 +90,18 @@ def _sentence(line: str) -> str:
 
 def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:
     """Of each column its head with the unit that is shown, the size of that unit in SI, and the number below which it shows 0."""
+    heads = [str(name) for name in frame.columns]
+    units = [head.removesuffix("]").rpartition(" [")[2] if head.endswith("]") else head for head in heads]
+    largest: dict[str, float] = {}
+    for unit, (_, column) in zip(units, frame.items(), strict=True):
+        values = np.abs(column.to_numpy(dtype=float)) if column.dtype.kind == "f" else np.zeros(0)
+        largest[unit] = max(largest.get(unit, 0.0), float(np.max(values[np.isfinite(values)], initial=0.0)))
     found = []
-    for name in map(str, frame.columns):
-        numeric = frame[name].dtype.kind == "f"
-        values = np.abs(frame[name].to_numpy(dtype=float)) if numeric else np.zeros(0)
-        largest = float(np.max(values[np.isfinite(values)], initial=0.0))
-        words, _, units = name.removesuffix("]").rpartition(" [")
-        size, unit = _shown(units, largest) if numeric and name.endswith("]") else (1.0, "")
-        head = name if not name.endswith("]") or not words else words if unit == "1" else f"{words} in {unit or units}"
-        found.append((head, size, ROUNDING * largest))
+    for head, unit in zip(heads, units, strict=True):
+        size, name = _shown(unit, largest[unit])
+        words = head.rpartition(" [")[0]
+        shown = head if unit == head else words if unit == "1" else f"{words} in {name}"
+        found.append((shown, size, ROUNDING * largest[unit]))
     return found
 
 
