@@ -21,13 +21,37 @@ force_levels = [0.2, 1.0]
 """
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("report")
-    (folder / "wedge.toml").write_text(STUDY)
-    result = CliRunner().invoke(app, ["run", str(folder / "wedge.toml"), "--out", str(folder / "out"), "--workers", "1"])
+PERFORMANCE = """
+[study]
+analysis = "performance_curve"
+[structure]
+rig = "blade_and_wedge"
+[sweep]
+frequency = [280.0, 390.0]
+harmonics = 1
+samples = 64
+[performance_curve]
+force_ratio = [3.0, 100.0]
+points = 6
+friction = [0.2, 0.4]
+"""
+
+
+def results_of(study, folder):
+    (folder / "study.toml").write_text(study)
+    result = CliRunner().invoke(app, ["run", str(folder / "study.toml"), "--out", str(folder / "out"), "--workers", "1"])
     assert result.exit_code == 0, result.output
     return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return results_of(STUDY, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def performance(tmp_path_factory):
+    return results_of(PERFORMANCE, tmp_path_factory.mktemp("performance"))
 
 
 @pytest.fixture(scope="module")
@@ -103,20 +127,22 @@ def test_a_choice_keeps_the_other_choices_and_the_focus(page):
     assert page.value("document.getElementById('chart-curves').layout.yaxis.type ?? 'linear'") == "linear"
 
 
+@pytest.mark.parametrize("kind", ["results", "performance"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [1280, 390])
-def test_charts_are_legible_on_every_screen(results, width, scheme):
+def test_charts_are_legible_on_every_screen(request, kind, width, scheme):
     """No chart is wider than the screen, none is lower than its legend needs, and text stands out from the background."""
     with browser() as page:
         page.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
         page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-        page.open(results / "report.html")
+        page.open(request.getfixturevalue(kind) / "report.html")
         assert page.value("document.documentElement.scrollWidth") <= width
         tops = page.value("[...document.querySelectorAll('.place')].map(p => p.getBoundingClientRect().top)")
         assert min(tops) < 900
         legends = page.value(
             "[...document.querySelectorAll('.place .chart')].filter(c => c.querySelector('.legend')).map(c => {"
-            "const b = c.querySelector('.legend').getBoundingClientRect(), s = c._fullLayout._size, box = c.getBoundingClientRect();"
+            "const b = c.querySelector('.legend').getBoundingClientRect(), box = c.getBoundingClientRect();"
+            "const s = c._fullLayout._size;"
             "return { left: b.left, top: b.top, right: b.right, across: box.left + s.l + s.w, below: box.top + s.t + s.h }; })"
         )
         for legend in legends:

@@ -110,9 +110,9 @@ def _size_of(dataset: xr.Dataset) -> str:
     return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
 
 
-def reference(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
-    """Resonance of the "free" or "stuck" structure in the band: natural frequency, Hz, and size of the linear curve."""
-    found = linear_peak(dataset, which, case, output)
+def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int = 0) -> tuple[float, float] | None:
+    """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
+    found = linear_peak(dataset, which, case, peak.frequency, output)
     if found is None:
         return None
     natural = dataset[f"natural_frequency_{which}"].values
@@ -134,7 +134,7 @@ def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, i
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
     for which in ("stuck", "free"):
-        linear = reference(dataset, which, case, output)
+        linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"
@@ -146,7 +146,7 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
 def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
     for which in ("stuck", "free"):
-        linear = reference(dataset, which, case, output)
+        linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             ratio = peak.amplitude / linear[1]
             words.append(f"{percent(abs(1.0 - ratio))} {'lower' if ratio <= 1.0 else 'higher'} than {_ABSENT[which]}")
@@ -154,7 +154,7 @@ def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
 
 
 def _which_resonance(dataset: xr.Dataset, which: str) -> str:
-    """Of several resonances in the band the highest peak is meant."""
+    """Of several resonances in the band that of the same mode is meant."""
     natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
     several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
-    return "highest resonance in the band" if several else "resonance"
+    return "resonance of this mode" if several else "resonance"
