@@ -57,9 +57,10 @@ def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     return Chart("Loops at the highest peak", panels, columns=len(lines) if shown else 1, note=note, legend=False)
 
 
-def loops_of(dataset: xr.Dataset, row: ContactRow, most: int, own: bool = False) -> Chart:
-    """The loops of one contact at all force levels in one panel; own: each centred and to its own size, to compare shapes."""
-    chosen = representatives(dataset, most)
+def loops_of(dataset: xr.Dataset, row: ContactRow, most: int, own: bool = False, step: int = 1) -> Chart:
+    """The loops of one contact at all force levels in one panel; own: each centred and to its own size, to compare shapes;
+    step: of the samples drawn."""
+    chosen = representatives(dataset.isel(sample=slice(None, None, step)), most)
     layers = [
         _loop(chosen.dataset, case, row, line["style"], line["label"], own)
         for case, line in enumerate(case_lines(chosen.dataset))

@@ -107,12 +107,14 @@ def _on(k: int) -> dict[str, str]:
 
 
 def _trace(layer: Line | Area | Bars | Cells | Shades | Key, panel: Panel) -> dict[str, Any]:
+    look: dict[str, Any]
     match layer:
         case Line():
             x, y = _floats(layer.x), _floats(layer.y)
             mode = "+".join(["lines"] * (layer.style.dash != "none") + ["markers"] * bool(layer.style.marker))
-            look = {"type": "scatter", "mode": mode or "none", "opacity": layer.style.opacity, "connectgaps": False}
-            look |= {"line": _stroke(layer.style), "marker": _marker(layer.style)} if mode else {}
+            look = {"type": "scatter", "mode": mode or "none", "line": _stroke(layer.style)}
+            look |= {"marker": _marker(layer.style)} if layer.style.marker else {}
+            look |= {"opacity": layer.style.opacity} if layer.style.opacity < 1.0 else {}
             return {"x": x, "y": y, **look, **_hover(layer.hover, panel, x, y, layer.label)}
         case Area():
             fill = {
@@ -196,7 +198,7 @@ def _stroke(style: Style) -> dict[str, Any]:
 
 
 def _marker(style: Style) -> dict[str, Any]:
-    return {"symbol": SYMBOLS[style.marker], "size": 1.6 * style.size, "color": f"@{style.colour}"} if style.marker else {}
+    return {"symbol": SYMBOLS[style.marker], "size": 1.6 * style.size, "color": f"@{style.colour}"}
 
 
 def _hover(columns: Mapping[str, ArrayLike], panel: Panel, x: Any, y: Any, label: str) -> dict[str, Any]:

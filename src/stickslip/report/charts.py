@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 DIGITS = 7
 """Of the numbers in the page; exact values stand in its tables and in results.nc."""
-SHORT, LONG = 4, 200
-"""Arrays of so few numbers stand where they are used, and whatever else has not more characters."""
+SHORT, LONG, WORDY = 4, 200, 60
+"""Arrays of so few numbers stand where they are used, and parts and texts of not more characters."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,8 @@ class Charts:
         if isinstance(part, Mapping):
             encoded = {key: self._part(value) for key, value in part.items()}
             return self._shared(encoded) if len(repr(encoded)) > LONG else encoded
+        if isinstance(part, str) and len(part) > WORDY:
+            return self._shared(part)
         return [self._part(value) for value in part] if isinstance(part, list) else part
 
     def _array(self, values: Array) -> Any:

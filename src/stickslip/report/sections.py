@@ -53,6 +53,8 @@ MOST_SHOWN = 12
 """Cases whose loops and states are drawn, and that the overview lists."""
 LOOPS_OF_A_POINT = 8
 """Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
+NUMBERS_OF_LOOPS, SAMPLES_OF_MANY = 120_000, 64
+"""Numbers of the loops at the peaks that a page takes as they are; the samples of each loop where there would be more."""
 OPENED, SAMPLES_OF_A_LOOP = 150, 64
 """Points of all curves together whose loops the page holds, about a megabyte, and the samples of each loop."""
 LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
@@ -166,9 +168,11 @@ def loops(datasets: Datasets, charts: Charts) -> str:
         rows = {row.label: row for row in contact_rows(dataset)}
         if rows:
             first = largest_loops(dataset, [*rows.values()], 1)[0].label
+            many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
+            step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
             sizes = f"in N and {length_unit(dataset).name}", "each to its own size"
             choices = Choice("Contact", list(dict.fromkeys([first, *rows]))), Choice("Loops", sizes)
-            html += charts.place("chart-loops", partial(_loops, dataset, rows, sizes[1]), choices, label)
+            html += charts.place("chart-loops", partial(_loops, dataset, rows, sizes[1], step), choices, label)
     note = (
         '<p class="note">One period at the highest peak of the first output. '
         "Double-click a level in the legend to see it alone.</p>"
@@ -176,8 +180,8 @@ def loops(datasets: Datasets, charts: Charts) -> str:
     return section("loops", "Hysteresis loops", html, note)
 
 
-def _loops(dataset: xr.Dataset, rows: Mapping[str, ContactRow], own: str, contact: str, size: str) -> Chart:
-    return loops_of(dataset, rows[contact], MOST_SHOWN, size == own)
+def _loops(dataset: xr.Dataset, rows: Mapping[str, ContactRow], own: str, step: int, contact: str, size: str) -> Chart:
+    return loops_of(dataset, rows[contact], MOST_SHOWN, size == own, step)
 
 
 def states(datasets: Datasets, charts: Charts) -> str:
