@@ -194,6 +194,16 @@ class Chart:
         return plotly_figure(self, dark)
 
 
+def labelled(panels: Sequence[Panel], columns: int, place: int) -> tuple[bool, bool]:
+    """Whether a panel of a grid writes the labels of its axes, x and y: those below and to its left may say the same."""
+    panel = panels[place]
+    below = panels[place + columns] if columns > 1 and place + columns < len(panels) else None
+    left = panels[place - 1] if place % columns else None
+    repeated_x = below is not None and bool(below.layers) and below.x.label == panel.x.label
+    repeated_y = left is not None and bool(left.layers) and left.y.label == panel.y.label
+    return not repeated_x, not repeated_y
+
+
 def band(x: ArrayLike, low: ArrayLike, high: ArrayLike, style: Style, label: str = "") -> Area:
     """The area between two curves, in as many pieces as there are gaps."""
     x, low, high = (np.asarray(values, dtype=float) for values in (x, low, high))

@@ -12,7 +12,7 @@ from typing import Any, assert_never
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Line, Panel, Rule, Shades, wrapped
+from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Line, Panel, Rule, Shades, labelled, wrapped
 from stickslip.plots.look import Style, colour
 
 INCH = 96
@@ -27,8 +27,11 @@ WIDE = 900
 """Pixels of the width of a chart beside its legend on a large screen."""
 LONGEST_NAME = 24
 """Characters of a name at an axis in one line."""
-MOST_BELOW_EACH_OTHER = 9
-"""Panels that a narrow screen shows in one column; of more, the chart keeps its columns and is scrolled."""
+MOST_BELOW_EACH_OTHER, SCROLLED = 9, 200
+"""Panels that a narrow screen shows in one column. Of more, the chart keeps its columns; where these do not fit, with so many
+pixels each, it is scrolled."""
+SMALL = 150
+"""Pixels of a side of a panel below which its axis has few numbers."""
 SYMBOLS = {
     "circle": "circle",
     "ring": "circle-open",
@@ -38,6 +41,15 @@ SYMBOLS = {
     "star": "star",
 }
 GRID, TEXT = "@grid", "@text"
+BASE = {
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "rgba(0,0,0,0)",
+    "hovermode": "closest",
+    "barmode": "overlay",
+    "hoverlabel": {"namelength": 40},
+    "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@grey", "activecolor": TEXT},
+}
+"""What all charts have in common."""
 
 
 def plotly_figure(chart: Chart, dark: bool = False) -> Any:
@@ -257,23 +269,18 @@ def _layout(chart: Chart, columns: int, narrow: bool) -> dict[str, Any]:
     titles = [(ABOVE if any(chart.panels[k].title for k in row) else 12) + BUTTONS * (not i) for i, row in enumerate(rows)]
     entries = _legend_rows(chart) if narrow else 0
     inner = sum(heights) + sum(below[:-1]) + sum(titles[1:])
-    layout: dict[str, Any] = {
+    layout: dict[str, Any] = BASE | {
         "height": inner + titles[0] + below[-1] + 22 * entries,
         "margin": {"l": 58 if narrow else 66, "r": 12, "t": titles[0], "b": below[-1] + 22 * entries},
         "font": {"color": TEXT, "family": "system-ui, sans-serif", "size": 12 if narrow else 13},
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "plot_bgcolor": "rgba(0,0,0,0)",
-        "hovermode": "closest",
-        "barmode": "overlay",
-        "hoverlabel": {"namelength": 40},
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@grey", "activecolor": TEXT},
         "showlegend": bool(chart.entries),
         "legend": _legend(chart, narrow),
         "annotations": [],
     }
-    if narrow and columns > 1:
-        layout["width"] = 230 * columns
-    total = 230 * columns if narrow and columns > 1 else PHONE if narrow else WIDE
+    room = PHONE if narrow else WIDE
+    total = max(room, SCROLLED * columns) if columns > 1 else room
+    if total > room:
+        layout["width"] = total
     spans = _columns(chart, rows, columns, total - 70)
     top = 0
     for i, row in enumerate(rows):
@@ -283,7 +290,11 @@ def _layout(chart: Chart, columns: int, narrow: bool) -> dict[str, Any]:
             panel, on, pixels = chart.panels[k], _on(k), (right - left) * (total - 70)
             x, y = _axis(panel.x, pixels, panel), _axis(panel.y, heights[i], panel)
             x |= {"domain": [left, right], "anchor": on["yaxis"]}
-            x |= {"showticklabels": False, "title": {"text": ""}} if joined and k + columns < len(chart.panels) else {}
+            last = not joined or k + columns >= len(chart.panels)
+            named_x, named_y = labelled(chart.panels, columns, k)
+            x |= {} if last else {"showticklabels": False}
+            x |= {} if last and named_x else {"title": {"text": ""}}
+            y |= {} if named_y else {"title": {"text": ""}}
             x |= {"matches": _on(k % chart.columns)["xaxis"]} if chart.shared_x and k >= chart.columns else {}
             y |= {"domain": list(ends), "anchor": on["xaxis"]} | ({"scaleanchor": on["xaxis"]} if panel.equal else {})
             if not panel.layers:
@@ -319,6 +330,8 @@ def _axis(axis: Axis, pixels: float, panel: Panel) -> dict[str, Any]:
     found |= {"linecolor": "@grey", "tickcolor": "@grey", "showline": True, "ticks": "outside"}
     if any(isinstance(layer, Cells) for layer in panel.layers):
         found |= {"showgrid": False, "zeroline": False}
+    if pixels < SMALL:
+        found |= {"nticks": 4}
     if axis.log:
         # Full numbers ("0.2", "0.5", "1") in place of plotly's single digits between powers, however far one zooms in. With more
         # ticks it writes all digits of a decade, one upon the other.

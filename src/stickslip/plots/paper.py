@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule, Shades, wrapped
+from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule, Shades, labelled, wrapped
 from stickslip.plots.look import PAGE, WIDTH, Style, colour, headed, house_style, plain
 
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2)), "dot": (0, (1.2, 1.6)), "dashdot": "-.", "none": ""}
@@ -39,10 +39,12 @@ def drawn(chart: Chart) -> Figure:
             above = upper[place - chart.columns] if chart.shared_x and row else None
             axes = figure.add_subplot(grid[row, column], sharex=above)
             upper.append(axes)
-            _panel(axes, panel)
-            if chart.shared_x and place + chart.columns < len(chart.panels):
-                axes.tick_params(labelbottom=False)
-                axes.set_xlabel("")
+            _panel(axes, panel, (figure.get_figwidth() - 1.5) / chart.columns)
+            joined = chart.shared_x and place + chart.columns < len(chart.panels)
+            axes.tick_params(labelbottom=not joined)
+            named_x, named_y = labelled(chart.panels, chart.columns, place)
+            axes.xaxis.label.set_visible(named_x and not joined)
+            axes.yaxis.label.set_visible(named_y)
         _legend(figure, chart)
         headed(figure, chart.title, chart.note)
     return figure
@@ -51,36 +53,42 @@ def drawn(chart: Chart) -> Figure:
 def _size(chart: Chart) -> tuple[float, float]:
     """Width and height in inches."""
     heights = sum(max(panel.height for panel in row) for row in chart.rows)
-    return min(max(WIDTH, 1.9 * chart.columns + 1.6), PAGE), min(0.7 + heights, PAGE)
+    return min(max(WIDTH, 3.3 * chart.columns + 2.0), PAGE), min(0.7 + heights, PAGE)
 
 
-def _panel(axes: Axes, panel: Panel) -> None:
+def _panel(axes: Axes, panel: Panel, width: float) -> None:
+    """A panel so many inches wide."""
     if not panel.layers:
         axes.set_axis_off()
     for layer in panel.layers:
         _layer(axes, layer)
     if panel.title:
         axes.set_title(plain(panel.title), fontsize=9)
-    axes.set(xlabel=plain(panel.x.label), ylabel=plain("\n".join(wrapped(panel.y.label, int(CHARACTERS_AN_INCH * panel.height)))))
-    has_data = axes.has_data()
-    _axis(axes, panel.x, True, has_data)
-    _axis(axes, panel.y, False, has_data)
+    x, y = (
+        plain("\n".join(wrapped(axis.label, int(CHARACTERS_AN_INCH * inches))))
+        for axis, inches in ((panel.x, width - 0.5), (panel.y, panel.height))
+    )
+    axes.set(xlabel=x, ylabel=y)
+    _axis(axes, panel.x, True)
+    _axis(axes, panel.y, False)
     if any(isinstance(layer, Cells) for layer in panel.layers):
         axes.grid(visible=False)
     if panel.equal:
         axes.set_aspect("equal")
 
 
-def _axis(axes: Axes, stated: Axis, across: bool, has_data: bool) -> None:
+def _axis(axes: Axes, stated: Axis, across: bool) -> None:
     """Scale, limits and names of the x axis, which goes across, or of the y axis."""
     axis: MatplotlibAxis = axes.xaxis if across else axes.yaxis
     limits = axes.set_xlim if across else axes.set_ylim
-    if stated.log and has_data:
+    # A logarithmic axis needs a positive value; without one its least positive value is infinite.
+    log = stated.log and bool(np.isfinite(axis.get_minpos()))
+    if log:
         (axes.set_xscale if across else axes.set_yscale)("log")
     low, high = (end if end is not None and np.isfinite(end) else None for end in stated.limits)
     if (low is not None or high is not None) and (low != high):
         limits(low, high)
-    if stated.log and has_data:
+    if log:
         _numbered(axis)
     if stated.names:
         size = 8 if len(stated.names) <= LONGEST_NAMES else 5

@@ -365,7 +365,7 @@ def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monk
     compared = next(line for line in sentences(found) if "known design load = 7" in line)
     assert f"the best is {100.0 * (1.0 - over_all[best] / over_all[1]):.0f} % lower" in compared
     assert "over all start states" in compared
-    assert "over all start states, where searched" in tables(found)["designs"]
+    assert "over all start states, where searched [m]" in tables(found)["designs"]
 
 
 def made_up_at(limit):
