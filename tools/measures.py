@@ -82,7 +82,7 @@ class Module:
     def carriers(self) -> set[str]:
         """Names of its classes, in which a value travels, and of its compiled functions, which work with it."""
         tops = self.tree.body
-        compiled = {node.name for node in tops if isinstance(node, Function) and _decorators(node) & {"kernel", "inlined"}}
+        compiled = {node.name for node in tops if isinstance(node, Function) and is_kernel(node)}
         return compiled | {node.name for node in tops if isinstance(node, ast.ClassDef)}
 
 
@@ -100,8 +100,9 @@ def _is_number(node: ast.expr) -> bool:
             return False
 
 
-def _decorators(function: Function) -> set[str]:
-    return {node.id for node in function.decorator_list if isinstance(node, ast.Name)}
+def is_kernel(function: Function) -> bool:
+    """Whether a function is compiled."""
+    return any(isinstance(node, ast.Name) and node.id in ("kernel", "inlined") for node in function.decorator_list)
 
 
 def modules(folder: Path) -> list[Module]:

@@ -27,7 +27,7 @@ from stickslip.starts.extremes import AtFrequency, Effort, Extreme, extreme, lea
 from stickslip.starts.solutions import UnsolvedError
 from stickslip.starts.space import StartSpace
 from stickslip.starts.states import explored_space
-from stickslip.units import hertz
+from stickslip.units import Band, hertz
 from verify.counting import counted, residuals
 from verify.row import Row, at_most, relative
 from verify.variability_page import tables
@@ -48,7 +48,10 @@ def rows() -> Iterator[Row]:
     yield from wedge_rows()
     yield from cost_rows(numbers)
     yield from six_slider_rows(numbers)
-    numbers["peaks"] = {mass: peak_bounds(mass) for mass in ("4.6", "2.6", "6.6")}
+    numbers["peaks"] = {}
+    for mass in ("4.6", "2.6", "6.6"):
+        numbers["peaks"][mass] = peak_bounds(mass)
+        yield from solved_again_rows(mass, numbers["peaks"][mass])
     numbers["ratios"] = ratio_bounds()
     numbers["history"] = history()
     numbers["variants"] = variants()
@@ -163,22 +166,42 @@ def value_of(place: AtFrequency, variables: np.ndarray) -> float:
         return float("nan")
 
 
+def peak_band(mass: str) -> Band:
+    return hertz(470.0 if mass != "2.6" else 430.0, 600.0)
+
+
 def peak_bounds(mass: str) -> dict[str, Any]:
     """Bounds of the resonance peak for every published force, and the cloud that the search began with."""
-    band = hertz(470.0 if mass != "2.6" else 430.0, 600.0)
-    found = response_bounds(single_blade(float(mass)), band, LEVELS, "peak", cloud=8, starts=2, workers=WORKERS).dataset
+    rig, band = single_blade(float(mass)), peak_band(mass)
+    found = response_bounds(rig, band, LEVELS, "peak", cloud=8, starts=2, workers=WORKERS).dataset
     print(f"  peaks at {mass} kg: {found.attrs['cpu_seconds']:.0f} s CPU", flush=True)
     return {
         "force": list(LEVELS),
         "search": "cloud 8, starts 2",
         "cpu_seconds": found.attrs["cpu_seconds"],
         **{name: found[name].values[:, :, 0].tolist() for name in ("amplitude", "resonance", "loss_factor")},
+        "start_variable": found.start_variable.values[:, :, 0].tolist(),
         "virgin": found.sampled_amplitude.values[:, 0, 0].tolist(),
         "cloud": [
             found.sampled_amplitude.min("start").values[:, 0].tolist(),
             found.sampled_amplitude.max("start").values[:, 0].tolist(),
         ],
     }
+
+
+def solved_again_rows(mass: str, bounds: dict[str, Any]) -> Iterator[Row]:
+    """Whole curves from the start states of the bounds: their highest peaks are the bounds."""
+    rig, away = single_blade(float(mass)), []
+    for level, starts, amplitudes in zip(LEVELS, bounds["start_variable"], bounds["amplitude"], strict=True):
+        peaks = response_samples(rig, peak_band(mass), level, np.array(starts), workers=WORKERS).peaks()
+        solved = peaks.set_index("start")["amplitude"].reindex(range(2)).to_numpy()
+        away += [solved[0] / amplitudes[0] - 1.0, solved[1] / amplitudes[1] - 1.0]
+    known = np.abs(away)[np.isfinite(away)]
+    bounds["solved_again"] = [len(known), len(away), float(known.max())]
+    lost = len(away) - len(known)
+    yield at_most(f"Rig, {mass} kg: peak bounds whose start state's whole curve is lost, of {len(away)}", lost, 1, "whole curves")
+    text = f"Rig, {mass} kg: peak bounds beside the highest peak from their start states, relative difference"
+    yield at_most(text, float(known.max()), 1e-4, "whole curves")
 
 
 IN_PLANE = ("traction_ratio", "virgin")

@@ -6,10 +6,13 @@ from . import units as units
 
 # Structures and models
 from .models.read import read_model as read_model, read_structure as read_structure
-from .structure.assembly import Spring as Spring
+from .interfaces.node_surface import NodeSurface as NodeSurface
+from .interfaces.surface_contacts import surface_contacts as surface_contacts
+from .structure.assembly import Spring as Spring, assemble as assemble
 from .structure.cyclic import CyclicStructure as CyclicStructure, cyclic as cyclic, sector_chain as sector_chain
 from .structure.damping import Dashpot as Dashpot, ModalDamping as ModalDamping, RayleighDamping as RayleighDamping
 from .structure.matrices import Structure as Structure
+from .structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
 
 # Loads, outputs and the problem
 from .loads import BaseMotion as BaseMotion, Force as Force, Output as Output

@@ -221,6 +221,11 @@ def counted(number: int, singular: str, plural: str = "") -> str:
     return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
+def first_of(words: Sequence[str], most: int) -> str:
+    """`a, b, ... (7 in all)`: the first of many words."""
+    return ", ".join(words[:most]) + (f", ... ({len(words)} in all)" if len(words) > most else "")
+
+
 def similar(word: str, known: Iterable[str]) -> str:
     """A remedy that names the known word nearest to `word`, empty where none is near."""
     close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)

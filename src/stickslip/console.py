@@ -19,6 +19,7 @@ Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
 
 RETRY_SECONDS = 0.05
+"""After which a Ctrl-C that could not be passed on comes again."""
 
 WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
 """Exit codes: wrong use or input; internal error; Ctrl-C; computed, but a curve is incomplete."""

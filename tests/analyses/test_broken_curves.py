@@ -11,7 +11,7 @@ from stickslip.curves import curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve import sweep
-from stickslip.solve.continuation import StepControl, trace
+from stickslip.solve.continuation import TURNED_BACK, StepControl, trace
 from stickslip.solve.newton import correct, fixed
 
 LEVEL = 1.0
@@ -65,7 +65,7 @@ def test_a_curve_that_turns_back_says_where_and_the_rest_can_be_had():
     found = curve.solve_curve(balance, ends, case.level, exactly=False)
     farthest = max(point.point.omega for point in found.points)
     assert found.points[-1].point.omega < 0.9 * farthest
-    words = f"{sweep.TURNED_BACK} It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest from the other end of the band"
+    words = f"{TURNED_BACK} It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest from the other end of the band"
     assert found.message.startswith(words)
     beyond = curve.solve_curve(balance, [1.2, ends[1]], case.level, exactly=False)
     assert beyond.outcome == Outcome.CONVERGED

@@ -19,12 +19,17 @@ class InterruptedWhenDeleted:
             pass  # the signal is handled between these
 
 
-def test_an_interrupt_that_python_drops_comes_again(capfd):
-    hook, handler = sys.unraisablehook, signal.getsignal(signal.SIGINT)
-    with pytest.raises(KeyboardInterrupt), progress("work"):
+def work_interrupted():
+    with progress("work"):
         InterruptedWhenDeleted()
         for _ in range(1000):
             time.sleep(0.01)
+
+
+def test_an_interrupt_that_python_drops_comes_again(capfd):
+    hook, handler = sys.unraisablehook, signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        work_interrupted()
     assert (sys.unraisablehook, signal.getsignal(signal.SIGINT)) == (hook, handler)
     assert capfd.readouterr().err == ""
 

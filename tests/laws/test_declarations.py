@@ -1,5 +1,7 @@
 """What each law declares of itself is true: rate independence, sticking, memory of the start, coupling of directions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from laws.kernel import OMEGA, answer, forces, random_motion
@@ -102,3 +104,14 @@ def test_every_parameter_has_a_scale(law):
         scales = sample.law.parameter_scales(2.0, 1e-3)
         assert scales.shape == (len(sample.law.elements(sample.tangential, sample.law.has_normal).parameters),)
         assert np.all(scales > 0.0)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+def test_shares_of_a_surface_add_up_to_the_whole(law):
+    """Points that move alike, of 30 % and 70 %: each has its share of every force."""
+    for sample in samples_of(law):
+        w = moved(sample, 1.0)
+        whole = answer(sample, VIRGIN, w, NT).target
+        for share in (0.3, 0.7):
+            part = answer(replace(sample, law=sample.law.share(share)), VIRGIN, w, NT).target
+            np.testing.assert_allclose(part, share * whole, rtol=1e-9, atol=1e-9 * np.abs(whole).max(initial=1.0))

@@ -1,5 +1,7 @@
 """The measures of the source, on a package of a few lines that is counted by hand, and on this one."""
 
+import re
+
 import pytest
 
 from tools import measures
@@ -128,6 +130,18 @@ def test_this_package_is_measured_to_the_end():
     table = dict(measures.rows(measures.modules(measures.SOURCE), measures.CHAIN))
     assert int(table["files"]) > 100
     assert int(table["files from the study key kt to the kernel"].split(":")[0]) >= 2
+
+
+def test_only_keywords_that_users_type_and_kernels_are_more_than_ten():
+    public = (measures.SOURCE / "__init__.pyi").read_text() + (measures.SOURCE / "rigs" / "__init__.py").read_text()
+    names = set(re.findall(r"\w+", public))
+    long = {
+        f"{module.name}:{function.name}"
+        for module in measures.modules(measures.SOURCE)
+        for function in module.functions
+        if measures.arguments(function) > 10 and function.name not in names and not measures.is_kernel(function)
+    }
+    assert long == set()
 
 
 def test_a_folder_without_functions_is_refused(tmp_path, capsys):

@@ -58,6 +58,16 @@ def test_a_curve_that_comes_back_to_a_point_ends_and_says_so(monkeypatch):
     assert not tracer._meets(known[0], turned)
 
 
+def test_a_curve_that_leaves_through_its_start_is_lost(monkeypatch):
+    balance = HarmonicBalance(ss.rigs.single_mass(), 3, 64)
+    forth = list(trace(balance, first_point(balance, 0.5, 0.5), "omega", 2.0))[1:11]
+    back = [point for point in trace(balance, first_point(balance, 0.5, 0.5), "omega", 0.3) if point.point.omega < 0.5]
+    turned = iter([*forth, *forth[::-1], *back])
+    monkeypatch.setattr(continuation._Tracer, "_advance", lambda self, current, bend: next(turned))
+    with pytest.raises(LostCurveError, match="turned back and left the band through its start"):
+        list(trace(balance, first_point(balance, 0.5, 0.5), "omega", 2.0))
+
+
 def test_a_lost_curve_is_traced_again_with_reversible_steps(monkeypatch):
     controls = []
 

@@ -46,7 +46,7 @@ ONE_CHANGE = [
     ('law = "macroslip"', "", "law must be given, but is 'missing'"),
     ('"ground"', '"gruond"', "between: degree of freedom 'gruond' does not exist. Did you mean 'ground'?"),
     ('between = ["1.x", "ground"]', 'between = ["1.x", "1.x"]', "must join two different places"),
-    ('between = ["1.x", "ground"]', "", "between or tangential must be given, but is missing"),
+    ('between = ["1.x", "ground"]', "", "between or tangential or surface must be given, but is missing"),
     ('between = ["1.x", "ground"]', 'between = ["1.x"]', "between must have 2 entries or more, but is ['1.x']"),
     ("kt = 0.5", "kt = -0.5", "[[contact]] 1: kt must be above 0, but is -0.5"),
     ("kt = 0.5", 'kt = "0.5"', "kt must be a number, but is '0.5'"),

@@ -22,6 +22,7 @@ MOVES = 1e-6
 NEAR = 0.1
 """Relative distance within which a harmonic counts as near a mode."""
 MOST_SAMPLES = 8192
+"""Where doubling the samples ends, whatever it would still change."""
 
 
 @dataclass(frozen=True)

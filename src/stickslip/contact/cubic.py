@@ -24,6 +24,8 @@ class CubicSpring(Law):
     energy. A motion that nothing but a cubic spring holds has no linear stiffness, and is refused.
     """
 
+    extensive: ClassVar[tuple[str, ...]] = ("k3",)
+
     k3: float
 
     kind: ClassVar[int] = KIND

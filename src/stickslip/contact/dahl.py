@@ -13,14 +13,12 @@ import numpy as np
 
 from stickslip.checks import Array, positive
 from stickslip.contact.law import Elements
-from stickslip.contact.period import OPEN, SLIPPING
+from stickslip.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
 from stickslip.contact.single_load import SingleLoad
 from stickslip.kernels import kernel
 
 KIND = 3
-
-SLIP = 1
 
 STILL = 1e-12
 """Travel over a period, relative to the displacement, below which it is rounding: the contact then rests without traction."""

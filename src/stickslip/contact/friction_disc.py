@@ -21,7 +21,7 @@ import numpy as np
 from stickslip.checks import Array, Index, fault
 from stickslip.contact.law import Elements, Law
 from stickslip.contact.macroslip import Macroslip
-from stickslip.contact.period import HELD, OPEN, RATIO, SLIPPING, STATIC, STICK
+from stickslip.contact.period import HELD, OPEN, RATIO, SLIP, SLIPPING, STATIC, STICK
 from stickslip.contact.protocol import NOT_PERIODIC, ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
 from stickslip.kernels import kernel
 
@@ -38,8 +38,6 @@ TOLERANCE = 1e-14
 
 SETTLED = 1e-10
 """Error of the derivative, relative to the stiffness, at which it counts as that of the steady period."""
-
-SLIP = 1
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ such table brings its own kernels (`stickslip.contact.protocol`) and says what i
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -70,6 +70,7 @@ class Law(ABC):
     """A contact law. A member gives its table for a contact with so many tangential directions and a normal or none.
 
     kind: `SLIDERS`, or the number of the law's own kernels in `stickslip.contact.dispatch`.
+    extensive: parameters that are shared out where one law stands for a whole surface; the others are the same at each point.
     couples_directions: the force along one tangential direction depends on the motion along the other.
     rate_independent: forces depend on the path of the motion, not on how fast it is passed.
     sticks: a motion small enough is that of the stuck spring kt, and its loop holds no energy.
@@ -77,10 +78,16 @@ class Law(ABC):
     """
 
     kind: ClassVar[int] = SLIDERS
+    extensive: ClassVar[tuple[str, ...]] = ("kt", "kn", "preload", "normal_load")
     couples_directions: ClassVar[bool] = False
     rate_independent: ClassVar[bool] = True
     sticks: ClassVar[bool] = True
     remembers_start: ClassVar[bool] = True
+
+    def share(self, fraction: float) -> Self:
+        """The law of a point that carries this fraction of the surface: stiffnesses and loads times it, all else as it is."""
+        whole = {name: getattr(self, name) for name in self.extensive if hasattr(self, name)}
+        return replace(self, **{name: _times(fraction, value) for name, value in whole.items() if value is not None})  # type: ignore[type-var]
 
     @abstractmethod
     def elements(self, tangential: int, normal: bool) -> Elements:
@@ -117,3 +124,8 @@ class Law(ABC):
     @abstractmethod
     def has_normal(self) -> bool:
         """Whether the law needs a normal direction (a varying normal load)."""
+
+
+def _times(fraction: float, value: Any) -> Any:
+    """A number, or each of several, times a fraction."""
+    return tuple(fraction * each for each in value) if np.ndim(value) else fraction * value

@@ -21,6 +21,8 @@ class Macroslip(SingleLoad):
     Source: Griffin (1980) for constant load; Yang, Chu and Menq (1998) for varying load.
     """
 
+    extensive: ClassVar[tuple[str, ...]] = (*SingleLoad.extensive, "kt2")
+
     kt: float
     mu: float
     kn: float | None = None

@@ -19,6 +19,9 @@ OFFSET, RATIO, MEAN = 0, 1, 2
 STICK, SLIP_UP, SLIP_DOWN, OPEN = 0, 1, -1, 2
 """What an element does at a sample; the sign of a slip is that of the traction."""
 
+SLIP = SLIP_UP
+"""Slip in any direction, where the traction has no sign or none is asked for."""
+
 HELD, STATIC, SLIPPING = 0, 1, 2
 """How much of a row is unknown: nothing (λ known in advance), its harmonic 0, or all harmonics."""
 

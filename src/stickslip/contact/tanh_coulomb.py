@@ -9,14 +9,12 @@ import numpy as np
 
 from stickslip.checks import Array, fault, positive
 from stickslip.contact.law import Elements
-from stickslip.contact.period import OPEN, SLIPPING
+from stickslip.contact.period import OPEN, SLIP, SLIPPING
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
 from stickslip.contact.single_load import SingleLoad
 from stickslip.kernels import kernel
 
 KIND = 4
-
-SLIP = 1
 
 
 @dataclass(frozen=True)

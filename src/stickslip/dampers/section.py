@@ -18,6 +18,7 @@ from stickslip.checks import Array, InputError, positive
 from stickslip.structure.rigid_body import RigidBody
 
 GAUSS_POINTS = 40
+"""On each piece of a boundary."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,14 +10,12 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
-from stickslip.contact.period import OPEN, STICK, friction_period
+from stickslip.contact.period import OPEN, SLIP, STICK, friction_period
 from stickslip.contact.protocol import PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
 from stickslip.kernels import inlined, kernel
-
-SLIP = 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stickslip.checks import Faults, fault, nearest
-
-Point = tuple[float, float, float]
+from stickslip.structure.matrices import Point
 
 SYNONYMS = {
     "M": ("M", "MAA", "MAAX", "MGG", "MXX", "MHH", "MASS"),

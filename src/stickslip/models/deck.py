@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from stickslip.checks import fault
-from stickslip.models.content import Point, located
+from stickslip.models.content import located
 from stickslip.models.limits import within_memory
+from stickslip.structure.matrices import Point
 
 MOST_GENERATED = 10_000_000
+"""Members of a generated set of nodes: more is a slip of the deck."""
 
 
 @dataclass

@@ -9,6 +9,7 @@ from stickslip.checks import fault
 MOST_DEFLATED = 1100
 """No deflate stream unpacks to more than 1032 times its size."""
 EMPTY_ROWS = 1000
+"""Rows that a matrix may have beyond two for each of its entries."""
 
 
 def memory() -> int:

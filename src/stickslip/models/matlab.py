@@ -10,6 +10,7 @@ from stickslip.models.process import arrays_of
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 USER_BLOCKS = (0, 512, 1024, 2048)
+"""Bytes of the text that may stand before an HDF5 file."""
 
 
 def read(path: Path) -> Content:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import SMALLEST, Array, Faults, InputError, counted, fault, finite
-from stickslip.models.content import NEEDED, Content, Point, chosen
+from stickslip.models.content import NEEDED, Content, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
-from stickslip.structure.matrices import check_names, freedoms
+from stickslip.structure.matrices import Point, check_names, freedoms
 from stickslip.structure.sparse import Sparse, square_sparse, symmetric_sparse
 from stickslip.units import UnitSystem
 

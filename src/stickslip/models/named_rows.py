@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import fault, nearest
-from stickslip.models.content import DIRECTIONS, Content, Point, located
+from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.numbers import whole
+from stickslip.structure.matrices import Point
 
 COLUMNS = ("node", "direction", "x", "y", "z", "set")
 LONGEST_NAME = 200
+"""Characters of a node's or set's name."""
 
 
 def from_tables(format: str, arrays: Mapping[str, Any]) -> Content:

@@ -17,8 +17,9 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import fault
-from stickslip.models.content import Content, Point, dof, located
+from stickslip.models.content import Content, dof, located
 from stickslip.models.limits import within_memory
+from stickslip.structure.matrices import Point
 from stickslip.structure.sparse import both_triangles
 
 SYMMETRIC, SQUARE = 6, 1

@@ -29,6 +29,7 @@ FORMAT = re.compile(r"(\d+)[EDFG](\d+)\.\d+", re.IGNORECASE)
 USUAL_WIDTH = 16
 """Of a number where the header gives no format: 1P,5E16.9."""
 STRING = 65536
+"""The header of a string is its length times this plus its first row; a matrix of more rows has two words instead."""
 
 
 @dataclass

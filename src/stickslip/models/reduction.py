@@ -21,7 +21,7 @@ from stickslip.models.model import Model
 from stickslip.models.places import Place
 from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.damping import Damping
-from stickslip.structure.matrices import Structure
+from stickslip.structure.matrices import Point, Structure
 
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what is being done."""
@@ -42,7 +42,9 @@ def whole(model: Model, damping: Damping | None = None) -> Structure:
         remedy = "Name the places of contacts, loads and outputs in `keep`: the rest is then reduced to modes."
         raise fault("A model taken whole", f"must have at most {WHOLE_SIZE} rows", model.size, remedy)
     C = None if model.C is None else model.C.toarray()
-    return Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping)
+    nodes = {node: model.nodes[node] for node in model.located[0]}
+    sets = {name: tuple(node for node in members if node in model.directions) for name, members in model.sets.items()}
+    return Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
 
 
 def reduced(
@@ -62,7 +64,19 @@ def reduced(
     else:
         progress(1.0, f"reduction found in {file}")
     C = matrices["C"] if matrices["C"].size else None
-    return Structure(matrices["M"], matrices["K"], (*kept, *_mode_names(matrices["M"].shape[0] - len(kept))), C, damping)
+    dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
+    return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=_kept_nodes(model, kept), sets=_kept_sets(places))
+
+
+def _kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
+    """Coordinates of the kept nodes by their names in the reduced model."""
+    names = {name.rpartition(".")[0]: model.dofs[row].rpartition(".")[0] for name, row in kept.items()}
+    return {name: model.nodes[node] for name, node in names.items() if node in model.nodes}
+
+
+def _kept_sets(places: tuple[Place, ...]) -> dict[str, tuple[str, ...]]:
+    """The nodes of each place by their names in the reduced model."""
+    return {place.name: tuple(dict.fromkeys(name.rpartition(".")[0] for name in place.dofs)) for place in places}
 
 
 def _mode_names(number: int) -> tuple[str, ...]:

@@ -34,6 +34,7 @@ SPREAD = 3.0
 """The same in half bands within which the amplitude stays within 0.1 % of the peak, where damping makes these wide."""
 
 HALVINGS, ORDERS = 3, (3, 1)
+"""How often a step to the next peak is halved, and the orders of its prediction, the better one first."""
 
 ABOVE = 1.001
 """A peak counts as higher than another one beyond this ratio: samples make cusps."""

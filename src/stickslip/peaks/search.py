@@ -44,6 +44,7 @@ SHARES = (0.5, 0.25, 0.75)
 """Shares of an interval at which it is divided where Newton's method fails at the one of choice."""
 
 NEIGHBOURS = 2
+"""Intervals searched on each side of those whose tops stand out."""
 
 
 @dataclass(frozen=True, eq=False)

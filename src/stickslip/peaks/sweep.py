@@ -47,7 +47,7 @@ def reaches_an_end(balance: HarmonicBalance, peak: SolvedPeak, band: tuple[float
     first = correct(balance, peak.point, fixed("omega", peak.omega), iterations=40, halvings=12)
     for end in band if first.converged else ():
         with suppress(LostCurveError):
-            *_, last = trace(balance, first, "omega", end, StepControl(points=LONGEST))
-            if last.point.omega == end:
-                return True
+            for _ in trace(balance, first, "omega", end, StepControl(points=LONGEST)):
+                pass
+            return True
     return False

@@ -26,6 +26,7 @@ TOLERANCE = 1e-9
 """Force and moment out of balance, relative to the pull."""
 
 SWEEPS = 2000
+"""Over all contacts in one step before Newton's method takes over."""
 
 LOOK = 4
 """Sweeps after which the states of the elements are looked at: whether all are the same as so many sweeps before."""

@@ -16,6 +16,7 @@ from stickslip.platforms.step import UNIT, Bodies
 from stickslip.time.contact_step import solve_in_place
 
 MOST_CONTACTS = 6
+"""Of which every combination of states is tried."""
 
 SLACK = 1e-9
 """How far a force may lie beyond its limit, relative to the load: rounding."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array
+from stickslip.checks import Array, first_of
 from stickslip.contact.point import Contact, Direction
 from stickslip.contact.start import SliderOffset
 from stickslip.structure.damping import ModalDamping
@@ -31,6 +31,9 @@ LARGEST_RATIO = 0.5
 ROUNDED = 0.01
 """How far cosines may be off that were typed with two digits."""
 
+SHOWN = 10
+"""Names that a sentence lists."""
+
 AXES, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 
 
@@ -49,7 +52,7 @@ def _stiffness(problem: Problem) -> str:
         return ""
     largest, lowest = f"{problem.stiffness_ratios[stiff].max():.2g}", f"{limits[stiff].min():g}"
     return (
-        f"Very stiff contacts ({_listed([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
+        f"Very stiff contacts ({_named([owners[row].name for row in stiff])}): up to {largest} times what they join. Where "
         f"they slip or lift off, points may not be found. With kt and kn lowered to {lowest} times, a stuck contact is rigid "
         f"but for one part in {lowest}."
     )
@@ -63,7 +66,7 @@ def _friction(problem: Problem) -> str:
         return ""
     lost = any(contact.normal is not None for contact in large)
     return (
-        f"Large friction coefficients ({_listed([contact.name for contact in large])}): up to mu = {max(found.values()):.3g}. "
+        f"Large friction coefficients ({_named([contact.name for contact in large])}): up to mu = {max(found.values()):.3g}. "
         + ("Where such contacts lift off, points may not be found. " if lost else "")
         + "Measured coefficients are hardly ever above 1."
     )
@@ -80,7 +83,7 @@ def _starts(problem: Problem) -> str:
     if not given:
         return ""
     laws = " and ".join(sorted({type(contact.law).__name__ for contact in given}))
-    return f"Start states without effect ({_listed([contact.name for contact in given])}): a contact of {laws} has none."
+    return f"Start states without effect ({_named([contact.name for contact in given])}): a contact of {laws} has none."
 
 
 def _damping(problem: Problem) -> str:
@@ -105,7 +108,7 @@ def _directions(problem: Problem) -> Iterator[str]:
                 names = " and ".join(contact.direction_names[k] for k in (one, other))
                 faults.setdefault("The directions must be perpendicular to each other", []).append(f"{contact.name}, {names}")
     for fault, places in faults.items():
-        yield f"Directions of contacts ({_listed(places)}): {fault}."
+        yield f"Directions of contacts ({_named(places)}): {fault}."
 
 
 def _fault_of(direction: Direction, one_frame: bool) -> str:
@@ -156,7 +159,5 @@ def _perpendicular(one: Direction, other: Direction) -> bool:
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    """The first ten different names."""
-    different = list(dict.fromkeys(names))
-    return ", ".join(different[:10]) + (", ..." if len(different) > 10 else "")
+def _named(names: Sequence[str]) -> str:
+    return first_of(list(dict.fromkeys(names)), SHOWN)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 LARGEST = 2**31 - 1
 """Bytes of the largest variable of a .mat file of version 5."""
 LONGEST_NAME = 63
+"""Characters of a variable's name in MATLAB."""
 
 
 def save_mat(dataset: xr.Dataset, path: str | Path, quantity: str | None = None, per_force: bool = False) -> Path:

@@ -22,6 +22,7 @@ from stickslip.solve.hidden_resonance import hidden_resonance
 from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
 CLOSED = "The curve closed on itself."
+TURNED_BACK = "The curve turned back and left the band through its start."
 
 BEYOND = (1e-3, 1e-2, 1e-4)
 SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
@@ -73,8 +74,6 @@ def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correct
         *_, last = trace(balance, low, "level", level, StepControl(points=400))
     except LostCurveError:
         return correction
-    if last.point.level != level:
-        return correction
     return correct(balance, last.point, fixed("omega", omega), iterations=40, halvings=12)
 
 
@@ -91,9 +90,8 @@ def solve_cold(balance: HarmonicBalance, omega: float, level: float) -> Correcti
 def trace(
     balance: HarmonicBalance, first: Correction, parameter: Parameter, end: float, control: StepControl | None = None
 ) -> Iterator[CurvePoint]:
-    """The curve from a solved point until its parameter reaches `end`, that point included; raises `LostCurveError` on the way.
-
-    A curve that turns back and leaves through its start ends there without reaching `end`.
+    """The curve from a solved point until its parameter reaches `end`, that point included; raises `LostCurveError` on the way,
+    also where the curve turns back and leaves through its start.
     """
     return _Tracer(balance, parameter, first, end, control or StepControl()).points(first)
 
@@ -127,7 +125,7 @@ class _Tracer:
                 yield self._last_point(current, following)
                 return
             if self.direction * (value - self.start) < 0.0:
-                return
+                raise LostCurveError(TURNED_BACK)
             bend = self._bend(current, following)
             current = following
             yield current

@@ -30,6 +30,7 @@ FLOOR = 1e-9
 """Residual that is still accepted where rounding lets no step reduce it further."""
 
 CONDITION_TOLERANCE = 1e-7
+"""Distance from the plane of a step, in arc length, that a solution may keep."""
 
 NEAR = 1e-3
 """Residual up to which the factors of a point serve for the direction of the curve at its solution."""

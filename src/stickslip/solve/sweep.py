@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import StepControl, first_point, solve_cold, trace
+from stickslip.solve.continuation import TURNED_BACK, StepControl, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, backwards, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 
@@ -21,7 +21,6 @@ RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 CAREFUL_POINTS = 2
 """Most points of a curve that is traced again with reversible steps, as a multiple of those of the first attempt."""
 
-TURNED_BACK = "The curve turned back and left the band through its start."
 PASSED_BY = "The curve has no point inside the band."
 
 SINGULAR = 1e-13
@@ -144,11 +143,9 @@ def _traced(
                 progress(abs(omega - start) / max(abs(end - start), np.finfo(float).tiny))
             before = point
     except LostCurveError as reason:
-        return Sweep(points, str(reason))
-    if not points:
-        return Sweep(points, PASSED_BY)
-    arrived = before is not None and before.point.omega == end
-    return Sweep(points, None if arrived else TURNED_BACK)
+        passed_by = not points and str(reason) == TURNED_BACK
+        return Sweep(points, PASSED_BY if passed_by else str(reason))
+    return Sweep(points, None)
 
 
 def points_at(balance: HarmonicBalance, points: Sequence[CurvePoint], wanted: Mapping[int, float]) -> dict[int, CurvePoint]:

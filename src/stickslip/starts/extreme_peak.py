@@ -42,8 +42,6 @@ def highest_peak(
         curve = list(trace(balance, first, "omega", end, StepControl(points=LONGEST)))
     except LostCurveError:
         return None
-    if curve[-1].point.omega != end:  # it turned back and left the band through its start
-        return None
     row = balance.rows + output
     found = PeakSearch(balance, curve, TOLERANCE).peaks(output, measure)
     return max(found.points, key=lambda p: measure.size(p.evaluation.w[row], p.point.omega), default=None)

@@ -41,6 +41,7 @@ def prefixed(body: str, name: str) -> str:
 def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) -> Structure:
     """One structure of several bodies {name: structure} and springs between them or to ground.
 
+    Names read "body/node.x" then, those of a body without a name as before.
     C is assembled if a body or spring brings one. Damping rules (modal, Rayleigh) belong to the assembled structure.
     """
     if not bodies:
@@ -58,7 +59,13 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
     bare = Structure(M, K, dofs)
     if springs:
         K = K + _springs(bare, springs, [spring.stiffness for spring in springs])
-    return Structure(M, K, dofs, C=_damping(bare, parts, springs))
+    nodes = {prefixed(name, node): point for name, body in bodies.items() for node, point in body.nodes.items()}
+    sets = {
+        prefixed(name, key): tuple(prefixed(name, node) for node in members)
+        for name, body in bodies.items()
+        for key, members in body.sets.items()
+    }
+    return Structure(M, K, dofs, C=_damping(bare, parts, springs), nodes=nodes, sets=sets)
 
 
 def _damping(bare: Structure, parts: Sequence[Structure], springs: Sequence[Spring]) -> Array | None:

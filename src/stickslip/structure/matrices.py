@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from stickslip.checks import SMALLEST, Array, InputError, counted, fault, nearest, several, square, storable, symmetric, unique
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
+
+Point = tuple[float, float, float]
+"""Coordinates, m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -17,6 +20,7 @@ class Structure:
 
     M, K: (n, n), symmetric, M without negative eigenvalues; C: (n, n) or None; dofs: n names "NODE.DIRECTION".
     damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
+    nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
     """
 
     M: Array
@@ -24,6 +28,8 @@ class Structure:
     dofs: tuple[str, ...]
     C: Array | None = None
     damping: Damping | None = None
+    nodes: Mapping[str, Point] = field(default_factory=dict, kw_only=True)
+    sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", several("dofs", self.dofs))
@@ -70,6 +76,11 @@ class Structure:
     def rows(self, directions: Sequence[Mapping[str, float]]) -> Array:
         """The coefficients of several directions, (len(directions), n)."""
         return np.array([self.row(direction) for direction in directions]).reshape(len(directions), self.size)
+
+    def shifted(self, by: Sequence[float]) -> Structure:
+        """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
+        x, y, z = by
+        return replace(self, nodes={name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()})
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""

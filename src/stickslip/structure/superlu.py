@@ -9,6 +9,7 @@ from stickslip.checks import Array
 from stickslip.structure.sparse import Sparse
 
 SMALLEST_PIVOT = 1e-13
+"""A pivot up to it is that of a singular matrix."""
 
 
 class SuperLU:

@@ -4,27 +4,35 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import Any
 
+import numpy as np
+
 from stickslip import rigs
-from stickslip.checks import Faults, InputError, fault, nearest
+from stickslip.checks import Array, Faults, InputError, fault, nearest
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset
+from stickslip.dampers import SHAPES
+from stickslip.dampers.shape import Shape
 from stickslip.loads import DERIVATIVES, BaseMotion, Force, Output
 from stickslip.problem import Problem
 from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
+from stickslip.structure.rigid_body import RigidBody
 from stickslip.study.contacts import ContactTable, FrictionTable
 from stickslip.study.faults import parsed
 from stickslip.study.names import Names
 from stickslip.study.starts import StartTable, start_rules
-from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
+from stickslip.study.tables import BaseTable, BodyTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import Units, in_si
 from stickslip.units import Band, followed, listed
 
 
 def rig_named(table: StructureTable) -> Problem:
     """The ready problem that a [structure] table names."""
-    misplaced = [key for key in ("names", "variables", "units", "keep", "modes", "own_damping") if key in table.model_fields_set]
+    misplaced = [
+        key for key in ("names", "variables", "units", "keep", "modes", "shift", "own_damping") if key in table.model_fields_set
+    ]
     if misplaced:
         raise fault(" and ".join(misplaced), "must go with a model", "beside a rig", "Leave it out.")
     maker = rigs.RIGS.get(str(table.rig))
@@ -66,6 +74,41 @@ def damping_rule(table: DampingTable | None, units: Units) -> Damping | None:
         seconds = units.system.seconds
         return RayleighDamping(table.rayleigh[0] / seconds, table.rayleigh[1] * seconds)
     return ModalDamping(table.modal if isinstance(table.modal, float) else tuple(table.modal or ()), table.on)
+
+
+def shape_of(name: str, dimensions: Mapping[str, Any], **angles: float) -> Shape:
+    """A damper shape of dimensions in SI and slopes of its platforms in degrees."""
+    known = [field.name for field in fields(SHAPES[name]) if not angles or not field.name.endswith("_angle")]  # type: ignore[arg-type]
+    for key in dimensions:
+        if key not in known:
+            raise fault("dimensions", f"must be those of the shape {name!r}", key, f"Known: {', '.join(known)}.")
+    return SHAPES[name](**dimensions, **angles)
+
+
+def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
+    """A rigid body in SI, and the static forces that pull it."""
+    values = in_si(table, units)
+    own = None if table.shape is None else shape_of(table.shape, table.dimensions).body()
+    mass, inertia = (values["mass"], values["inertia"]) if own is None else (own.mass, own.inertia)
+    given = np.asarray(inertia, dtype=float)
+    turn = axes_of(table.axes)
+    turned = turn.T @ (np.diag(given) if given.ndim == 1 else given) @ turn
+    rigid = RigidBody(mass, turned, values["centre"])
+    pull = zip("xyz", values["pull"], strict=True)
+    return rigid, tuple(
+        Force(f"{table.name}/{rigid.node}.{axis}", static=f, name=f"pull on {table.name}") for axis, f in pull if f
+    )
+
+
+def axes_of(given: list[list[float]] | None) -> Array:
+    """Rows x, y, z of a body in the coordinates of the model, (3, 3)."""
+    if given is None:
+        return np.eye(3)
+    x, y = np.asarray(given, dtype=float)
+    lengths = np.linalg.norm(x), np.linalg.norm(y)
+    if not min(lengths) or abs(x @ y) > 1e-6 * lengths[0] * lengths[1]:
+        raise fault("axes", "must be two directions at right angles", given)
+    return np.stack([x / lengths[0], y / lengths[1], np.cross(x, y) / (lengths[0] * lengths[1])])
 
 
 def contact(table: ContactTable, number: int, names: Names, units: Units) -> Contact:

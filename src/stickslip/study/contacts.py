@@ -30,9 +30,10 @@ from stickslip.study.fields import (
     Positive,
     Positives,
     Table,
+    Vector,
 )
 from stickslip.study.starts import Starts
-from stickslip.study.units import CUBIC_STIFFNESS, FORCE, LENGTH, STIFFNESS, VELOCITY, Units, in_si
+from stickslip.study.units import CUBIC_STIFFNESS, FORCE, LENGTH, PRESSURE, STIFFNESS, VELOCITY, Units, in_si
 
 
 class ContactTable(Table):
@@ -52,12 +53,40 @@ class ContactTable(Table):
         return self.law_in_si(in_si(self, units))
 
 
-class FrictionTable(ContactTable):
+class SurfaceTable(ContactTable):
+    """What contacts have that can stand for all nodes of a surface."""
+
+    together: ClassVar[tuple[tuple[str, str], ...]] = (("surface", "against"),)
+    in_place_of: ClassVar[dict[str, str]] = {"surface": "normal"}
+
+    surface: Annotated[
+        str | None,
+        Field(
+            min_length=1,
+            description="a set of nodes of the model, with a contact at each; stiffnesses and loads are those of the whole "
+            "surface, shared by area",
+        ),
+    ] = None
+    against: Annotated[
+        str | None, Field(min_length=1, description='what lies opposite: a [[body]], another set of nodes, or "ground"')
+    ] = None
+    facing: Annotated[
+        Vector | None, Field(description="direction out of the surface; unless given, to the side of what lies opposite")
+    ] = None
+    tangent: Annotated[
+        Vector | None, Field(description="t1, as far as it lies in the surface; unless given, along its greatest length")
+    ] = None
+    mean_pressure: Annotated[
+        NotNegative, PRESSURE, Field(description="on the surface, beside `preload`, with the structure at rest; needs `kn`")
+    ] = 0.0
+
+
+class FrictionTable(SurfaceTable):
     """What every contact with friction has."""
 
-    exactly_one: ClassVar[Groups] = (("between", "tangential"), ("kn", "normal_load"))
-    at_most_one: ClassVar[Groups] = (("between", "normal"),)
-    together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"),)
+    exactly_one: ClassVar[Groups] = (("between", "tangential", "surface"), ("kn", "normal_load"))
+    at_most_one: ClassVar[Groups] = (("between", "normal"), ("surface", "normal"))
+    together: ClassVar[tuple[tuple[str, str], ...]] = (("kn", "normal"), *SurfaceTable.together)
 
     tangential: Annotated[
         Directions | None, Field(description="t1, or [t1, t2]; a direction is [A, B] or a table of coefficients")
@@ -135,7 +164,7 @@ class TanhCoulombTable(LoadTable):
 class MicroslipArrayTable(FrictionTable):
     """Parallel springs and sliders with gaps. A list has one entry per element; a number is the total, shared equally."""
 
-    at_most_one: ClassVar[Groups] = (("between", "normal"), ("gaps", "largest_gap"))
+    at_most_one: ClassVar[Groups] = (*FrictionTable.at_most_one, ("gaps", "largest_gap"))
 
     law: Annotated[Literal["microslip_array"], Field(description="the contact law")]
     kt: Annotated[Positives, STIFFNESS, Field(description="tangential stiffness, total or per element")]
@@ -209,11 +238,11 @@ class IwanTable(SliderTable):
         return member(**given)
 
 
-class GapTable(ContactTable):
+class GapTable(SurfaceTable):
     """A stop without friction."""
 
     between_is: ClassVar[Literal["tangential", "normal"]] = "normal"
-    exactly_one: ClassVar[Groups] = (("between", "normal"),)
+    exactly_one: ClassVar[Groups] = (("between", "normal", "surface"),)
 
     law: Annotated[Literal["gap"], Field(description="the contact law")]
     normal: Annotated[Direction | None, Field(description="the closing direction, positive when A moves into B")] = None

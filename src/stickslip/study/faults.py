@@ -84,7 +84,7 @@ def misfits(model: type[Table], values: Mapping[str, Any]) -> list[str]:
             faults.append(f"{' or '.join(group)} must be given, but is missing.")
     for pair in model.together:
         given = [key for key in pair if key in values]
-        if len(given) == 1:
+        if len(given) == 1 and not any(other in values and key in pair for other, key in model.in_place_of.items()):
             faults.append(f"{' and '.join(pair)} must be given together, but only {given[0]} is.")
     return faults
 

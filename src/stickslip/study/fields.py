@@ -35,6 +35,8 @@ class Table(BaseModel):
     """Groups of keys that exclude each other."""
     together: ClassVar[tuple[tuple[str, str], ...]] = ()
     """Pairs of keys of which either both or none must be given."""
+    in_place_of: ClassVar[dict[str, str]] = {}
+    """Keys that stand for another one in these pairs: {"surface": "normal"}, and free its partner."""
     renamed: ClassVar[dict[str, str]] = {}
     """Keys of older files, with their names of today."""
 
@@ -71,6 +73,8 @@ Harmonics = Annotated[
 """H for 0..H, or a list."""
 
 Seed = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+
+Vector = Annotated[list[Number], Field(min_length=3, max_length=3), Words("list of three numbers")]
 
 Ratio = Annotated[float, Field(ge=-1, le=1)]
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from stickslip.checks import Array, counted
+from stickslip.checks import Array, counted, first_of
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.study.analysis import Sweep
@@ -38,7 +36,7 @@ def _listed(frequencies: Array, smallest: float) -> str:
     """The lowest frequencies, and how many rigid motions there are below."""
     moving = frequencies[frequencies > RIGID * smallest]
     rigid = [counted(frequencies.size - moving.size, "rigid motion")] if moving.size < frequencies.size else []
-    return _first([*rigid, *(f"{f:.5g}" for f in moving)])
+    return first_of([*rigid, *(f"{f:.5g}" for f in moving)], SHOWN)
 
 
 def _loads(problem: Problem) -> list[str]:
@@ -49,10 +47,6 @@ def _loads(problem: Problem) -> list[str]:
     open_ = [name for name, load in loads.items() if load == 0.0]
     closed = [f"{name} {load:.4g}" for name, load in loads.items() if load > 0.0]
     return [
-        *([f"Normal loads at rest in N: {_first(closed)}."] if closed else []),
-        *([f"Open at rest: {_first(open_)}."] if open_ else []),
+        *([f"Normal loads at rest in N: {first_of(closed, SHOWN)}."] if closed else []),
+        *([f"Open at rest: {first_of(open_, SHOWN)}."] if open_ else []),
     ]
-
-
-def _first(words: Sequence[str]) -> str:
-    return ", ".join(words[:SHOWN]) + (f", ... ({len(words)} in all)" if len(words) > SHOWN else "")

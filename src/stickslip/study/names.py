@@ -35,7 +35,7 @@ class Names:
 def dofs_in(document: Mapping[str, Any]) -> list[str]:
     """The names of the degrees of freedom, as far as the document has them."""
     structure = document.get("structure")
-    dofs = structure.get("dofs") if isinstance(structure, dict) else None
+    dofs = structure.get("dofs") if isinstance(structure, dict) and "body" not in document else None
     return [dof for dof in dofs if isinstance(dof, str)] if isinstance(dofs, list) else []
 
 

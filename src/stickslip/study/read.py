@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.forced_response import force_levels
 from stickslip.checks import InputError, fault, nearest, storable
-from stickslip.contact.point import Contact
+from stickslip.contact.point import GROUND, Contact
 from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import Harmonics, checked_harmonics, harmonics_for
 from stickslip.loads import Force
@@ -23,18 +23,17 @@ from stickslip.problem import Problem
 from stickslip.structure.damping import Dashpot
 from stickslip.study import build
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.contacts import ContactTable, table_of
+from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.names import Names, dofs_in
+from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
 from stickslip.study.renamed import with_new_names
-from stickslip.study.structure import structure as structure_of_table
-from stickslip.study.tables import BaseTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
+from stickslip.study.surfaces import contacts_on, surfaces_in
+from stickslip.study.tables import BaseTable, BodyTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 
-Messages = tuple[Progress, list[str]]
-"""The progress callback for long work, and the list that collects notes on the model."""
 LARGEST = 1 << 24
 """Bytes of the largest study file."""
 
@@ -64,7 +63,8 @@ class Tables:
     """The tables of a file; None where one is absent or faulty."""
 
     study: StudyTable | None
-    structure: StructureTable | None
+    structures: tuple[StructureTable | None, ...]
+    bodies: tuple[BodyTable | None, ...]
     damping: DampingTable | None
     sweep: SweepTable | None
     contact: tuple[ContactTable | None, ...]
@@ -73,6 +73,12 @@ class Tables:
     base: BaseTable | None
     units: Units
     own: Mapping[str, Table]
+
+    @property
+    def rig(self) -> StructureTable | None:
+        """The table that asks for a ready problem."""
+        (only,) = self.structures if len(self.structures) == 1 else (None,)
+        return only if only is not None and only.rig is not None else None
 
 
 def read(path: Path, progress: Progress = quiet) -> Job:
@@ -111,13 +117,13 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     with threadpool_limits(1, user_api="blas"):
         sweep = sweep_of(tables, document, folder, found, (progress, notes)) if kind.on_problem else None
     found.stop()
-    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.structure)))
+    plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
     found.stop()
     notes += sweep.problem.warnings if sweep else ()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.title if sweep else "") or name
-    named = content(tables.structure, sweep) or plan.content
+    named = content(tables, sweep) or plan.content
     return Job(title, tables.study.analysis, plan, text, named, sweep, tuple(notes))
 
 
@@ -166,9 +172,9 @@ def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None
             found.messages.append(f"[{key}] {rule}, but the analysis is {tables.study.analysis!r}.")
 
 
-def content(table: StructureTable | None, sweep: Sweep | None) -> str:
+def content(tables: Tables, sweep: Sweep | None) -> str:
     """Identifies the matrices that a study brings; a rig makes its own."""
-    if table is None or sweep is None or table.rig is not None:
+    if sweep is None or tables.rig is not None:
         return ""
     structure, digest = sweep.problem.structure, sha256()
     for matrix in (structure.M, structure.K, structure.C):
@@ -180,11 +186,11 @@ def problem_of(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     """The problem of the [structure] table: a rig, or a model."""
     dofs = dofs_in(document)
     found.messages += Names(dofs, Units()).faults(document) if dofs else []
-    if tables.structure is None:
+    if not tables.structures or None in tables.structures or None in tables.bodies:
         return None
-    if tables.structure.rig is not None:
-        return from_rig(tables.structure, tables, document, found)
-    return from_model(tables.structure, tables, document, folder, found, messages)
+    if tables.rig is not None:
+        return from_rig(tables.rig, tables, document, found)
+    return from_model(tables, document, folder, found, messages)
 
 
 def text_of(path: Path) -> str:
@@ -230,7 +236,13 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
             return None
         return found.attempt(f"[{key}]", parsed, model, document[key]) if key in document else None
 
-    study, structure = single("study", StudyTable), single("structure", StructureTable)
+    study = single("study", StudyTable)
+    several = isinstance(document.get("structure"), list)
+    places = repeated("structure", document, found) if several else []
+    structures = tuple(found.attempt(place, parsed, StructureTable, values) for place, values in places)
+    if not several and "structure" in document:
+        structures = (single("structure", StructureTable),)
+    bodies = tuple(found.attempt(place, parsed, BodyTable, values) for place, values in repeated("body", document, found))
     damping, sweep = single("damping", DampingTable), single("sweep", SweepTable)
     contacts = tuple(found.attempt(place, contact_table, values) for place, values in repeated("contact", document, found))
     forces = tuple(found.attempt(place, parsed, ForceTable, values) for place, values in repeated("force", document, found))
@@ -238,7 +250,7 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     units = found.attempt("units", units_of, document.get("units", "SI")) or Units()
     own = {key: table for key, model in kind.tables.items() if (table := single(key, model)) is not None}
     base = single("base", BaseTable)
-    return Tables(study, structure, damping, sweep, contacts, forces, dashpots, base, units, own)
+    return Tables(study, structures, bodies, damping, sweep, contacts, forces, dashpots, base, units, own)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:
@@ -266,7 +278,7 @@ def units_of(value: Any) -> Units:
 def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any], found: Found) -> Problem | None:
     """A ready rig; it brings contacts, forces and damping itself."""
     own_units = isinstance(document.get("units"), dict) and set(document["units"]) == {"frequency"}
-    for key in ("contact", "force", "dashpot", "base", "damping", "units"):
+    for key in ("body", "contact", "force", "dashpot", "base", "damping", "units"):
         if key in document and not (key == "units" and own_units):
             found.messages.append(
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
@@ -279,34 +291,47 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
     return None if found.messages else replace(problem, outputs=build.outputs(tables.sweep, names))
 
 
-def from_model(
-    table: StructureTable, tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages
-) -> Problem | None:
-    """A problem from a model, contacts and forces."""
-    units, (progress, notes) = tables.units, messages
+def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Problem | None:
+    """A problem from models, bodies, contacts and forces."""
+    units = tables.units
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
-    made = found.attempt("[structure]", structure_of_table, table, damping, folder, units, progress)
-    structure, remarks = made if made else (None, ())
-    notes += remarks
-    names = Names(table.dofs or (structure.dofs if structure else ()), units)
-    found.messages += names.faults(document) if structure and not table.dofs else []
-    contacts, forces = contacts_of(tables, names, found), forces_of(tables, names, found)
-    dashpots = dashpots_of(tables, names, found)
+    several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact)
+    structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)
+    bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
+    whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
+    parts = found.attempt("[structure]", together, structures, bodies, damping) if whole else None
+    known = known_dofs(tables)
+    names = Names(known or (parts.structure.dofs if parts else ()), units)
+    found.messages += names.faults(document) if parts and not known else []
+    contacts = contacts_of(tables, names, parts, found, messages[1])
+    forces, dashpots = (*forces_of(tables, names, found), *pulls), dashpots_of(tables, names, found)
     if tables.sweep and tables.sweep.outputs is None:
         found.messages.append("[sweep]: outputs must be given, but is missing. Name degrees of freedom to report.")
     outputs = build.outputs(tables.sweep, names) if tables.sweep else ()
-    if structure is None or found.messages:
+    if parts is None or found.messages:
         return None
     title = tables.study.title if tables.study else ""
-    return found.attempt("The study", partial(Problem, dashpots=dashpots), structure, contacts, forces, outputs, title)
+    return found.attempt("The study", partial(Problem, dashpots=dashpots), parts.structure, contacts, forces, outputs, title)
 
 
-def contacts_of(tables: Tables, names: Names, found: Found) -> tuple[Contact, ...]:
-    numbered = [(number, table) for number, table in enumerate(tables.contact, start=1) if table is not None]
-    made = [
-        found.attempt(f"[[contact]] {number}", build.contact, table, number, names, tables.units) for number, table in numbered
-    ]
-    return tuple(contact for contact in made if contact is not None)
+def known_dofs(tables: Tables) -> tuple[str, ...]:
+    """The names of the degrees of freedom where the study itself gives them all."""
+    (only,) = tables.structures if len(tables.structures) == 1 else (None,)
+    return tuple(only.dofs) if only is not None and only.dofs and not tables.bodies else ()
+
+
+def contacts_of(tables: Tables, names: Names, parts: Parts | None, found: Found, notes: list[str]) -> tuple[Contact, ...]:
+    """The contacts; those of surfaces follow once the structure is there."""
+    contacts: list[Contact] = []
+    for number, table in enumerate(tables.contact, start=1):
+        if isinstance(table, SurfaceTable) and table.surface is not None:
+            made = found.attempt(f"[[contact]] {number}", contacts_on, table, number, parts, tables.units) if parts else None
+            contacts += made[0] if made else ()
+            notes += [made[1]] if made else []
+        elif table is not None:
+            one = found.attempt(f"[[contact]] {number}", build.contact, table, number, names, tables.units)
+            contacts += [one] if one else []
+    return tuple(contacts)
 
 
 def forces_of(tables: Tables, names: Names, found: Found) -> tuple[Force, ...]:

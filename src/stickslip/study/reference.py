@@ -21,6 +21,7 @@ from stickslip.study.kinds import KINDS, StudyTable
 from stickslip.study.starts import StartTable
 from stickslip.study.tables import (
     BaseTable,
+    BodyTable,
     DampingTable,
     DashpotTable,
     FilesTable,
@@ -35,6 +36,7 @@ from stickslip.study.units import SYSTEMS, Dimension, Units
 SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[study]": (StudyTable,),
     "[structure]": (StructureTable, MatricesTable, FilesTable),
+    "[[body]]": (BodyTable,),
     "[damping]": (DampingTable,),
     "[[contact]]": (*LAWS.values(), StartTable),
     "[[force]]": (ForceTable,),

@@ -13,7 +13,7 @@ from stickslip.models.content import Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
 from stickslip.models.named_rows import with_mapping
-from stickslip.models.places import places_of
+from stickslip.models.places import Keep, places_of
 from stickslip.models.read import read_content
 from stickslip.models.reduction import Progress, structure_of
 from stickslip.structure.damping import Damping
@@ -21,18 +21,33 @@ from stickslip.structure.matrices import Structure
 from stickslip.study.tables import FilesTable, MatricesTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
 
-ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes")
+ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift")
 
 
 def structure(
-    table: StructureTable, damping: Damping | None, folder: Path, units: Units, progress: Progress
+    table: StructureTable,
+    damping: Damping | None,
+    folder: Path,
+    units: Units,
+    progress: Progress,
+    surfaces: Sequence[str] = (),
 ) -> tuple[Structure, tuple[str, ...]]:
-    """The structure of a model with notes on it: where places were found, and what is implausible."""
+    """The structure of a model with notes on it: where places were found, and what is implausible.
+
+    surfaces: sets of nodes that contacts speak of; those that the model has are kept too.
+    """
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
-    places = None if table.keep is None else places_of(model, table.keep, own.system.metres)
+    places = None if table.keep is None else places_of(model, _with_surfaces(table.keep, surfaces, model), own.system.metres)
     notes = (*map(str, places or ()), *model.notes, *implausible(model))
-    return structure_of(model, places, table.modes, damping, progress), notes
+    made = structure_of(model, places, table.modes, damping, progress)
+    return made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift]), notes
+
+
+def _with_surfaces(keep: Keep, surfaces: Sequence[str], model: Model) -> Keep:
+    """What a study keeps, and the sets of its contact surfaces where it does not name them."""
+    missing = [name for name in surfaces if name in model.sets and name not in keep]
+    return {**keep, **{name: name for name in missing}} if isinstance(keep, Mapping) else [*keep, *missing]
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

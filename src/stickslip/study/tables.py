@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, cast
 
 from pydantic import Field, Tag, WrapValidator, field_validator
 
 from stickslip.checks import MOST
+from stickslip.dampers import SHAPES
 from stickslip.loads import HIGHEST_POWER
 from stickslip.study.fields import (
     Amplitude,
@@ -20,10 +21,16 @@ from stickslip.study.fields import (
     Positive,
     QuantityName,
     Table,
+    Vector,
     Words,
     by_form,
 )
-from stickslip.study.units import ACCELERATION, FORCE, FREQUENCY, LENGTH, VELOCITY, VISCOSITY, Dimension
+from stickslip.study.units import ACCELERATION, FORCE, FREQUENCY, INERTIA, LENGTH, MASS, VELOCITY, VISCOSITY, Dimension
+
+if TYPE_CHECKING:
+    ShapeKey: TypeAlias = str
+else:
+    ShapeKey = Literal[tuple(SHAPES)]
 
 Two = Annotated[list[Number], Field(min_length=2, max_length=2), Words("pair of numbers")]
 Ends = Annotated[list[Positive], Field(min_length=2, max_length=2), Words("pair of numbers")]
@@ -74,6 +81,10 @@ class StructureTable(Table):
     at_most_one: ClassVar[Groups] = (("parameters", "matrices"), ("parameters", "model"), ("dofs", "names"))
     together: ClassVar[tuple[tuple[str, str], ...]] = (("matrices", "dofs"),)
 
+    name: Annotated[
+        str | None,
+        Field(min_length=1, description="where there are several, [[structure]]: in front of the names of this one, NAME/NODE"),
+    ] = None
     rig: Annotated[str | None, Field(description="name of a ready problem")] = None
     parameters: Annotated[dict[str, Any], Field(description="arguments of the rig, in SI")] = Field(default_factory=dict)
     matrices: Annotated[
@@ -107,6 +118,48 @@ class StructureTable(Table):
     ] = None
     modes: Annotated[int | None, Field(ge=0, le=MOST, description="fixed-interface modes of the reduction, 30 unless given")] = (
         None
+    )
+    shift: Annotated[
+        Vector | None,
+        Field(description="of all nodes, in the unit of length of the model: the same blade again, beside itself"),
+    ] = None
+
+
+Inertia = Annotated[
+    Annotated[list[Positive], Field(min_length=3, max_length=3), Tag("<list>")]
+    | Annotated[list[Vector], Field(min_length=3, max_length=3), Tag("<several>")],
+    by_form(lambda value: "<several>" if isinstance(value, list) and value and isinstance(value[0], list) else "<list>"),
+    Words("three numbers, or three rows of them"),
+]
+
+
+class BodyTable(Table):
+    """A rigid body, such as a damper: its degrees of freedom are NAME/centre.x, .y, .z, .rx, .ry, .rz."""
+
+    exactly_one: ClassVar[Groups] = (("mass", "shape"),)
+    at_most_one: ClassVar[Groups] = (("mass", "dimensions"),)
+    together: ClassVar[tuple[tuple[str, str], ...]] = (("mass", "inertia"),)
+
+    name: Annotated[str, Field(min_length=1, description="of the body")]
+    shape: Annotated[ShapeKey | None, Field(description="of a damper, which gives mass and inertia")] = None
+    dimensions: Annotated[
+        dict[str, Any], Field(description="arguments of the shape, in SI and degrees; its defaults unless given")
+    ] = Field(default_factory=dict)
+    mass: Annotated[Positive | None, MASS, Field(description="or its mass")] = None
+    inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: along the axes, or the matrix")] = None
+    centre: Annotated[Vector, LENGTH, Field(description="mass centre, in the coordinates of the model")] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0]
+    )
+    axes: Annotated[
+        list[Vector] | None,
+        Field(
+            min_length=2,
+            max_length=2,
+            description="x and y of the body, at right angles, in the coordinates of the model; those of the model unless given",
+        ),
+    ] = None
+    pull: Annotated[Vector, FORCE, Field(description="static force at the mass centre, such as the centrifugal pull")] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0]
     )
 
 

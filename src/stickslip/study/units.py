@@ -17,12 +17,13 @@ from stickslip.units import UNIT_SYSTEMS, UnitSystem
 
 @dataclass(frozen=True)
 class Dimension:
-    """Powers of force, length, time and frequency of a field, and its SI unit as text."""
+    """Powers of force, length, time, mass and frequency of a field, and its SI unit as text."""
 
     symbol: str
     force: int = 0
     length: int = 0
     time: int = 0
+    mass: int = 0
     frequency: int = 0
 
 
@@ -34,6 +35,9 @@ VELOCITY = Dimension("m/s", length=1, time=-1)
 FORCE = Dimension("N", force=1)
 LENGTH = Dimension("m", length=1)
 TIME = Dimension("s", time=1)
+MASS = Dimension("kg", mass=1)
+INERTIA = Dimension("kg m2", mass=1, length=2)
+PRESSURE = Dimension("Pa", force=1, length=-2)
 RATE = Dimension("1/s", time=-1)
 FREQUENCY = Dimension("Hz", frequency=1)
 DIMENSIONLESS = Dimension("-")
@@ -59,6 +63,7 @@ class Units(Table):
         """The SI size of one unit of `dimension`."""
         units = self.system
         size = units.newtons**dimension.force * units.metres**dimension.length * units.seconds**dimension.time
+        size *= units.kilograms**dimension.mass
         return float(size * (1.0 if self.frequency == "Hz" else 0.5 / pi) ** dimension.frequency)
 
 

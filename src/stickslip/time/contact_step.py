@@ -24,6 +24,7 @@ PATIENCE = 5
 """How many times Newton takes its whole step although no part of it reduces the residual: on the way over a kink."""
 
 SINGULAR = 1e-13
+"""Pivot below which a matrix counts as singular."""
 
 
 @kernel

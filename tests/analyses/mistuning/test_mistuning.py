@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 import stickslip as ss
 from stickslip.analyses.mistuning.disk import blade_dofs
-from stickslip.analyses.mistuning.population import planned_population
+from stickslip.analyses.mistuning.work import PopulationWork, tuned_sweep
 from stickslip.checks import InputError
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.receptance import REAL_MODE
@@ -138,11 +138,11 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Mistuning(blade=-1.0).of(6), "must be above -1"),
         (lambda: ss.Scatter(kt=-0.1), "must lie between 0 and 1"),
         (lambda: ss.Scatter(sampling="sobel"), "Did you mean 'sobol'"),
-        (lambda: planned_population(SIX, AT, 0, ss.Scatter(), None, 1.0, 3, 96), "count must be"),
-        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, 1.0, 3, 96, seed=2**63), "seed must be at most"),
-        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, 1.0, 3, 96, output="a"), "output must be"),
-        (lambda: planned_population(SIX, AT, 1, 0.003, None, 1.0, 3, 96), "scatter must be a Scatter"),
-        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), 0.003, 1.0, 3, 96), "mistuning must be a Mistuning"),
+        (lambda: ss.mistuned_population(SIX, AT, 0, ss.Scatter()), "count must be"),
+        (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), seed=2**63), "seed must be at most"),
+        (lambda: tuned_sweep(SIX, "a", AT, 1.0, 3, 96), "output must be"),
+        (lambda: ss.mistuned_population(SIX, AT, 1, 0.003), "scatter must be a Scatter"),
+        (lambda: ss.mistuned_population(SIX, AT, 1, ss.Scatter(), 0.003), "mistuning must be a Mistuning"),
         (lambda: ss.mistuned_response(SIX, AT, ss.Mistuning(), harmonics="auto"), "harmonics must be a whole number"),
         (lambda: ss.mistuned_response(SIX, AT, ss.Mistuning(), blade=3), "blade must be a tuple or list"),
         (lambda: ss.Mistuning(blade="a"), "Mistuning, blade must hold numbers"),
@@ -152,8 +152,8 @@ def test_faults_of_a_study_are_said(tmp_path, before, after, words):
         (lambda: ss.Mistuning(missing=[1.5]).of(6), "Mistuning, missing must be a whole number"),
         (lambda: ss.Mistuning(missing=[3, 3]).of(6), "Mistuning, missing must be unique"),
         (lambda: ss.Scatter(blade="a"), "Scatter, blade must be a number"),
-        (lambda: planned_population(SIX.full(), AT, 1, ss.Scatter(), None, 1.0, 3, 96), "must be a tuned one"),
-        (lambda: planned_population(SIX, AT, 1, ss.Scatter(), None, [1.0, 2.0], 3, 96), "force must be one level"),
+        (lambda: tuned_sweep(SIX.full(), 0, AT, 1.0, 3, 96), "must be a tuned one"),
+        (lambda: tuned_sweep(SIX, 0, AT, [1.0, 2.0], 3, 96), "force must be one level"),
     ],
 )
 def test_wrong_input(make, words):
@@ -225,7 +225,9 @@ def test_a_population_of_run_in_disks():
     found = ss.mistuned_population(SIX, AT, *asked, run_in=True).dataset
     expected = ss.mistuned_population(ss.run_in(SIX, AT, 0.4, 1, 24), AT, *asked).dataset
     assert np.array_equal(found.amplitude, expected.amplitude)
-    assert planned_population(SIX, AT, *asked, run_in=True).names != planned_population(SIX, AT, *asked).names
+    sweep = tuned_sweep(SIX, 0, AT, 0.4, 1, 24)
+    plain, used = (PopulationWork.of(sweep, *asked[:3], run_in=run_in) for run_in in (False, True))
+    assert plain.names != used.names
 
 
 def test_maxima_of_blades_are_those_of_the_quantity():

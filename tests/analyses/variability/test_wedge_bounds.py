@@ -8,10 +8,13 @@ import pytest
 
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.bounds_search import BoundsSearch
+from stickslip.analyses.variability.samples import response_samples
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.outcome import Outcome
 from stickslip.rigs import three_mass_wedge
+from stickslip.solve.continuation import TURNED_BACK
+from stickslip.solve.curve_points import LostCurveError
 from stickslip.starts import extreme_peak
 from stickslip.starts.extreme_peak import AtPeak, highest_peak
 from stickslip.starts.extremes import AtFrequency, size_of
@@ -95,6 +98,9 @@ def test_peak_bounds_hold_for_every_curve():
     assert low * (1.0 - 1e-5) <= min(cloud)
     assert max(cloud) <= high * (1.0 + 1e-5)
     assert low < 0.7 * high
+    bound_starts = found.start_variable.values[0, :, 0, :]
+    solved_again = response_samples(three_mass_wedge(), band, starts=bound_starts).peaks()
+    np.testing.assert_allclose(solved_again.amplitude, [low, high], rtol=1e-6)
 
 
 def test_a_followed_peak_whose_curve_is_lost_bounds_from_above_alone(monkeypatch):
@@ -128,8 +134,8 @@ def test_a_curve_that_turns_back_has_no_highest_peak(monkeypatch):
     whole = extreme_peak.trace
 
     def turned_back(*arguments):
-        there = [point for point in whole(*arguments) if point.point.omega < 0.99 * end]
-        return iter([*there, *there[::-1]])
+        yield from (point for point in whole(*arguments) if point.point.omega < 0.99 * end)
+        raise LostCurveError(TURNED_BACK)
 
     monkeypatch.setattr(extreme_peak, "trace", turned_back)
     assert highest_peak(solved, balance, 0, end, DISPLACEMENT_AMPLITUDE) is None

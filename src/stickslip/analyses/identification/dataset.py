@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES = 400
+"""Samples of a cycle in the result."""
 
 SLIPS = {"right_rolling": "rolling dr", "right_translation": "translation ds", "right_slip": "slip ds - dr"}
 """Motions at the right contact (`reconstruction.UNITS`), and what they are called."""

@@ -16,6 +16,7 @@ from stickslip.checks import Array
 from stickslip.platforms.relaxation import Elements
 
 IWAN_ELEMENTS, GAP_ELEMENTS = 10, 5
+"""Jenkins elements of a contact line: of an Iwan law, and one behind the other where gaps open in turn."""
 
 Values = Mapping[str, Array]
 """kt, kn, mu and gaps of every line, (lines,)."""

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.dataset import population_dataset
-from stickslip.analyses.mistuning.disk import Mistuning, Scatter, blade_dofs
-from stickslip.analyses.mistuning.work import PopulationWork
-from stickslip.checks import InputError, between, fault, of_kind, seed_of
+from stickslip.analyses.mistuning.disk import Mistuning, Scatter
+from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork, tuned_sweep
 from stickslip.disks.tuned import TunedDisk
-from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.harmonic.orders import checked_harmonics
+from stickslip.harmonic.measure import measure_of
 from stickslip.renamed import renamed_arguments
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
@@ -22,9 +19,6 @@ from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
-
-PEAK_TOLERANCE = 1e-4
-"""Relative amplitude by which the maximum of a blade may be too low; a tenth of it doubles the work."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,38 +83,8 @@ def mistuned_population(
     Amplification is the highest amplitude of any blade over the band, divided by that of the tuned disk with the same dampers and
     force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
     """
-    last = (seed, blade, output, peak_tolerance, run_in, measure_of(quantity, measure))
-    work = planned_population(disk, band, count, scatter, mistuning, force, harmonics, samples, *last)
+    size = measure_of(quantity, measure)
+    sweep = tuned_sweep(disk, output, band, force, harmonics, samples, peak_tolerance, size)
+    work = PopulationWork.of(sweep, count, scatter, mistuning, seed, blade, run_in)
     results = all_cases(work, checkpoint, workers, progress)
     return MistunedPopulation(population_dataset(work, results), disk)
-
-
-def planned_population(
-    disk: TunedDisk,
-    band: Band | Sequence[float],
-    count: int,
-    scatter: Scatter,
-    mistuning: Mistuning | None,
-    force: float,
-    harmonics: int | Sequence[int],
-    samples: int,
-    seed: int = 0,
-    blade: Sequence[str] | None = None,
-    output: int = 0,
-    peak_tolerance: float = PEAK_TOLERANCE,
-    run_in: bool = False,
-    measure: Measure = DISPLACEMENT_AMPLITUDE,
-) -> PopulationWork:
-    """The work of the arguments of `mistuned_population`, checked."""
-    if not isinstance(disk, TunedDisk):
-        raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
-    count, seed, output = between("count", count, 1), seed_of(seed), between("output", output, 0, len(disk.outputs) - 1)
-    of_kind("scatter", scatter, Scatter)
-    base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
-    harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
-    own = tuple(blade_dofs(disk, blade))
-    reported = replace(disk, outputs=(disk.outputs[output],))
-    sweep = ForcedResponseWork.of(reported, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)
-    if len(sweep.levels) != 1:
-        raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
-    return PopulationWork(sweep, reported, base, scatter, count, seed, own, bool(run_in))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,42 +12,89 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from stickslip.analyses.forced_response import ForcedResponseWork
-from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, mistuned_disk
+from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
-from stickslip.checks import Array, InputError
+from stickslip.checks import Array, InputError, between, fault, of_kind, seed_of
 from stickslip.curves.curve import solve_curve
 from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import cycle_work
-from stickslip.harmonic.measure import Measure
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import checked_harmonics
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import PeakSearch
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Report
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.sweep import swept_curve
+from stickslip.units import Band
+
+PEAK_TOLERANCE = 1e-4
+"""Relative amplitude by which the maximum of a blade may be too low; a tenth of it doubles the work."""
 
 LEAST = 0.9
 """Peaks of a blade whose curve stays below this share of its highest point are left out unsolved."""
 
 
+def tuned_sweep(
+    disk: TunedDisk,
+    output: int,
+    band: Band | Sequence[float],
+    force: float | Sequence[float],
+    harmonics: int | Sequence[int],
+    samples: int,
+    peak_tolerance: float = PEAK_TOLERANCE,
+    measure: Measure = DISPLACEMENT_AMPLITUDE,
+) -> ForcedResponseWork:
+    """Where and how finely the tuned disk and every mistuned one are solved; of the outputs of a sector one is kept."""
+    if not isinstance(disk, TunedDisk):
+        raise InputError("The disk must be a tuned one, of which sectors then deviate. Make it by `TunedDisk`.")
+    kept = replace(disk, outputs=(disk.outputs[between("output", output, 0, len(disk.outputs) - 1)],))
+    harmonics = checked_harmonics(harmonics, "A forced response of the tuned disk shows how many are enough.")
+    sweep = ForcedResponseWork.of(kept, band, force, harmonics, samples, peak_tolerance=peak_tolerance, measure=measure)
+    if len(sweep.levels) != 1:
+        raise fault("force", "must be one level", sweep.levels, "Compute a population for each.")
+    return sweep
+
+
 @dataclass(frozen=True, eq=False)
 class PopulationWork:
-    """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1. sweep: where and how finely, with the tuned disk.
+    """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1. sweep: a `tuned_sweep`.
 
     base: deviations that all samples share, as arrays; blade: degrees of freedom of a sector that make up its blade; run_in:
     start from the sliders of the tuned disk at its highest point.
     """
 
     sweep: ForcedResponseWork
-    disk: TunedDisk
     base: Mistuning
     scatter: Scatter
     count: int
     seed: int
     blade: tuple[str, ...]
     run_in: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        sweep: ForcedResponseWork,
+        count: int,
+        scatter: Scatter,
+        mistuning: Mistuning | None,
+        seed: int = 0,
+        blade: Sequence[str] | None = None,
+        run_in: bool = False,
+    ) -> PopulationWork:
+        """The work of the arguments of `mistuned_population`, checked."""
+        disk = _disk_of(sweep)
+        base = (Mistuning() if mistuning is None else of_kind("mistuning", mistuning, Mistuning)).of(disk.sectors)
+        count, seed = between("count", count, 1), seed_of(seed)
+        of_kind("scatter", scatter, Scatter)
+        return cls(sweep, base, scatter, count, seed, tuple(blade_dofs(disk, blade)), bool(run_in))
+
+    @property
+    def disk(self) -> TunedDisk:
+        return _disk_of(self.sweep)
 
     @cached_property
     def started(self) -> TunedDisk:
@@ -102,6 +149,10 @@ class PopulationWork:
         points = swept_curve(balance, sweep.levels[0], (omegas[0], omegas[-1]))
         report(0.3)
         return _blades(balance, points, PeakSearch(balance, points, sweep.peak_tolerance), sweep.measure)
+
+
+def _disk_of(sweep: ForcedResponseWork) -> TunedDisk:
+    return of_kind("disk", sweep.problem, TunedDisk)
 
 
 def _blades(balance: HarmonicBalance, points: Sequence[CurvePoint], search: PeakSearch | None, measure: Measure) -> Arrays:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
@@ -12,12 +12,14 @@ from pydantic import Field
 
 from stickslip.analyses.damper_alone.cycle import CycleWork
 from stickslip.checks import MOST, counted, fault
-from stickslip.dampers import SHAPES, BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
+from stickslip.dampers import BetweenPlatforms, ElasticPlatform, PlatformMotion, elliptic
 from stickslip.dampers.between_platforms import LAWS
 from stickslip.measurement.platform import read_motion
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.build import shape_of
 from stickslip.study.fields import NotNegative, NotNegatives, Number, Positive, Positives, Table
+from stickslip.study.tables import ShapeKey
 from stickslip.study.units import FORCE, FREQUENCY, LENGTH, STIFFNESS, Units, in_si
 from stickslip.time.methods import GeneralisedAlpha, Method, Newmark
 
@@ -26,10 +28,9 @@ if TYPE_CHECKING:
 
 
 if TYPE_CHECKING:
-    ShapeKey: TypeAlias = str
     LawKey: TypeAlias = str
 else:
-    ShapeKey, LawKey = Literal[tuple(SHAPES)], Literal[LAWS]
+    LawKey = Literal[LAWS]
 
 
 class DamperTable(Table):
@@ -56,12 +57,7 @@ class DamperTable(Table):
     def rig(self, units: Units) -> BetweenPlatforms:
         """The damper between its platforms, in SI."""
         values = in_si(self, units)
-        dimensions = [field.name for field in fields(SHAPES[self.shape]) if not field.name.endswith("_angle")]  # type: ignore[arg-type]
-        for key in self.dimensions:
-            if key not in dimensions:
-                rule = f"must be dimensions of the shape {self.shape!r}"
-                raise fault("[damper] dimensions", rule, key, f"Known: {', '.join(dimensions)}.")
-        shape = SHAPES[self.shape](left_angle=self.left_angle, right_angle=self.right_angle, **self.dimensions)  # type: ignore[call-arg]
+        shape = shape_of(self.shape, self.dimensions, left_angle=self.left_angle, right_angle=self.right_angle)
         k = values["platform_stiffness"]
         right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])
         damper = shape.damper(pull=values["pull"])

@@ -11,8 +11,7 @@ from pydantic import Field
 
 from stickslip.analyses.mistuning.dataset import population_dataset
 from stickslip.analyses.mistuning.disk import Mistuning, Scatter
-from stickslip.analyses.mistuning.population import PEAK_TOLERANCE, planned_population
-from stickslip.analyses.mistuning.work import PopulationWork
+from stickslip.analyses.mistuning.work import PEAK_TOLERANCE, PopulationWork, tuned_sweep
 from stickslip.checks import InputError, counted
 from stickslip.disks.tuned import TunedDisk
 from stickslip.runs.work import Arrays, Work
@@ -87,9 +86,9 @@ class MistuningPlan(Plan):
         if sweep.harmonics == "auto":
             raise InputError('[sweep]: mistuning must have a number of harmonics, but has "auto".')
         where = sweep.frequencies if isinstance(sweep.frequencies, Band) else list(sweep.frequencies)
-        how = (sweep.force_levels[0], sweep.harmonics, sweep.samples, table.seed, table.blade_nodes, 0)
-        last = (table.peak_tolerance, table.run_in, sweep.measure)
-        return cls(sweep, planned_population(disk, where, table.count, table.scatter(), table.pattern(), *how, *last))
+        how = (sweep.force_levels, sweep.harmonics, sweep.samples, table.peak_tolerance, sweep.measure)
+        population = (table.count, table.scatter(), table.pattern(), table.seed, table.blade_nodes, table.run_in)
+        return cls(sweep, PopulationWork.of(tuned_sweep(disk, 0, where, *how), *population))
 
     @property
     def summary(self) -> str:

@@ -1,0 +1,240 @@
+"""A contact surface of a mesh: the nodes of a set with their areas and normals, from the coordinates alone.
+
+The nodes are projected onto the plane that fits them best. There each has its Voronoi cell within their convex hull, and the
+Delaunay triangles between them carry normals and interpolation. That suits surfaces that are flat or gently curved, whatever
+elements lie beneath.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from stickslip.checks import Array, InputError, fault, nearest, vector
+from stickslip.contact.point import Motion, node
+from stickslip.structure.matrices import Structure
+
+FLAT = 1e-9
+"""Extent relative to the largest below which points lie on one line, or in one place."""
+
+STEEPEST = 0.2
+"""Cosine between a normal and that of the best plane below which a surface is too curved to be projected onto it."""
+
+OUTSIDE = 0.01
+"""How far beyond the edge of a surface, relative to its size, a point still lies opposite it: edges that do not quite meet."""
+
+ROUNDING = 1e-9
+"""Share of a corner that counts as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodeSurface:
+    """The nodes of a contact surface: names; points (n, 3) [m]; normals (n, 3), unit, out of the body to which the nodes belong;
+    weights (n,), the share of each node in the surface, sum 1; area [m²], 0 where the points lie on a line.
+    """
+
+    name: str
+    nodes: tuple[str, ...]
+    points: Array
+    normals: Array
+    weights: Array
+    area: float
+
+    @classmethod
+    def of(cls, structure: Structure, name: str, towards: Sequence[float] | None = None) -> NodeSurface:
+        """The surface of a set of nodes of a structure; `name` as in `Structure.sets`.
+
+        towards: a direction (x, y, z) to the outside, which says on which side of the nodes the body does not lie. Nodes on a
+        line, or a single one, have no normal of their own: it is theirs then.
+        """
+        nodes = nodes_of(structure, name)
+        points = np.array([structure.nodes[each] for each in nodes])
+        return cls._of_points(name, nodes, points, None if towards is None else vector("towards", towards, 3))
+
+    @classmethod
+    def _of_points(cls, name: str, nodes: tuple[str, ...], points: Array, towards: Array | None) -> NodeSurface:
+        plane = _Plane.of(points)
+        if plane.rank < 2:
+            if towards is None or not np.linalg.norm(towards):
+                raise InputError(
+                    f"Surface {name!r}: `towards` must be given where nodes lie on a line or in one place, but is not."
+                )
+            weights = np.ones(1) if plane.rank == 0 else _line_weights(plane.flat[:, 0])
+            return cls(name, nodes, points, np.tile(towards / np.linalg.norm(towards), (len(nodes), 1)), weights, 0.0)
+        normals = plane.normals(points) if plane.covers_once else np.zeros_like(points)
+        steepness = normals @ plane.axes[2]
+        if steepness.min() < STEEPEST:
+            rule, remedy = "must be flat or gently curved", "Divide it into several sets."
+            raise fault(f"Surface {name!r}", rule, "too steep for one plane", remedy)
+        areas = plane.cells() / steepness
+        sign = 1.0
+        if towards is not None:
+            across = float(plane.axes[2] @ towards)
+            if abs(across) < 0.1 * np.linalg.norm(towards):
+                what, remedy = f"The direction out of surface {name!r}", "Give another: `towards`, in a study `facing`."
+                raise fault(what, "must not lie in it", np.round(towards, 6).tolist(), remedy)
+            sign = float(np.sign(across))
+        return cls(name, nodes, points, sign * normals, areas / areas.sum(), float(areas.sum()))
+
+    def facing(self, point: Sequence[float]) -> NodeSurface:
+        """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
+        towards = vector("point", point, 3) - self.weights @ self.points
+        return self._of_points(self.name, self.nodes, self.points, towards)
+
+    def at(self, point: Sequence[float]) -> Motion | None:
+        """The motion of the surface opposite a point [m], by interpolation between three nodes; None beyond its edge."""
+        plane = self._plane
+        if plane.rank < 2:
+            raise InputError(f"Surface {self.name!r} must have nodes that do not lie on a line, to have places between them.")
+        shares = plane.shares(vector("point", point, 3))
+        if shares is None:
+            return None
+        places = [(node(self.nodes[corner]), share) for corner, share in shares.items()]
+
+        def motion(direction: Sequence[float]) -> dict[str, float]:
+            total: dict[str, float] = {}
+            for place, share in places:
+                for dof, coefficient in place(direction).items():
+                    total[dof] = total.get(dof, 0.0) + share * coefficient
+            return total
+
+        return motion
+
+    @cached_property
+    def _plane(self) -> _Plane:
+        return _Plane.of(self.points)
+
+    @property
+    def long_axis(self) -> Array:
+        """The direction (3,) in which the surface is longest."""
+        return np.asarray(self._plane.axes[0])
+
+
+def nodes_of(structure: Structure, name: str) -> tuple[str, ...]:
+    """The nodes of a set of a structure; each must have coordinates and three displacements."""
+    if name not in structure.sets:
+        known = nearest(name, structure.sets) if structure.sets else "The structure has none: keep the set, or read its names."
+        raise InputError(f"Set of nodes {name!r} does not exist. {known}")
+    nodes, dofs = structure.sets[name], set(structure.dofs)
+    for each in nodes:
+        if each not in structure.nodes:
+            remedy = "Give them with the model, or in a mapping file."
+            raise fault(f"Nodes of the surface {name!r}", "must have coordinates", f"{each} without", remedy)
+        missing = [axis for axis in "xyz" if f"{each}.{axis}" not in dofs]
+        if missing:
+            raise fault(f"Nodes of the surface {name!r}", "must have displacements x, y, z", f"{each} without {missing[0]}")
+    return nodes
+
+
+@dataclass(frozen=True, eq=False)
+class _Plane:
+    """The plane that fits points best: centre (3,), axes (3, 3) with the normal last, points in it (n, 2); rank 0 for one place,
+    1 for a line.
+    """
+
+    centre: Array
+    axes: Array
+    flat: Array
+    rank: int
+
+    @classmethod
+    def of(cls, points: Array) -> _Plane:
+        centre = points.mean(axis=0)
+        _, extents, axes = np.linalg.svd(points - centre, full_matrices=True)
+        if np.linalg.det(axes) < 0.0:
+            axes = axes * np.array([[1.0], [1.0], [-1.0]])
+        sizes = np.zeros(2)
+        sizes[: min(extents.size, 2)] = extents[:2]
+        rank = int(np.sum(sizes > FLAT * max(sizes[0], np.finfo(float).tiny))) if len(points) > 1 else 0
+        return cls(centre, axes, (points - centre) @ axes[:2].T, rank)
+
+    @cached_property
+    def triangles(self) -> Delaunay:
+        return Delaunay(self.flat)
+
+    @property
+    def covers_once(self) -> bool:
+        """Whether no two points lie in one place of the plane."""
+        return np.unique(self.triangles.simplices).size == len(self.flat)
+
+    def normals(self, points: Array) -> Array:
+        """Unit normals of the nodes, on the side of the plane's normal: the mean of the triangles around, by their area."""
+        corners = points[self.triangles.simplices]
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        across *= np.sign(across @ self.axes[2])[:, None]
+        total = np.zeros_like(points)
+        for corner in range(3):
+            np.add.at(total, self.triangles.simplices[:, corner], across)
+        return np.asarray(total / np.linalg.norm(total, axis=1)[:, None])
+
+    def cells(self) -> Array:
+        """Areas of the Voronoi cells within the convex hull, (n,) [m²].
+
+        They do not depend on how a rectangle is divided into triangles, which rounding decides.
+        """
+        hull = self.flat[_counter_clockwise(self.triangles)]
+        first, others = self.triangles.vertex_neighbor_vertices
+        return np.array([_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))])
+
+    def shares(self, point: Array) -> dict[int, float] | None:
+        """The corners of the triangle at a point's projection, or the edge near it, with their shares; None beyond it."""
+        place = (point - self.centre) @ self.axes[:2].T
+        two = np.einsum("tij,tj->ti", self.triangles.transform[:, :2], place - self.triangles.transform[:, 2])
+        every = np.column_stack([two, 1.0 - two.sum(axis=1)])
+        best = int(np.argmax(every.min(axis=1)))
+        corners, shares = self.triangles.simplices[best], every[best]
+        if shares.min() < -ROUNDING:
+            first, second = (self.flat[side] for side in self.triangles.convex_hull.T)
+            along = second - first
+            f = np.clip(np.sum((place - first) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
+            away = np.linalg.norm(first + f[:, None] * along - place, axis=1)
+            best = int(np.argmin(away))
+            if away[best] > OUTSIDE * np.ptp(self.flat, axis=0).max():
+                return None
+            corners, shares = self.triangles.convex_hull[best], np.array([1.0 - f[best], f[best]])
+        return {int(corner): float(share) for corner, share in zip(corners, shares, strict=True) if share > ROUNDING}
+
+
+def _counter_clockwise(triangles: Delaunay) -> Array:
+    """The corners of the convex hull in order."""
+    corners = np.unique(triangles.convex_hull)
+    centre = triangles.points[corners].mean(axis=0)
+    away = triangles.points[corners] - centre
+    return np.asarray(corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))])
+
+
+def _cell(points: Array, k: int, hull: Array, neighbours: Array) -> float:
+    """Area of the part of the hull that is nearer to point k than to its neighbours (m, 2)."""
+    polygon = hull
+    for other in neighbours:
+        middle, across = 0.5 * (points[k] + other), other - points[k]
+        polygon = _clipped(polygon, (polygon - middle) @ across)
+    x, y = polygon.T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def _clipped(polygon: Array, beyond: Array) -> Array:
+    """The part of a convex polygon where `beyond`, given at its corners, is not positive."""
+    kept = []
+    for k in range(len(polygon)):
+        following = (k + 1) % len(polygon)
+        if beyond[k] <= 0.0:
+            kept.append(polygon[k])
+        if beyond[k] * beyond[following] < 0.0:
+            part = beyond[k] / (beyond[k] - beyond[following])
+            kept.append(polygon[k] + part * (polygon[following] - polygon[k]))
+    return np.array(kept).reshape(-1, 2)
+
+
+def _line_weights(along: Array) -> Array:
+    """Shares of points on a line: half the way to each neighbour."""
+    order = np.argsort(along)
+    steps = np.diff(along[order])
+    lengths = np.zeros(along.size)
+    lengths[order[:-1]] += 0.5 * steps
+    lengths[order[1:]] += 0.5 * steps
+    return np.asarray(lengths / lengths.sum())

@@ -1,0 +1,97 @@
+"""The structures and rigid bodies of a study, put together as one structure."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stickslip.checks import InputError, fault
+from stickslip.loads import Force
+from stickslip.models.reduction import Progress
+from stickslip.structure.assembly import assemble
+from stickslip.structure.damping import Damping
+from stickslip.structure.matrices import Structure
+from stickslip.structure.rigid_body import RigidBody
+from stickslip.study import build
+from stickslip.study.faults import Found
+from stickslip.study.structure import structure as structure_of_table
+from stickslip.study.tables import BodyTable, StructureTable
+from stickslip.study.units import Units
+
+Messages = tuple[Progress, list[str]]
+"""The progress callback for long work, and the list that collects notes on the model."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What contacts can join: the assembled structure, and the rigid bodies in it by name."""
+
+    structure: Structure
+    bodies: Mapping[str, RigidBody]
+
+
+def structures_of(
+    tables: Sequence[StructureTable | None],
+    several: bool,
+    surfaces: Sequence[str],
+    damping: Damping | None,
+    folder: Path,
+    units: Units,
+    found: Found,
+    messages: Messages,
+) -> dict[str, Structure]:
+    """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own."""
+    made: dict[str, Structure] = {}
+    progress, notes = messages
+    for number, table in enumerate(tables, start=1):
+        place = f"[[structure]] {number}" if several else "[structure]"
+        name = None if table is None else found.attempt(place, _name, table, several, made)
+        if name is None:
+            continue
+        own = [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
+        built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own)
+        if built:
+            made[name] = built[0]
+            notes += built[1]
+    return made
+
+
+def _name(table: StructureTable, several: bool, taken: Mapping[str, Any]) -> str:
+    """The name of one structure of a study, "" where there is one only."""
+    if table.rig is not None:
+        raise fault("rig", "must stand in a [structure] of its own", table.rig, "A ready rig brings its contacts.")
+    if not several and table.name is not None:
+        raise fault("name", "must go with several, [[structure]]", table.name, "Leave it out.")
+    if several and table.name is None:
+        raise InputError("name must be given where there are several structures, but is missing.")
+    if table.name in taken:
+        raise fault("name", "must be another one for each", table.name)
+    return table.name or ""
+
+
+def bodies_of(
+    tables: Sequence[BodyTable | None], units: Units, taken: Collection[str], found: Found
+) -> tuple[dict[str, RigidBody], tuple[Force, ...]]:
+    """The rigid bodies by name, and the static forces that pull them."""
+    bodies: dict[str, RigidBody] = {}
+    pulls: tuple[Force, ...] = ()
+    for number, table in enumerate(tables, start=1):
+        made = None if table is None else found.attempt(f"[[body]] {number}", build.body, table, units)
+        if table is None or made is None:
+            continue
+        if table.name in (*bodies, *taken):
+            found.messages.append(f"[[body]] {number}: {fault('name', 'must be another one for each', table.name)}")
+            continue
+        bodies[table.name], pulls = made[0], (*pulls, *made[1])
+    return bodies, pulls
+
+
+def together(structures: Mapping[str, Structure], bodies: Mapping[str, RigidBody], damping: Damping | None) -> Parts:
+    """One structure of all, with a damping rule for the whole; a model alone stays as it is."""
+    if not bodies and list(structures) == [""]:
+        return Parts(structures[""], {})
+    bare = {name: part if part.damping is None else part.with_damping(None) for name, part in structures.items()}
+    whole = assemble(bare | {name: body.structure() for name, body in bodies.items()})
+    return Parts(whole if damping is None else whole.with_damping(damping), bodies)

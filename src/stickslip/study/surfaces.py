@@ -1,0 +1,84 @@
+"""[[contact]] tables with a `surface`: contacts at the nodes of a set, against a body, another set or the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.checks import InputError, counted, fault, nearest
+from stickslip.contact.law import Law
+from stickslip.contact.point import GROUND, Contact
+from stickslip.interfaces.node_surface import NodeSurface
+from stickslip.interfaces.surface_contacts import Opposite, surface_contacts
+from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
+from stickslip.study.parts import Parts
+from stickslip.study.starts import start_rules
+from stickslip.study.units import Units, in_si
+
+
+def surfaces_in(tables: Iterable[ContactTable | None]) -> list[str]:
+    """Names of the sets of nodes that contacts may speak of."""
+    given = [name for table in tables if isinstance(table, SurfaceTable) for name in (table.surface, table.against)]
+    return [name for name in dict.fromkeys(given) if name is not None and name != GROUND]
+
+
+def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) -> tuple[tuple[Contact, ...], str]:
+    """The contacts of a surface in SI, and a note on what was found."""
+    name = table.name or f"contact {number}"
+    against = _opposite(table, parts)
+    surface = _surface(table, against, parts)
+    law = _pressed(table.make_law(units), in_si(table, units)["mean_pressure"], surface)
+    friction = law.elements(2, law.has_normal).friction
+    start = start_rules(table.start, units, 2, friction[0].stiffness.size) if isinstance(table, FrictionTable) else None
+    balanced = getattr(table, "balanced", False)
+    contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, start=start, balanced=balanced)
+    return contacts, _note(name, surface, len(contacts), table)
+
+
+def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:
+    name = str(table.against)
+    if name == GROUND:
+        return None
+    body = parts.bodies.get(name)
+    if body is not None:
+        return lambda point: body.at(point, name)
+    if name not in parts.structure.sets:
+        known = nearest(name, [*parts.bodies, *parts.structure.sets, GROUND])
+        raise InputError(f"against: a body or set of nodes {name!r} does not exist. {known}")
+    return NodeSurface.of(parts.structure, name, table.facing)
+
+
+def _surface(table: SurfaceTable, against: Opposite, parts: Parts) -> NodeSurface:
+    """The surface with its normals to the outside."""
+    name = str(table.surface)
+    if table.facing is not None:
+        return NodeSurface.of(parts.structure, name, table.facing)
+    if against is None:
+        raise InputError("facing must be given where a surface lies against the ground, but is missing.")
+    opposite = against.weights @ against.points if isinstance(against, NodeSurface) else parts.bodies[str(table.against)].centre
+    return NodeSurface.of(parts.structure, name).facing(np.asarray(opposite).tolist())
+
+
+def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
+    """The law with the force of a mean pressure beside its preload."""
+    if not pressure:
+        return law
+    if not surface.area or not law.has_normal:
+        raise fault("mean_pressure", "must go with kn and a surface that has an area", pressure)
+    whole: Any = law
+    share = pressure * surface.area / np.size(whole.preload)
+    preload = tuple(share + each for each in whole.preload) if np.ndim(whole.preload) else share + whole.preload
+    pressed: Law = replace(whole, preload=preload)
+    return pressed
+
+
+def _note(name: str, surface: NodeSurface, count: int, table: SurfaceTable) -> str:
+    middle = surface.weights @ surface.normals
+    normal = ", ".join(f"{axis:.3g}" for axis in np.round(middle / np.linalg.norm(middle), 6) + 0.0)
+    area = f", {1e6 * surface.area:.4g} mm2" if surface.area else ""
+    found = f"{name}: {counted(count, 'contact')} on {table.surface} against {table.against}{area}; mean normal {normal}"
+    left = len(surface.nodes) - count
+    return found + (f". {counted(left, 'node has', 'nodes have')} nothing opposite and no contact." if left else "")

@@ -1,0 +1,176 @@
+"""Surfaces of meshes: areas, normals and interpolation in closed form, and contacts that add up to the whole law."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import stickslip as ss
+from stickslip.checks import InputError
+
+TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+
+
+def structure_of(points, name="pad"):
+    """Free nodes of 1 kg each at points, as one set."""
+    nodes = {f"{name}/{k}": tuple(map(float, point)) for k, point in enumerate(points, start=1)}
+    dofs = tuple(f"{node}.{axis}" for node in nodes for axis in "xyz")
+    return ss.Structure(np.eye(len(dofs)), 1e6 * np.eye(len(dofs)), dofs, nodes=nodes, sets={name: tuple(nodes)})
+
+
+def grid(x, y, z=lambda x, y: 0.0 * x):
+    X, Y = (part.ravel() for part in np.meshgrid(x, y, indexing="ij"))
+    return np.stack([X, Y, z(X, Y)], axis=1)
+
+
+def surface(points, towards=None):
+    return ss.NodeSurface.of(structure_of(points), "pad", towards)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 1000), st.integers(2, 6), st.integers(2, 6))
+def test_areas_of_a_graded_grid_are_those_of_its_cells(seed, columns, rows):
+    """Half the way to each neighbour, whatever rounding makes of the squares' diagonals: the grid lies askew in space."""
+    rng = np.random.default_rng(seed)
+    x, y = (np.cumsum(rng.uniform(0.5, 1.5, count)) for count in (columns, rows))
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    found = surface(1e-3 * grid(x, y) @ turn.T + rng.normal(size=3), turn[:, 2])
+    widths, heights = (np.diff(np.concatenate([[a[0]], 0.5 * (a[1:] + a[:-1]), [a[-1]]])) for a in (x, y))
+    expected = 1e-6 * np.outer(widths, heights).ravel()
+    np.testing.assert_allclose(found.weights * found.area, expected, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(found.normals, np.tile(turn[:, 2], (columns * rows, 1)), atol=1e-9)
+
+
+def test_normals_and_area_of_a_cylinder():
+    """A sector of ±40° of a cylinder of radius 20 mm, 61 x 12 nodes: area of the facets, normals along the radius."""
+    angle, depth = np.linspace(-40.0, 40.0, 61) * np.pi / 180.0, np.linspace(0.0, 10e-3, 12)
+    A, Z = (part.ravel() for part in np.meshgrid(angle, depth, indexing="ij"))
+    radial = np.stack([np.sin(A), np.cos(A), np.zeros_like(A)], axis=1)
+    found = surface(20e-3 * radial + np.stack([0 * Z, 0 * Z, Z], axis=1), (0.0, 1.0, 0.0))
+    assert found.area == pytest.approx(20e-3 * 80.0 * np.pi / 180.0 * 10e-3, rel=5e-3)
+    inside = np.abs(A) < np.radians(39.0)
+    assert np.min(np.sum(found.normals * radial, axis=1)[inside]) > 1.0 - 1e-5
+
+
+def test_normals_point_to_the_body_opposite():
+    flat = surface(grid([0.0, 1.0, 2.0], [0.0, 1.0]))
+    above, below = (flat.facing((1.0, 0.5, z)) for z in (0.3, -0.3))
+    np.testing.assert_allclose(above.normals, np.tile([0.0, 0.0, 1.0], (6, 1)), atol=1e-12)
+    np.testing.assert_allclose(below.normals, -above.normals, atol=1e-12)
+
+
+def test_interpolation_is_exact_for_linear_motion_and_ends_at_the_edge():
+    rng = np.random.default_rng(4)
+    points = np.vstack([grid([0.0, 1.0], [0.0, 1.0]), np.hstack([rng.uniform(0.0, 1.0, (20, 2)), np.zeros((20, 1))])])
+    found = surface(points @ TURN.T)
+    gradient = rng.normal(size=3)
+    for place in rng.uniform(0.0, 1.0, (10, 2)):
+        motion = found.at(TURN @ [*place, 0.1])
+        moved = {node: gradient @ point for node, point in zip(found.nodes, points @ TURN.T, strict=True)}
+        value = sum(share * moved[dof.rpartition(".")[0]] for dof, share in motion((1.0, 0.0, 0.0)).items())
+        assert value == pytest.approx(gradient @ (TURN @ [*place, 0.0]), rel=1e-9, abs=1e-12)
+    assert found.at(TURN @ [1.02, 0.5, 0.0]) is None
+    assert found.at(TURN @ [1.005, 0.5, 0.0]) is not None
+    assert set(found.at(points[3] @ TURN.T)((0.0, 1.0, 0.0))) == {f"{found.nodes[3]}.y"}
+
+
+def test_a_line_of_nodes_takes_its_normal_from_outside():
+    line = surface([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (3.0, 0.0, 0.0)], (0.0, 0.0, 2.0))
+    np.testing.assert_allclose(line.weights, [1 / 6, 1 / 2, 1 / 3])
+    np.testing.assert_allclose(line.normals, np.tile([0.0, 0.0, 1.0], (3, 1)))
+    assert line.area == 0.0
+    single = surface([(1.0, 2.0, 3.0)], (0.0, 1.0, 0.0))
+    assert (single.weights.tolist(), single.normals.tolist()) == ([1.0], [[0.0, 1.0, 0.0]])
+
+
+LAW = ss.Macroslip(3e6, 0.4, 6e6, preload=12.0)
+
+
+def test_contacts_share_the_law_and_resist_as_the_whole_surface():
+    """Stuck and moved alike, all nodes together resist as the whole law; turned about the middle, as the area says."""
+    structure = structure_of(grid(np.linspace(0.0, 4e-3, 9), np.linspace(0.0, 2e-3, 5)))
+    pad = ss.NodeSurface.of(structure, "pad", (0.0, 0.0, 1.0))
+    contacts = ss.surface_contacts("pad", LAW, pad, tangent=(1.0, 0.0, 0.0), balanced=True)
+    problem = ss.Problem(structure, contacts, (ss.Force("pad/1.x", 1.0),), ("pad/1.x",))
+    assert [contact.name for contact in contacts[:2]] == ["pad 1", "pad 2"]
+    assert all(contact.balanced for contact in contacts)
+    assert sum(contact.law.preload for contact in contacts) == pytest.approx(12.0)
+    added = problem.stuck_stiffness - structure.K
+    for axis, stiffness in (("x", 3e6), ("y", 3e6), ("z", 6e6)):
+        moved = structure.row({f"{node}.{axis}": 1.0 for node in pad.nodes})
+        assert moved @ added @ moved == pytest.approx(stiffness, rel=1e-9)
+    turned = structure.row({f"{node}.z": point[0] - 2e-3 for node, point in zip(pad.nodes, pad.points, strict=True)})
+    cells = np.sum(pad.weights * (pad.points[:, 0] - 2e-3) ** 2)
+    assert turned @ added @ turned == pytest.approx(6e6 * cells, rel=1e-9)
+    assert cells == pytest.approx((4e-3) ** 2 / 12.0, rel=0.04)
+
+
+def test_a_body_opposite_moves_as_one():
+    """A rigid motion of surface and body together moves no contact: three translations, three rotations."""
+    body = ss.RigidBody(0.02, np.diag([1e-6, 2e-6, 2.5e-6]), TURN @ (1e-3, 2e-3, 5e-3), node="damper")
+    points = grid(np.linspace(0.0, 4e-3, 4), np.linspace(0.0, 2e-3, 3)) @ TURN.T
+    blade = structure_of(points)
+    structure = ss.assemble({"": blade, "wedge": body.structure()})
+    pad = ss.NodeSurface.of(structure, "pad").facing(body.centre)
+    contacts = ss.surface_contacts("left", LAW, pad, lambda point: body.at(point, "wedge"))
+    directions = [direction for contact in contacts for direction in contact.directions]
+    assert structure.dofs[-1] == "wedge/damper.rz"
+    for axis in np.eye(3):
+        for shift, turn in ((axis, np.zeros(3)), (np.zeros(3), axis)):
+            motion = {f"wedge/damper.{name}": v for name, v in zip("xyz", shift + np.cross(turn, body.centre), strict=True)}
+            motion |= {f"wedge/damper.r{name}": v for name, v in zip("xyz", turn, strict=True)}
+            for node, point in zip(pad.nodes, pad.points, strict=True):
+                motion |= {f"{node}.{name}": v for name, v in zip("xyz", shift + np.cross(turn, point), strict=True)}
+            moved = [sum(motion[dof] * c for dof, c in direction.items()) for direction in directions]
+            np.testing.assert_allclose(moved, 0.0, atol=1e-12)
+
+
+def test_surfaces_of_two_meshes_that_do_not_match():
+    """Two pads with other nodes: a common linear motion moves no contact; nodes beyond the edge get none."""
+    lower = structure_of(grid(np.linspace(0.0, 4e-3, 5), np.linspace(0.0, 2e-3, 3)), "lower")
+    upper = structure_of(grid(np.linspace(1e-3, 6e-3, 4), np.linspace(0.2e-3, 1.8e-3, 4), lambda x, y: 0 * x + 1e-4), "upper")
+    structure = ss.assemble({"a": lower, "b": upper})
+    pads = [ss.NodeSurface.of(structure, name, (0.0, 0.0, z)) for name, z in (("b/upper", -1.0), ("a/lower", 1.0))]
+    contacts = ss.surface_contacts("joint", LAW, *pads)
+    beyond = np.sum(pads[0].points[:, 0] > 4e-3)
+    assert 0 < beyond < len(pads[0].nodes)
+    assert len(contacts) == len(pads[0].nodes) - beyond
+    slope = {node: 1.0 + 50.0 * x - 20.0 * y for pad in pads for node, (x, y, _) in zip(pad.nodes, pad.points, strict=True)}
+    for contact in contacts:
+        for direction in contact.directions:
+            moved = sum(c * slope[dof.rpartition(".")[0]] for dof, c in direction.items())
+            assert moved == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ss.NodeSurface.of(structure_of(grid([0, 1], [0, 1])), "pads"), "'pads' does not exist. Did you mean 'pad'"),
+        (lambda: surface([(0, 0, 0), (1, 0, 0)]), "must be given where nodes lie on a line"),
+        (lambda: surface(grid([0, 1], [0, 1]), (1.0, 0.0, 0.0)), "must not lie in it"),
+        (lambda: surface(grid(np.linspace(-1, 1, 21), [0, 1], lambda x, y: 40.0 * x**2)), "must be flat or gently curved"),
+        (
+            lambda: ss.surface_contacts("p", LAW, surface(grid([0, 1], [0, 1]), (0, 0, 1)), tangent=(0, 0, 1)),
+            "must not be the normal",
+        ),
+        (lambda: ss.surface_contacts("p", 3.0, surface(grid([0, 1], [0, 1]))), "law must be a Law"),
+        (lambda: ss.surface_contacts("p", LAW, "pad"), "surface must be a NodeSurface"),
+        (
+            lambda: ss.surface_contacts("p", LAW, surface(grid([0, 1], [0, 1])), surface(grid([5, 6], [0, 1]))),
+            "none of its nodes does",
+        ),
+        (
+            lambda: ss.NodeSurface.of(ss.Structure(np.eye(1), np.eye(1), ("a.x",), sets={"p": ("a",)}), "p"),
+            "must have coordinates",
+        ),
+        (
+            lambda: ss.NodeSurface.of(
+                ss.Structure(np.eye(1), np.eye(1), ("a.x",), sets={"p": ("a",)}, nodes={"a": (0.0, 0.0, 0.0)}), "p"
+            ),
+            "a without y",
+        ),
+    ],
+)
+def test_wrong_input(make, words):
+    with pytest.raises(InputError, match=words):
+        make()

@@ -1,0 +1,211 @@
+"""A study of blades from CalculiX and a damper of one's own between them: surfaces, bodies, several structures."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.checks import InputError
+from stickslip.problem.at_rest import normal_loads_at_rest
+from stickslip.study import read
+
+DATA = Path(__file__).parents[1] / "data" / "calculix"
+STUDY = """
+units = "mm-t-s"
+[study]
+analysis = "forced_response"
+[[structure]]
+name = "left"
+model = "platform_blade.inp"
+keep = { tip = [0.0, 122.0, 0.0] }
+modes = 6
+[[structure]]
+name = "right"
+model = "platform_blade.inp"
+keep = { tip = "TIP", PLATL = "PLATL" }
+modes = 6
+shift = [40.0, 0.0, 0.0]
+[[body]]
+name = "damper"
+mass = 2e-5
+inertia = [1e-3, 2e-3, 2.5e-3]
+centre = [20.0, 52.0, 1.0]
+axes = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]
+pull = [0.0, 60.0, 0.0]
+[damping]
+modal = 0.002
+[[contact]]
+name = "L"
+law = "macroslip"
+surface = "left/PLATR"
+against = "damper"
+tangent = [1.0, 0.0, 0.0]
+kt = 2e4
+kn = 4e4
+mu = 0.4
+[[contact]]
+law = "iwan"
+surface = "right/PLATL"
+against = "damper"
+tangent = [1.0, 0.0, 0.0]
+kt = 3e4
+kn = 5e4
+mu = 0.3
+mean_pressure = 0.1
+[[force]]
+direction = "left/tip.x"
+amplitude = 1.0
+[sweep]
+frequency = [400.0, 700.0]
+outputs = ["left/tip.x", "damper/centre.y"]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("blades")
+    for name in ("inp", "dof"):
+        (place / f"platform_blade.{name}").write_bytes((DATA / f"platform_blade.{name}").read_bytes())
+    for name in ("sti", "mas"):
+        packed = DATA / f"platform_blade.{name}.gz"
+        (place / f"platform_blade.{name}").write_bytes(gzip.decompress(packed.read_bytes()))
+    return place
+
+
+def study(folder, text):
+    path = folder / "study.toml"
+    path.write_text(text)
+    return read(path)
+
+
+@pytest.fixture(scope="module")
+def job(folder):
+    return study(folder, STUDY)
+
+
+ANGLE = np.radians(35.0)
+STRIPS = {8: 2.0, 12: 4.5, 17: 2.5}
+"""x of the nodes of an underside from the middle of its blade, and half the way to their neighbours, mm."""
+
+
+def by_hand(blade):
+    """Both surfaces contact by contact, from the drawing: place, outward normal, t1 and share of each node."""
+    for side, sign, origin in (("left/PLATR", 1.0, 0.0), ("right/PLATL", -1.0, 40e-3)):
+        normal = np.array([sign * np.sin(ANGLE), -np.cos(ANGLE), 0.0])
+        t1 = np.array([np.cos(ANGLE), sign * np.sin(ANGLE), 0.0])
+        for node in blade.sets[side.partition("/")[2]]:
+            x, y, z = blade.nodes[node]
+            depth = 7.5 if abs(z) < 14e-3 else 3.75
+            share = STRIPS[round(abs(1e3 * x))] / 9.0 * depth / 30.0
+            yield f"{side}/{node}", (x + origin, y, z), np.stack([t1, np.cross(normal, t1), normal]), share
+
+
+def test_contacts_are_those_of_the_drawing(job, folder):
+    """The stiffness that all contacts add when they stick, against the same assembled by hand from the deck."""
+    problem = job.sweep.problem
+    blade = ss.read_model(folder / "platform_blade.inp", units="mm-t-s")
+    added, expected = problem.stuck_stiffness - problem.structure.K, np.zeros_like(problem.structure.K)
+    centre = np.array([20e-3, 52e-3, 1e-3])
+    totals = {"left": (2e7, 4e7), "right": (3e7, 5e7)}
+    for name, point, frame, share in by_hand(blade):
+        kt, kn = totals[name.partition("/")[0]]
+        for axis, stiffness in zip(frame, (kt, kt, kn), strict=True):
+            arm = np.cross(np.array(point) - centre, axis)
+            row = problem.structure.row(
+                {f"{name}.{d}": v for d, v in zip("xyz", axis, strict=True)}
+                | {f"damper/centre.{d}": -v for d, v in zip("xyz", axis, strict=True)}
+                | {f"damper/centre.r{d}": -v for d, v in zip("xyz", arm, strict=True)}
+            )
+            expected += share * stiffness * np.outer(row, row)
+    np.testing.assert_allclose(added, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max())
+
+
+def test_the_body_and_its_pull(job):
+    structure, forces = job.sweep.problem.structure, job.sweep.problem.forces
+    rows = [structure.index(f"damper/centre.{name}") for name in ("x", "y", "z", "rx", "ry", "rz")]
+    mass = structure.M[np.ix_(rows, rows)]
+    np.testing.assert_allclose(mass, np.diag([0.02, 0.02, 0.02, 2e-6, 1e-6, 2.5e-6]), atol=1e-15)  # x of the body is y here
+    (pull,) = [force for force in forces if force.static]
+    assert (pull.direction, pull.static) == ("damper/centre.y", 60.0)
+
+
+def test_preload_of_a_mean_pressure_is_shared_by_area(job):
+    laws = [contact.law for contact in job.sweep.problem.contacts if contact.name.startswith("contact 2 ")]
+    area = 9e-3 / np.cos(ANGLE) * 30e-3
+    assert sum(law.preload for law in laws) == pytest.approx(0.1e6 * area, rel=1e-6)
+    assert {type(law).__name__ for law in laws} == {"Iwan"}
+
+
+def test_loads_at_rest_hold_the_pull(folder):
+    """Contacts that stick: a linear equilibrium, solved here from the drawing; forces of both sides carry the pull."""
+    sticking = STUDY.replace("mu = 0.4", "mu = 9.0").replace("mu = 0.3", "mu = 9.0").replace("mean_pressure = 0.1\n", "")
+    problem = study(folder, sticking.replace('"iwan"', '"macroslip"')).sweep.problem
+    loads = np.array(list(normal_loads_at_rest(problem).values()))
+    load = problem.structure.row({"damper/centre.y": 60.0})
+    moved = np.linalg.solve(problem.stuck_stiffness, load)
+    normals = [-contact.law.kn * problem.structure.row(contact.normal) @ moved for contact in problem.contacts]
+    np.testing.assert_allclose(loads, np.abs(normals), rtol=1e-6)
+    lifted = sum(
+        stiffness * (problem.structure.row(direction) @ moved) * problem.structure.row(direction)
+        for contact in problem.contacts
+        for direction, stiffness in zip(contact.directions, (contact.law.kt, contact.law.kt, contact.law.kn), strict=True)
+    )
+    assert lifted[problem.structure.index("damper/centre.y")] == pytest.approx(60.0, rel=1e-9)
+
+
+def test_notes_say_what_was_found(job):
+    assert "L: 15 contacts on left/PLATR against damper, 329.6 mm2; mean normal 0.574, -0.819, 0" in job.notes
+
+
+def test_nodes_of_one_deck_that_face_each_other(folder):
+    """Undersides of two blades moved together: each node of one meets its image; the edge that reaches beyond gets none."""
+    text = STUDY.partition("[[body]]")[0] + STUDY[STUDY.index("[damping]") : STUDY.index("[[contact]]")]
+    text = text.replace("PLATL", "PLATR").replace("shift = [40.0, 0.0, 0.0]", "shift = [0.05735764, -0.0819152, 7.5]")
+    text += '[[contact]]\nname = "j"\nlaw = "macroslip"\nsurface = "left/PLATR"\nagainst = "right/PLATR"\n'
+    text += "facing = [0.574, -0.819, 0.0]\nkt = 1e4\nkn = 1e4\nmu = 0.3\n"
+    text += STUDY[STUDY.index("[[force]]") :].replace(', "damper/centre.y"', "")
+    found = study(folder, text)
+    (note,) = [note for note in found.notes if note.startswith("j: ")]
+    assert "12 contacts" in note
+    assert "3 nodes have nothing opposite" in note
+    assert all(len(contact.normal) == 4 for contact in found.sweep.problem.contacts)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ('surface = "left/PLATR"', 'surface = "left/PLATX"', r"\[\[contact\]\] 1: Set of nodes 'left/PLATX' does not exist"),
+        ('against = "damper"', 'against = "dampr"', "'dampr' does not exist. Did you mean 'damper'"),
+        ('against = "damper"', 'against = "ground"', "facing must be given where a surface lies against the ground"),
+        ('against = "damper"\n', "", "surface and against must be given together"),
+        ("kn = 4e4\n", "normal_load = 3.0\nmean_pressure = 1.0\n", "mean_pressure must go with kn"),
+        ('surface = "left/PLATR"', 'surface = "left/PLATR"\nnormal = ["left/tip.x", "ground"]', "must not be given together"),
+        ("tangent = [1.0, 0.0, 0.0]", "tangent = [1.0, 0.0]", "tangent must have 3 entries"),
+        ('name = "right"', 'name = "left"', r"\[\[structure\]\] 2: name must be another one for each"),
+        ('name = "right"\n', "", r"\[\[structure\]\] 2: name must be given where there are several structures"),
+        ('name = "damper"', 'name = "left"', r"\[\[body\]\] 1: name must be another one for each"),
+        ("mass = 2e-5\n", "", "must be given"),
+        ("mass = 2e-5\n", 'mass = 2e-5\nshape = "wedge"\n', "mass and shape must not be given together"),
+        ("inertia = [1e-3, 2e-3, 2.5e-3]", "inertia = [1e-3, 2e-3, 9e-3]", "positive principal moments"),
+        ("[-1.0, 0.0, 0.0]]", "[-1.0, 0.5, 0.0]]", "axes must be two directions at right angles"),
+        ("keep = { tip = [0.0, 122.0, 0.0] }", 'rig = "single_mass"', "must"),
+        (
+            'direction = "left/tip.x"',
+            'direction = "tip.x"',
+            "degree of freedom 'tip.x' does not exist. Did you mean 'left/tip.x'",
+        ),
+        ('[[body]]\nname = "damper"', '[body]\nname = "damper"', r"\[body\] must be written with double brackets"),
+    ],
+)
+def test_wrong_input(folder, before, after, words):
+    assert before in STUDY
+    with pytest.raises(InputError, match=words):
+        study(folder, STUDY.replace(before, after, 1))
+
+
+def test_a_body_beside_a_rig_is_refused(folder):
+    rig = '[study]\nanalysis = "forced_response"\n[structure]\nrig = "single_mass"\n[sweep]\nat = [0.1]\n'
+    with pytest.raises(InputError, match="body must go with matrices"):
+        study(folder, rig + '[[body]]\nname = "b"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n')
