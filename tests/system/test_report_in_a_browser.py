@@ -148,6 +148,6 @@ def test_charts_are_legible_on_every_screen(request, kind, width, scheme):
         for legend in legends:
             assert legend["top"] > legend["below"] + 30 if width < 600 else legend["left"] > legend["across"]
             assert legend["right"] <= width
-        dark = page.value("getComputedStyle(document.querySelector('.xtick text')).fill") == "rgb(230, 233, 236)"
+        dark = page.value("getComputedStyle(document.querySelector('.ytick text')).fill") == "rgb(230, 233, 236)"
         assert dark == (scheme == "dark")
         assert page.log == []
