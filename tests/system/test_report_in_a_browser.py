@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from report.synthetic import poor, synthetic
 from system.browser import browser, program
 from typer.testing import CliRunner
 
 from stickslip.cli import app
+from stickslip.report import write
 from stickslip.results.files import open_results
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="no Chromium: see make verify-system")]
@@ -125,6 +127,20 @@ def test_a_choice_keeps_the_other_choices_and_the_focus(page):
     assert page.value(f"[...{place}.querySelectorAll('input:checked')].map(i => i.value)")[:2] == ["linear", "acceleration"]
     assert page.value("document.activeElement.value") == "linear"
     assert page.value("document.getElementById('chart-curves').layout.yaxis.type ?? 'linear'") == "linear"
+
+
+def test_a_result_without_contacts_shows_no_loops_of_another(tmp_path):
+    write({"with": synthetic(), "without": poor("no contacts")}, tmp_path / "report.html")
+    with browser() as page:
+        page.open(tmp_path / "report.html")
+        hidden = "document.querySelector('[data-place=\"chart-loops\"]').hidden"
+        assert not page.value(hidden)
+        page.value("{ const s = document.getElementById('result'); s.value = 'without'; s.dispatchEvent(new Event('change')); }")
+        assert page.value(hidden)
+        assert (
+            page.value("document.getElementById('chart-curves').data.filter(t => t.mode === 'lines' && t.showlegend).length") == 3
+        )
+        assert page.log == []
 
 
 @pytest.mark.parametrize("kind", ["results", "performance"])

@@ -3,7 +3,7 @@
 // Nothing here knows what a chart is about. Text from the data reaches the page as textContent, or escaped for plotly.js.
 const data = JSON.parse(document.getElementById("data").textContent);
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const chosen = {};
+const chosen = { result: data.results[0] };
 let printing = false;
 
 // plotly.js has a button that uploads the chart to a server: neither the button nor the address may be there.
@@ -39,7 +39,8 @@ function draw(div, shared) {
   Plotly.react(div, chart.data.map(trace), layout, CONFIG);
 }
 
-const entryOf = place => data.places[place].find(entry => entry.result === chosen.result) || data.places[place][0];
+// Of a place for several results that of the chosen one; a result may have none, such as loops without contacts.
+const entryOf = place => data.places[place].find(entry => entry.result === "" || entry.result === chosen.result);
 
 function chartOf(entry) {
   const at = entry.choices.reduce((k, { name, options }) => k * options.length + Math.max(options.indexOf(chosen[name]), 0), 0);
@@ -72,7 +73,10 @@ function control({ name, options }, place) {
 function show() {
   const focused = document.activeElement && document.activeElement.name;
   for (const figure of document.querySelectorAll(".place")) {
-    const place = figure.dataset.place, entry = entryOf(place), shown = chartOf(entry), div = document.getElementById(place);
+    const place = figure.dataset.place, entry = entryOf(place), div = document.getElementById(place);
+    figure.hidden = !entry;
+    if (!entry) continue;
+    const shown = chartOf(entry);
     const state = JSON.stringify([entry.result, entry.charts.indexOf(shown), dark.matches, printing, figure.clientWidth < NARROW]);
     if (figure.dataset.state === state) continue;
     figure.dataset.state = state;
