@@ -66,7 +66,8 @@ def decoded(part, parts):
     if isinstance(part, dict) and "factor" in part:
         return [None if value is None else value * part["factor"] for value in parts[part["part"]]]
     if isinstance(part, dict) and "part" in part:
-        return decoded(parts[part["part"]], parts)
+        found = decoded(parts[part["part"]], parts)
+        return found | {key: value for key, value in part.items() if key != "part"} if isinstance(found, dict) else found
     return {key: decoded(value, parts) for key, value in part.items()} if isinstance(part, dict) else part
 
 

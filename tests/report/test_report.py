@@ -125,6 +125,13 @@ def test_hostile_names_stay_text(tmp_path):
     assert "alert(1)" in page.text()
 
 
+def test_a_title_that_looks_like_the_name_of_a_colour_is_a_title(tmp_path):
+    page = page_of(synthetic(title="@title", outputs=("@level",), contacts=("@a", "@b")), tmp_path)
+    chart = next(iter(page.charts("chart-curves").values()))
+    assert chart["title"] == "@title: @level"
+    assert {*page.data()["colours"]["light"]} == {*page.data()["colours"]["dark"]}
+
+
 def test_script_data_cannot_leave_its_element():
     encoded = script_data("data", {"name": HOSTILE})
     assert encoded.count("<") == 2

@@ -14,6 +14,7 @@ pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="
 
 STUDY = """
 [study]
+title = "Two blades and a wedge damper, with a title that is longer than the lines of a telephone"
 analysis = "forced_response"
 [structure]
 rig = "three_mass_wedge"
@@ -164,6 +165,9 @@ def test_charts_are_legible_on_every_screen(request, kind, width, scheme):
         for legend in legends:
             assert legend["top"] > legend["below"] + 30 if width < 600 else legend["left"] > legend["across"]
             assert legend["right"] <= width
+        shown = page.value("[...document.querySelectorAll('figcaption')].map(c => c.textContent).join(' ')")
+        assert len(shown) > 20
+        assert "object" not in shown
         dark = page.value("getComputedStyle(document.querySelector('.ytick text')).fill") == "rgb(230, 233, 236)"
         assert dark == (scheme == "dark")
         assert page.log == []

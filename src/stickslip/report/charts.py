@@ -91,9 +91,9 @@ class Charts:
 
     def _encoded(self, chart: Chart) -> dict[str, Any]:
         found = description(chart)
+        words = {"title": found.pop("title"), "note": found.pop("note")}
         self.colours |= colour_names(found)
-        encoded: dict[str, Any] = self._part(found)
-        return encoded
+        return {**words, **self._part(found)}
 
     def _part(self, part: Any) -> Any:
         if isinstance(part, np.ndarray):

@@ -30,7 +30,7 @@ function trace(part) {
 }
 
 function draw(div, shared) {
-  const chart = "part" in shared ? data.parts[shared.part] : shared;
+  const chart = { ...data.parts[shared.part], ...shared };
   const narrow = !printing && div.parentElement.clientWidth < NARROW, layout = decoded(narrow ? chart.narrow : chart.wide);
   const caption = div.closest("figure").querySelector("figcaption");
   caption.replaceChildren(...[chart.title, chart.note].filter(words => words).map(words => Object.assign(document.createElement("span"), { textContent: words })));
