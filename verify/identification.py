@@ -10,9 +10,10 @@ from functools import cache
 import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
+from stickslip.analyses.identification.contact_law import contact_law
 from stickslip.analyses.identification.identify import Identification, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.analyses.identification.loop_law import ContactLoop, identify_law
+from stickslip.analyses.identification.loop_law import ContactLoop
 from stickslip.checks import InputError
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.laboratory import ThreePoint
@@ -283,7 +284,7 @@ def law_rows() -> Iterator[Row]:
     for law, weights in {"jenkins": np.ones(1), "iwan": ellipse}.items():
         errors, wrong = [], 0
         for seed in range(SEEDS):
-            choice = identify_law(contact_loops(weights, seed))
+            choice = contact_law(contact_loops(weights, seed))
             wrong += choice.best != law
             errors.append((choice.fits[law].kt / 20e6 - 1.0, choice.fits[law].mu / 0.4 - 1.0))
         kt, mu = np.quantile(np.abs(errors), 0.95, axis=0)

@@ -37,6 +37,8 @@ from .contact.stiffness import (
 )
 from .contact.tanh_coulomb import TanhCoulomb as TanhCoulomb
 
+from .analyses.hysteresis_loop import HysteresisLoop as HysteresisLoop, hysteresis_loop as hysteresis_loop
+
 # Units and frequencies
 from .units import Band as Band, hertz as hertz, logspace as logspace, radians_per_second as radians_per_second
 
@@ -84,8 +86,15 @@ from .analyses.damper_alone.harmonic_cycle import harmonic_cycle as harmonic_cyc
 from .analyses.damper_alone.routine import blade_with_routine as blade_with_routine
 
 # Measurements and identification
+from .analyses.identification.contact_law import (
+    ContactLaw as ContactLaw,
+    contact_law as contact_law,
+    identify_law as identify_law,
+)
 from .analyses.identification.identify import Identification as Identification, identify as identify
-from .analyses.identification.loop_law import ContactLoop as ContactLoop, identify_law as identify_law
+from .analyses.identification.loop_law import ContactLoop as ContactLoop, LoopErrors as LoopErrors
+from .measurement.contact_cycles import contact_cycles as contact_cycles
+from .measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
 from .measurement.cycles import whole_cycles as whole_cycles
 from .measurement.load_removal import read_load_removal as read_load_removal
 from .measurement.reconstruction import reconstruct as reconstruct

@@ -26,6 +26,7 @@ LESS = {
         "frequency": "[147.0, 149.0]",
         "force_levels": "[0.4]",
     },
+    "contact_law": {"laws": '["jenkins", "dahl"]'},
     "damper_cycle": {"steps": "200"},
     "damper_design": {"search": "false", "designs": "4", "refinements": "2", "samples": "64", "known": None},
     "damper_evolution": {"steps": "200", "friction": "[0.3, 0.9]"},
@@ -111,6 +112,12 @@ def identification(data):
     yield one["replicates"].values[:, 0] / 1e6, one["replicates"].values[:, 1] / 1e6
 
 
+def contact_law(data):
+    one = data.isel(loop=0)
+    yield 1e6 * one["displacement"].values, one["force_measured"].values
+    yield data["cycle_number"].values, 1e-6 * data["cycle_kt"].values
+
+
 SHOWN = {
     **dict.fromkeys(("blisk", "forced_response", "lumped", "model"), response),
     "response_bounds": bounds,
@@ -123,6 +130,7 @@ SHOWN = {
     "damper_cycle": cycle,
     **dict.fromkeys(("steady_cycles", "damper_evolution"), cycles),
     "identification": identification,
+    "contact_law": contact_law,
 }
 """Numbers that a curve, points or bars show, x and y in the units of the axes; None: places of bars, in any order."""
 
@@ -145,7 +153,7 @@ NUMBERS = (
         "damper after blade",
         "start variable",
     ),
-    *("damper mass", "platform angle"),
+    *("damper mass", "platform angle", "friction coefficient μ"),
 )
 """Axes without a unit that need none, and variables of a design, of which a study knows no unit."""
 WITHOUT_UNIT = re.compile(r"(relative to|over (tuned|pull|its)|samples in which|number of|^μ of|amplification|half its range)")

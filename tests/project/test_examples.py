@@ -27,6 +27,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "one_sector_of_a_disk.py": ("mobility_at_4_tenths", 0.2081216, 1e-5),
     "performance_curve_of_one_mass.py": ("lowest", 5.870724, 2e-5),  # an independent script of this project
     "blade_from_calculix.py": ("best_loss_factor", 0.0796, 1e-2),
+    "own_blades_own_damper.py": ("frequency_at_5_newton", 620.854, 1e-4),
     "dry_and_oiled_dampers.py": ("oiled", 0.25893, 2e-3),
     "stress_of_a_blade.py": ("largest", 0.7869, 1e-3),
     "duffing_oscillator.py": ("peak", 1.7209689, 1e-6),  # closed form of one harmonic
@@ -37,6 +38,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
     "which_parameter_matters.py": ("amplitude_at_the_middle", 4.6192e-5, 2e-3),
     "slopes_of_a_response.py": ("by_friction", -0.0844712117, 1e-6),  # differences of solved responses
     "identify_contact_parameters.py": ("friction_right", 0.45, 0.05),  # the truth that was put in
+    "law_of_a_contact.py": ("friction", 0.4727, 5e-3),  # an independent evaluation of the record
     "check_a_point_in_time.py": ("amplitude_in_time", 3.511226, 1e-5),
     "curve_on_a_grid.py": ("amplitude", 1.269918e-04, 1e-3),  # solved at this frequency
 }

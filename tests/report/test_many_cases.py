@@ -78,6 +78,17 @@ def identification() -> xr.Dataset:
     return xr.Dataset(data, {"case": names, "channel": ["force_x", "force_y"]})
 
 
+def contact_law() -> xr.Dataset:
+    loop = np.broadcast_to(np.cos(2.0 * np.pi * np.arange(32) / 32), (MANY, 32))
+    data = dict.fromkeys(("displacement", "force_measured", "force_fitted"), (("loop", "sample"), loop))
+    of_cycles = ("kt", "kt_error", "mu", "mu_error", "number")
+    data |= {f"cycle_{name}": (("cycle",), np.arange(1.0, MANY + 1.0)) for name in of_cycles}
+    data |= {name: (("cycle",), np.ones(MANY)) for name in ("plateau", "energy_measured", "energy_fitted")}
+    data |= {name: (("law",), np.ones(2)) for name in ("misfit", "held_out")}
+    names = [f"cycle {k}" for k in range(MANY)]
+    return xr.Dataset(data, {"loop": names, "law": ["jenkins", "iwan"]}, attrs={"best": "iwan"})
+
+
 def rounds() -> xr.Dataset:
     loop = np.broadcast_to(np.cos(2.0 * np.pi * np.arange(32) / 32)[:, None], (MANY, 32, 2))
     data = dict.fromkeys(("platform_motion", "force_on_right"), (("cycle", "sample", "axis"), loop))
@@ -92,11 +103,12 @@ OF_MANY = {
     "ResponseHistory": history,
     "PerformanceCurve": performance,
     "Identification": identification,
+    "ContactLaw": contact_law,
     "SteadyCycles": rounds,
     "DamperEvolution": rounds,
 }
 OF_ONE = {
-    *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse", "LawChoice"),
+    *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation"),
 }
 """Their figures have no axis of cases."""

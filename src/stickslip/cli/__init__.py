@@ -1,6 +1,7 @@
 """The command line. `app` is the application, `COMMANDS` lists its commands in the order of the help."""
 
 from stickslip.cli.app import app, main
+from stickslip.cli.contact_law import contact_law
 from stickslip.cli.contact_stiffness import contact_stiffness
 from stickslip.cli.models import info
 from stickslip.cli.results import export, report
@@ -8,6 +9,6 @@ from stickslip.cli.studies import check, demo, identify, new, run
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS = (demo, new, check, info, run, identify, report, export, contact_stiffness)
+COMMANDS = (demo, new, check, info, run, identify, contact_law, report, export, contact_stiffness)
 for command in COMMANDS:
     app.command()(command)

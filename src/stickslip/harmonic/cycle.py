@@ -50,6 +50,18 @@ def contact_cycle(table: ContactTable, tables: Fourier, w: Array, omega: float) 
     return ContactCycle(displacement, force, state, slip_work, slider[0], slider[1])
 
 
+def forces_of_motion(table: ContactTable, displacement: Array, omega: float) -> Array:
+    """Steady forces (rows, Nt) [N] under a prescribed period of motion (rows, Nt) [m] at omega [rad/s]; velocities by central
+    differences."""
+    displacement = np.ascontiguousarray(displacement)
+    step = 2.0 * np.pi / (omega * displacement.shape[1])
+    velocity = (np.roll(displacement, -1, axis=1) - np.roll(displacement, 1, axis=1)) / (2.0 * step)
+    force, state = np.zeros(displacement.shape), np.zeros(displacement.shape, dtype=np.int64)
+    slip_work, slider = np.zeros(table.rows), np.zeros((2, table.stiffness.size))
+    _fill_cycle(table, displacement, velocity, omega, displacement.mean(axis=1), force, state, slip_work, slider)
+    return force
+
+
 @kernel
 def _fill_cycle(
     table: ContactTable,

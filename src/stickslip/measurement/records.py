@@ -23,6 +23,9 @@ from stickslip.files import write_text
 UNITS: dict[str, tuple[str, float]] = {
     "s": ("s", 1.0),
     "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "µs": ("s", 1e-6),
+    "min": ("s", 60.0),
     "m": ("m", 1.0),
     "mm": ("m", 1e-3),
     "um": ("m", 1e-6),
@@ -31,6 +34,9 @@ UNITS: dict[str, tuple[str, float]] = {
     "nm": ("m", 1e-9),
     "N": ("N", 1.0),
     "mN": ("N", 1e-3),
+    "uN": ("N", 1e-6),
+    "µN": ("N", 1e-6),
+    "μN": ("N", 1e-6),
     "kN": ("N", 1e3),
     "rad": ("rad", 1.0),
     "mrad": ("rad", 1e-3),
@@ -127,12 +133,13 @@ def _check_clipping(what: str, values: Array, limits: tuple[float, float] | None
     if limits is not None and (values.max() >= limits[1] or values.min() <= limits[0]):
         raise fault(what, f"must stay inside its range {limits[0]:g} to {limits[1]:g}", "saturated", "Choose a larger range.")
     for extreme, side in ((values.max(), "highest"), (values.min(), "lowest")):
-        longest = _longest_run(values == extreme)
+        longest = longest_run(values == extreme)
         if longest >= LONGEST_CLIP:
             raise fault(what, "must not be clipped", f"{longest} samples in a row at its {side} value {extreme:.6g}")
 
 
-def _longest_run(marks: Array) -> int:
+def longest_run(marks: Array) -> int:
+    """Length of the longest run of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(marks, dtype=np.int8), [0]])))
     return int(np.max(edges[1::2] - edges[::2], initial=0))
 

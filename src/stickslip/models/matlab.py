@@ -15,9 +15,12 @@ USER_BLOCKS = (0, 512, 1024, 2048)
 
 def read(path: Path) -> Content:
     """The numeric arrays of a MATLAB file, of whatever version."""
-    if _is_hdf5(path):
-        return from_tables("MATLAB 7.3 file", arrays_of(path, "stickslip.models.matlab_73"))
-    return from_tables("MATLAB file", arrays_of(path, "stickslip.models.matlab_5"))
+    return from_tables("MATLAB 7.3 file" if _is_hdf5(path) else "MATLAB file", arrays_of(path, version_module(path)))
+
+
+def version_module(path: Path) -> str:
+    """The module whose `arrays` reads the version of a file."""
+    return "stickslip.models.matlab_73" if _is_hdf5(path) else "stickslip.models.matlab_5"
 
 
 def _is_hdf5(path: Path) -> bool:

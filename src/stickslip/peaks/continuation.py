@@ -41,7 +41,7 @@ ABOVE = 1.001
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class ParameterPeak:
     """A peak at a value of the parameter; `stiffness` (rows,) is the K_c that its λ counts from."""
 
     value: float
@@ -59,10 +59,10 @@ class Place:
 class Branch:
     """One peak along the parameter: places by value; `ended`: why it could not be followed on, "" while it lives."""
 
-    places: dict[float, Place] = field(default_factory=dict)
+    places: dict[float, ParameterPeak] = field(default_factory=dict)
     ended: str = ""
 
-    def near(self, value: float) -> list[Place]:
+    def near(self, value: float) -> list[ParameterPeak]:
         """The places nearest to a value, the nearest one first."""
         return sorted(self.places.values(), key=lambda place: abs(_abscissa(place.value) - _abscissa(value)))
 
@@ -102,11 +102,11 @@ class ContinuedPeaks:
     solves: int = 0
     iterations: int = 0
 
-    def highest(self, value: float) -> tuple[int, Place] | None:
+    def highest(self, value: float) -> tuple[int, ParameterPeak] | None:
         """The branch and place of the highest peak at a value, of the curve of a sweep where there was one; or None."""
         return _highest(item for item in self.there(value) if not self.missed_by_sweep(item[0], value))
 
-    def detached(self, value: float) -> tuple[int, Place] | None:
+    def detached(self, value: float) -> tuple[int, ParameterPeak] | None:
         """The branch and place of the highest peak on an isola that lies above the swept curve, or None."""
         found, highest = _highest(item for item in self.there(value) if self.missed_by_sweep(item[0], value)), self.highest(value)
         above = found is not None and (highest is None or found[1].peak.amplitude > ABOVE * highest[1].peak.amplitude)
@@ -121,7 +121,7 @@ class ContinuedPeaks:
         check = self.check(value)
         return check is not None and bool(check.branches) and branch not in check.branches
 
-    def there(self, value: float) -> list[tuple[int, Place]]:
+    def there(self, value: float) -> list[tuple[int, ParameterPeak]]:
         """The branches at a value with their places."""
         return [(k, branch.places[value]) for k, branch in enumerate(self.branches) if value in branch.places]
 
@@ -155,7 +155,7 @@ class PeakContinuation:
         found.solves, found.iterations = self.solves, self.iterations
         return found
 
-    def at(self, found: ContinuedPeaks, value: float) -> Place | None:
+    def at(self, found: ContinuedPeaks, value: float) -> ParameterPeak | None:
         """The highest peak at a value between those followed; None where the highest branch on a side of it does not reach it."""
         below = max((known for known in found.values if known <= value), default=None)
         above = min((known for known in found.values if known >= value), default=None)
@@ -169,7 +169,7 @@ class PeakContinuation:
         places = [place for place in (self._reach(branch, value, HALVINGS) for branch in inside) if place is not None]
         return max(places, key=lambda place: place.peak.amplitude, default=None)
 
-    def swept(self, value: float) -> Place | None:
+    def swept(self, value: float) -> ParameterPeak | None:
         """The highest peak of a full sweep at a value; None where the sweep is lost or has none."""
         balance, level = self.problem_of(value)
         try:
@@ -178,7 +178,7 @@ class PeakContinuation:
             return None
         self.solves += solves
         highest = max(peaks, key=lambda peak: peak.amplitude, default=None)
-        return None if highest is None else Place(value, highest, balance.stiffness)
+        return None if highest is None else ParameterPeak(value, highest, balance.stiffness)
 
     def _advance(self, found: ContinuedPeaks, before: float, value: float) -> None:
         """Every living branch from one value to the next."""
@@ -195,7 +195,7 @@ class PeakContinuation:
                 continue
             self._settle(found, branch, before, place)
 
-    def _settle(self, found: ContinuedPeaks, branch: Branch, before: float, place: Place) -> None:
+    def _settle(self, found: ContinuedPeaks, branch: Branch, before: float, place: ParameterPeak) -> None:
         """The new place of a branch, unless another branch is there already."""
         for other in found.branches:
             if other is not branch and place.value in other.places and self._one(other.places[place.value], place):
@@ -204,7 +204,7 @@ class PeakContinuation:
                 return
         branch.places[place.value] = place
 
-    def _reach(self, branch: Branch, value: float, halvings: int) -> Place | None:
+    def _reach(self, branch: Branch, value: float, halvings: int) -> ParameterPeak | None:
         """The branch at a value, by steps as long as they succeed; None where it cannot be followed."""
         known = branch.near(value)
         for order in sorted({min(order, len(known)) for order in ORDERS}, reverse=True):
@@ -220,7 +220,7 @@ class PeakContinuation:
         branch.places[middle] = half
         return self._reach(branch, value, halvings - 1)
 
-    def _step(self, known: Sequence[Place], value: float) -> Place | None:
+    def _step(self, known: Sequence[ParameterPeak], value: float) -> ParameterPeak | None:
         """One step with a prediction from known places, the nearest one first."""
         balance, level = self.problem_of(value)
         start = _predicted(known, value, balance, level)
@@ -237,7 +237,7 @@ class PeakContinuation:
             self.iterations += solver.iterations
         outside = not self.band[0] < peak.omega < self.band[1]
         leapt = abs(peak.omega - start.omega) > max(FARTHEST * start.omega, SPREAD * last.reach * abs(last.plane.omega))
-        return None if outside or leapt else Place(value, peak, balance.stiffness)
+        return None if outside or leapt else ParameterPeak(value, peak, balance.stiffness)
 
     def _check(self, found: ContinuedPeaks, k: int) -> None:
         """A full sweep at value k: compare, and begin a branch at every peak that none of them has."""
@@ -251,7 +251,7 @@ class PeakContinuation:
         self.solves += solves
         mine, met = found.highest(value), set()
         for peak in peaks:
-            swept = Place(value, peak, balance.stiffness)
+            swept = ParameterPeak(value, peak, balance.stiffness)
             there = [b for b in found.branches if value in b.places and self._one(b.places[value], swept)]
             for branch in there:
                 if peak.amplitude > branch.places[value].peak.amplitude:
@@ -280,21 +280,21 @@ class PeakContinuation:
                 events.append(Event("swapped", before, value, pair[1], words))
         return events
 
-    def _one(self, a: Place, b: Place) -> bool:
+    def _one(self, a: ParameterPeak, b: ParameterPeak) -> bool:
         """Whether two places at the same value are one peak."""
         solver = PeakSolver(self.problem_of(a.value)[0], self.output, self.measure)
         one = solver.same_peak(a.peak, b.peak)
         self.solves, self.iterations = self.solves + solver.solves, self.iterations + solver.iterations
         return one
 
-    def settled(self, place: Place) -> tuple[Place, PeakBand]:
+    def settled(self, place: ParameterPeak) -> tuple[ParameterPeak, PeakBand]:
         """A place on the highest corner that the middle of its band leads to, and that band."""
         solver = PeakSolver(self.problem_of(place.value)[0], self.output, self.measure)
         peak, peak_band = settled(solver, place.peak)
         self.solves, self.iterations = self.solves + solver.solves, self.iterations + solver.iterations
-        return Place(place.value, peak, place.stiffness), peak_band
+        return ParameterPeak(place.value, peak, place.stiffness), peak_band
 
-    def _begin(self, found: ContinuedPeaks, k: int, place: Place) -> None:
+    def _begin(self, found: ContinuedPeaks, k: int, place: ParameterPeak) -> None:
         """A branch from a swept peak, followed back to the earlier values as far as it goes."""
         branch = Branch({place.value: place})
         found.branches.append(branch)
@@ -313,7 +313,7 @@ class PeakContinuation:
             branch.places[value] = earlier
 
 
-def _highest(items: Iterable[tuple[int, Place]]) -> tuple[int, Place] | None:
+def _highest(items: Iterable[tuple[int, ParameterPeak]]) -> tuple[int, ParameterPeak] | None:
     return max(items, key=lambda item: item[1].peak.amplitude, default=None)
 
 
@@ -329,7 +329,7 @@ def _to_check(found: ContinuedPeaks) -> list[int]:
     return unsettled
 
 
-def _predicted(known: Sequence[Place], value: float, balance: HarmonicBalance, level: float) -> Point:
+def _predicted(known: Sequence[ParameterPeak], value: float, balance: HarmonicBalance, level: float) -> Point:
     """The point that a polynomial through the known places predicts, in the logarithm of a positive parameter."""
     x = np.array([_abscissa(place.value) for place in known])
     weights = [

@@ -18,7 +18,7 @@ STEEPER = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class SegmentPoint:
     """A solved place at `fraction` of segment `segment`: arc length, and slopes of motion, λ and ω along it."""
 
     segment: int
@@ -39,7 +39,7 @@ class Place:
 class Sample:
     """A place with the size of one output there, by the measure that is searched, and its slope."""
 
-    place: Place
+    place: SegmentPoint
     amplitude: float
     slope: float
 
@@ -127,7 +127,7 @@ def highest_inside(intervals: list[Interval], i: int) -> float:
     return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
 
 
-def sampled(place: Place, row: int, measure: Measure) -> Sample:
+def sampled(place: SegmentPoint, row: int, measure: Measure) -> Sample:
     return Sample(place, *slope_along(measure, place.point, row, place.motion_slope, place.omega_slope))
 
 

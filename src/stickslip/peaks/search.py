@@ -21,8 +21,8 @@ from stickslip.peaks.cubic import Cubic
 from stickslip.peaks.intervals import (
     PROMINENCE,
     Interval,
-    Place,
     Sample,
+    SegmentPoint,
     highest_inside,
     hill,
     intervals_between,
@@ -60,7 +60,7 @@ class Peaks:
     unsolved: tuple[float, ...]
 
 
-Dips = Callable[[Place, Place, float], bool]
+Dips = Callable[[SegmentPoint, SegmentPoint, float], bool]
 """Whether a curve dips between two places, by `PROMINENCE` of a height."""
 
 
@@ -99,7 +99,7 @@ class PeakSearch:
         self.curve = _with_own_tangents(balance, curve)
         self.lengths = np.cumsum([point.length for point in curve])
         self.moving = np.max([np.abs(point.evaluation.w[:, 1:]).max(axis=1) for point in curve], axis=0) if curve else np.zeros(0)
-        self.solved: dict[int, list[Place]] = {}
+        self.solved: dict[int, list[SegmentPoint]] = {}
         self.failed: set[tuple[int, float]] = set()
         self.solves = 0
         self.planes: dict[int, tuple[PathCondition, float]] = {}
@@ -138,14 +138,14 @@ class PeakSearch:
     def _dips(self, row: int, measure: Measure, sizes: Array, slopes: Sequence[float]) -> Dips:
         """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
 
-        def lowest(first: Place, last: Place) -> float:
+        def lowest(first: SegmentPoint, last: SegmentPoint) -> float:
             between = [sizes[k] for k in range(first.segment + 1, last.segment + 1)]
             for k in range(first.segment, last.segment + 1):
                 known = [place for place in self.solved.get(k, []) if first.where <= place.where <= last.where]
                 between += [sampled(place, row, measure).amplitude for place in known]
             return min(between, default=np.inf)
 
-        def dips(first: Place, last: Place, height: float) -> bool:
+        def dips(first: SegmentPoint, last: SegmentPoint, height: float) -> bool:
             enough = (1.0 - PROMINENCE) * height
             if lowest(first, last) < enough:
                 return True
@@ -189,7 +189,7 @@ class PeakSearch:
         rises_on = (best is low and low.slope < 0.0) or (best is high and high.slope > 0.0)
         return (None if rises_on else best), list(unsolved.values())
 
-    def _divide(self, interval: Interval) -> Place | None:
+    def _divide(self, interval: Interval) -> SegmentPoint | None:
         """A place inside an interval: where the highest is expected, else in the middle or beside it."""
         for fraction in (interval.division(), *(interval.fraction(share) for share in SHARES)):
             place = self._solve(interval.low.place, interval.high.place, fraction)
@@ -201,7 +201,7 @@ class PeakSearch:
         """The intervals between the solved places of segment k."""
         return intervals_between([sampled(place, row, measure) for place in self._places(k)])
 
-    def _places(self, k: int) -> list[Place]:
+    def _places(self, k: int) -> list[SegmentPoint]:
         """What is solved of segment k, in order; its two ends at least."""
         if k not in self.solved:
             condition, span = self._plane(k, 0.0)
@@ -218,12 +218,12 @@ class PeakSearch:
         plane, span = self.planes[k]
         return PathCondition("omega", plane.weight, plane.slope, plane.target + fraction * span), span
 
-    def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> Place:
+    def _place(self, k: int, fraction: float, point: CurvePoint, condition: PathCondition, span: float) -> SegmentPoint:
         tangent = point.tangent
         # Behind a sharp corner the curve goes back through the planes of the step; slopes stay those along the way.
         rate = abs(condition.rate(tangent.motion, tangent.parameter))
         length = float(self.lengths[k]) + fraction * abs(span)
-        return Place(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
+        return SegmentPoint(k, fraction, length, tangent.motion / rate, tangent.forces / rate, tangent.parameter / rate, point)
 
     def _solve_inside(self, k: int, fraction: float) -> None:
         """Solve segment k at a fraction, unless a place nearby is solved; it joins the places of the segment."""
@@ -233,7 +233,7 @@ class PeakSearch:
         if min(fraction - low.fraction, high.fraction - fraction) > 0.02:
             self._solve(low, high, fraction)
 
-    def _solve(self, low: Place, high: Place, fraction: float) -> Place | None:
+    def _solve(self, low: SegmentPoint, high: SegmentPoint, fraction: float) -> SegmentPoint | None:
         """A place between two of one segment, kept for other searches; None where Newton's method fails."""
         if (low.segment, fraction) in self.failed:
             return None
@@ -256,7 +256,7 @@ class PeakSearch:
         return found
 
 
-def _between(low: Place, high: Place, found: Evaluation) -> bool:
+def _between(low: SegmentPoint, high: SegmentPoint, found: Evaluation) -> bool:
     """Whether a place is on the curve between two others: a plane across a narrow resonance meets both of its sides.
 
     Where everything sticks the response is linear, and no frequency comes twice.

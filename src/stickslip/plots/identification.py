@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -86,22 +86,6 @@ def _pair(dataset: xr.Dataset, across: str, up: str) -> Panel:
         corners = [low, high, high, low], [ends[0], ends[0], ends[1], ends[1]]
         layers.insert(0, Area(*corners, contact(0, opacity=0.14), "95 % interval"))
     return Panel(_axis(dataset, across), axis, layers, height=1.6)
-
-
-def law_loops(choice: Any) -> Chart:
-    """Held-out error of every law of a contact; the chosen one is dark."""
-    dataset = getattr(choice, "dataset", choice)
-    names, error = [str(name) for name in dataset["law"].values], 100.0 * dataset["held_out"].values
-    chosen = np.array([name == dataset.attrs["best"] for name in names])
-    places = np.arange(len(names))
-    layers = [
-        Bars(places[shown], error[shown], Style(shade), words)
-        for shown, shade, words in ((chosen, "contact 0", "chosen"), (~chosen, "pale", "others"))
-        if shown.any()
-    ]
-    across = Axis("contact law", names={float(place): name for place, name in enumerate(names)})
-    panel = Panel(across, Axis("error on loops held out", "%"), layers, height=2.2)
-    return Chart(f"Law of the contact: {dataset.attrs['best']}", [panel])
 
 
 def _motion(one: xr.Dataset) -> Array:

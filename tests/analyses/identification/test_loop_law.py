@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.analyses.identification.loop_law import ContactLoop, array_weights, identify_law
+from stickslip.analyses.identification.contact_law import contact_law
+from stickslip.analyses.identification.loop_law import ContactLoop, array_weights
 from stickslip.checks import InputError
 from stickslip.measurement.synthetic import loop_of
 
@@ -26,7 +27,7 @@ def loops(law, seed, amplitudes=(2e-6, 4e-6, 8e-6, 16e-6)):
 
 @pytest.mark.parametrize("law", TRUTHS)
 def test_the_law_and_its_parameters_are_found(law):
-    choice = identify_law(loops(law, 1))
+    choice = contact_law(loops(law, 1))
     assert choice.best == law
     assert choice.fits[law].kt == pytest.approx(20e6, rel=0.03)
     assert choice.fits[law].mu == pytest.approx(0.4, rel=0.03)
@@ -51,15 +52,19 @@ def test_a_contact_that_yields_from_the_first_motion_on_is_recognised():
         u, f = dahl_loop(20e6, 0.4 * 100.0, amplitude)
         u = u + 0.08e-6 / np.sqrt(20.0) * generator.standard_normal(u.size)
         measured.append(ContactLoop(u, f + 0.05 * generator.standard_normal(u.size) + 0.8 * generator.standard_normal(), 100.0))
-    choice = identify_law(measured)
+    choice = contact_law(measured)
     assert choice.best == "dahl"
     assert choice.fits["dahl"].kt == pytest.approx(20e6, rel=0.03)
     assert choice.fits["dahl"].mu == pytest.approx(0.4, rel=0.03)
 
 
 def test_too_little_motion_is_said():
-    choice = identify_law(loops("iwan", 2, (1e-6, 2e-6)))
+    choice = contact_law(loops("iwan", 2, (1e-6, 2e-6)))
     assert any("gross slip" in sentence for sentence in choice.warnings)
+
+
+def noisy(force):
+    return force + 0.3 * np.random.default_rng(0).standard_normal(force.size)
 
 
 @pytest.mark.parametrize(
@@ -68,6 +73,8 @@ def test_too_little_motion_is_said():
         (lambda u, f: (u, -f, 100.0), "sign reversed"),
         (lambda u, f: (1e6 * u, f, 100.0), "Is its unit right"),
         (lambda u, f: (u, 1e3 * f, 100.0), "Is a unit wrong"),
+        (lambda u, f: (u, 1e-3 * f, 100.0), "in kN it would be 0.4"),
+        (lambda u, f: (u, np.clip(noisy(f), -30.0, 30.0), 100.0), "must not be clipped"),
         (lambda u, f: (u, 0.0 * f, 100.0), "constant"),
         (lambda u, f: (u, f * np.nan, 100.0), "finite"),
         (lambda u, f: (u[:20], f[:20], 100.0), "at least 40"),
@@ -81,18 +88,18 @@ def test_bad_loops_are_refused(change, words):
 
 def test_one_loop_cannot_choose_but_fits_a_law_that_is_named():
     one = loops("jenkins", 0)[-1:]
-    for few in (one, []):
-        with pytest.raises(InputError, match="at least two"):
-            identify_law(few)
-    choice = identify_law(one, laws=["jenkins"])
+    for few, words in ((one, "at least two"), ([], "at least one")):
+        with pytest.raises(InputError, match=words):
+            contact_law(few)
+    choice = contact_law(one, laws=["jenkins"])
     assert choice.best == "jenkins"
     assert choice.fits["jenkins"].mu == pytest.approx(0.4, rel=0.03)
     assert np.isnan(choice.fits["jenkins"].held_out)
-    assert repr(choice).count("held out") == 0
+    assert str(choice.fits["jenkins"]).count("held out") == 0
 
 
 def test_the_answer_is_a_few_lines():
-    found = repr(identify_law(loops("iwan", 1)))
-    assert found.startswith("iwan: kt = ")
-    assert len(found.splitlines()) == 4
+    found = repr(contact_law(loops("iwan", 1)))
+    assert "iwan: kt = " in found
+    assert len(found.splitlines()) <= 8
     assert "held out" in found

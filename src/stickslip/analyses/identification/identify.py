@@ -20,6 +20,7 @@ from stickslip.analyses.identification.damper_fit import UNSOLVED, DamperFit, pa
 from stickslip.analyses.identification.dataset import CERTAINTY, chain_sentences, identification_dataset, with_laws, with_slip
 from stickslip.analyses.identification.first_guess import Clues, clues
 from stickslip.analyses.identification.line_laws import LINE_LAWS
+from stickslip.analyses.identification.over_cycles import parameters_over_cycles
 from stickslip.analyses.identification.refits import ALIKE, COARSE, Refits, refits, refitted, slopes
 from stickslip.analyses.identification.result_checks import checked_cases, lag_remarks, never_sliding, remarks
 from stickslip.checks import Array, InputError, between, fault, nearest, seed_of
@@ -82,6 +83,13 @@ class Identification(
     dataset: xr.Dataset
     law: str = "macroslip"
     held_out: Mapping[str, float] = field(default_factory=dict)
+
+    def over_cycles(self, points: int = 5) -> xr.Dataset:
+        """The parameters in so many consecutive parts of the records, {name: (point,)}, SI, fitted again from those of all
+        cycles: how friction develops in a test. Their scatter is that of the cycles; errors of gains are common to all parts.
+        """
+        theta = np.log([self.values[p.name] for p in self.fit.unknowns])
+        return parameters_over_cycles(self.fit, theta, points)
 
     def __str__(self) -> str:
         rows = []

@@ -1,4 +1,4 @@
-"""Identification of the law and parameters of a single contact from hysteresis loops, judged by held-out loops.
+"""Laws of a single contact and their fit to hysteresis loops, judged by loops held out. `contact_law.py` is the front door.
 
 Every law is a set of parallel sliders of equal stiffness kt/n with limits μ N(t) w_i/n, mean w = 1:
     jenkins   w = 1, n = 1: all slips at once
@@ -10,22 +10,19 @@ and beside them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
-from stickslip.checks import Array, fault, nearest
+from stickslip.checks import Array, fault, not_negative
 from stickslip.contact import dahl
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
-from stickslip.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
+from stickslip.measurement.contact_record import check_ratio, clipped
 
 IWAN_ELEMENTS = 24
 ARRAY_ELEMENTS = 5
@@ -34,6 +31,15 @@ SMOOTHED = 30
 
 CLOSE = 1.1
 """A law with fewer parameters is kept while its held-out error is below this times the smallest."""
+
+EXACT = 3e-3
+"""Held-out errors below this are those of smoothing and sampling, and do not distinguish laws."""
+
+DRAWS, SEED = 12, 0
+"""Draws of the noise of the displacement for standard errors, which they give to a fifth, and their seed."""
+
+SEGMENTS = 8
+"""Parts of a loop whose residuals count as independent: within a part a law that does not quite fit errs the same way."""
 
 
 def jenkins_weights(shape: Array) -> Array:
@@ -61,12 +67,18 @@ def half_ellipse(count: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ContactLoop:
-    """One steady cycle of a contact: tangential displacement [m], force [N], normal load [N] (a number or (n,)), equal times."""
+    """One steady cycle of a contact: tangential displacement [m], force [N], normal load [N] (a number or (n,)), equal times.
+
+    harmonics: to which the cycle was smoothed, if it was; the computed force is then compared after the same smoothing.
+    displacement_error (H,) [m]: standard errors of the cosines and sines of the displacement, for the intervals.
+    """
 
     displacement: ArrayLike
     force: ArrayLike
     normal: ArrayLike
     name: str = "loop"
+    harmonics: int | None = None
+    displacement_error: Array | None = None
 
     def __post_init__(self) -> None:
         u, f = np.asarray(self.displacement, float), np.asarray(self.force, float)
@@ -81,14 +93,13 @@ class ContactLoop:
         area = float(np.sum(f * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
         if area < 0.0 and -area > 0.02 * np.ptp(u) * np.ptp(f):
             raise fault(f"The area of {self.name}", "must be positive", float(f"{area:.3g}"), "Is a sign reversed?")
-        if np.corrcoef(u, f)[0, 1] < 0.0:
+        if np.corrcoef(u, f)[0, 1] < -0.02:
             raise fault(f"Force of {self.name}", "must rise with displacement", "falling", "Is a sign reversed?")
         normal = np.broadcast_to(np.asarray(self.normal, float), u.shape)
         if np.mean(normal) <= 0.0:
             raise fault(f"Normal load of {self.name}", "must be positive in the mean", float(np.mean(normal)))
-        if np.max(np.abs(f)) > 2.0 * np.max(normal):
-            rule = "must not exceed twice the normal load"
-            raise fault(f"Force of {self.name}", rule, float(np.max(np.abs(f))), "Is a unit wrong, or the zero missing?")
+        check_ratio(self.name, f, float(np.max(normal)))
+        clipped(f"Force of {self.name}", f)
         for key, value in (("displacement", u), ("force", f), ("normal", np.maximum(normal, 0.0))):
             object.__setattr__(self, key, np.ascontiguousarray(value))
 
@@ -133,9 +144,31 @@ LAWS: dict[str, tuple[LoopForce, int]] = {
 
 
 @dataclass(frozen=True)
+class LoopErrors:
+    """Standard deviations of what the loops themselves cannot show, for the intervals: gains of friction cell, displacement
+    sensor and normal load (relative), zero of the normal load [N], and of the rig's stiffness where it is given (relative).
+
+    Zeros of friction force and displacement are fitted in each loop and need none.
+    """
+
+    force_gain: float = 0.01
+    displacement_gain: float = 0.01
+    normal_gain: float = 0.01
+    normal_zero: float = 0.0
+    rig_stiffness: float = 0.05
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            not_negative(field.name, getattr(self, field.name))
+
+
+@dataclass(frozen=True)
 class LawFit:
-    """One law fitted to all loops: kt [N/m], mu, shape parameters, their standard errors, error of the fit and of loops held
-    out, both relative to the rms of the forces."""
+    """One law fitted to all loops: kt [N/m], mu, shape parameters; standard errors of kt and mu (relative) and of the shape;
+    misfit and error on loops held out, both relative to the rms of the forces.
+
+    The errors hold the scatter and misfit of the loops and the gains and zeros of `LoopErrors`.
+    """
 
     law: str
     kt: float
@@ -145,115 +178,132 @@ class LawFit:
     misfit: float
     held_out: float
 
+    @property
+    def kt_interval(self) -> tuple[float, float]:
+        """95 % interval of kt [N/m]."""
+        return _interval(self.kt, self.errors[0])
+
+    @property
+    def mu_interval(self) -> tuple[float, float]:
+        """95 % interval of mu."""
+        return _interval(self.mu, self.errors[1])
+
     def __str__(self) -> str:
-        kt, mu = (
-            f"{value:.4g} ± {1.96 * error * value:.2g}" for value, error in zip((self.kt, self.mu), self.errors, strict=False)
-        )
+        low, high = (1e-6 * value for value in self.kt_interval)
+        kt = f"kt = {1e-6 * self.kt:.4g} N/um ({low:.4g} to {high:.4g})"
+        mu = f"mu = {self.mu:.4g} ({self.mu_interval[0]:.4g} to {self.mu_interval[1]:.4g})"
         held_out = "" if np.isnan(self.held_out) else f", held out {self.held_out:.1%}"
-        return f"{self.law}: kt = {kt} N/m, mu = {mu}; misfit {self.misfit:.1%}{held_out}"
+        return f"{self.law}: {kt}, {mu}; misfit {self.misfit:.1%}{held_out}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LawChoice(Result, figure="identification:law_loops"):
-    """The fits of all laws, the chosen one, and why; warnings."""
-
-    best: str
-    fits: Mapping[str, LawFit]
-    loops: tuple[ContactLoop, ...]
-    warnings: tuple[str, ...]
-    dataset: xr.Dataset
-
-    def __repr__(self) -> str:
-        others = [f"  {fit}" for law, fit in self.fits.items() if law != self.best]
-        return "\n".join([f"{self.fits[self.best]} (95 % intervals of noise alone)", *others, *self.warnings])
+def _interval(value: float, error: float) -> tuple[float, float]:
+    """95 % of a logarithmic normal distribution."""
+    return value * float(np.exp(-1.96 * error)), value * float(np.exp(1.96 * error))
 
 
-def identify_law(loops: Sequence[ContactLoop], laws: Sequence[str] = tuple(LAWS)) -> LawChoice:
-    """Fit each law to loops of one contact, at different amplitudes, and choose by loops held out one at a time.
-
-    The simplest law whose held-out error is within 10 % of the smallest is chosen. Two loops are needed to hold one out; a single
-    law is fitted to one loop, with a held-out error of NaN.
-    """
-    loops = tuple(loops)
-    for law in laws:
-        if law not in LAWS:
-            raise fault("law", "must be a known one", law, nearest(law, LAWS))
-    if not loops or (len(loops) < 2 and len(laws) > 1):
-        raise fault(
-            "loops",
-            "must be at least two, to hold one out",
-            len(loops),
-            "Measure several amplitudes, or name one law: laws=['iwan'].",
-        )
-    fits = {law: _fit_and_judge(loops, law) for law in laws}
-    smallest = min(fit.held_out for fit in fits.values())
-    best = next(law for law in LAWS if law in fits and not fits[law].held_out > CLOSE * smallest)
-    warnings = _remarks(loops, fits[best])
-    return LawChoice(best, fits, loops, warnings, _dataset(loops, fits, best, warnings))
-
-
-def _fit_and_judge(loops: tuple[ContactLoop, ...], law: str) -> LawFit:
-    theta, errors = _fitted(loops, law)
-    rms = np.sqrt(np.mean(np.concatenate([np.asarray(loop.force) ** 2 for loop in loops])))
-    misfit = float(np.sqrt(np.mean(_residuals(theta, loops, law) ** 2)) / rms)
-    held_out = np.nan
-    if len(loops) > 1:
-        left = [_residuals(_fitted(_without(loops, i), law)[0], (loop,), law) for i, loop in enumerate(loops)]
-        held_out = float(np.sqrt(np.mean(np.concatenate(left) ** 2)) / rms)
+def force_of(loop: ContactLoop, law: str, theta: Array) -> Array:
+    """The force (n,) of a law with parameters (ln kt, ln mu, shape), smoothed as the loop is, without its mean."""
     kt, mu = np.exp(theta[:2])
-    return LawFit(law, float(kt), float(mu), tuple(map(float, theta[2:])), tuple(errors), misfit, held_out)
+    found = smoothed(LAWS[law][0](loop, kt, mu, theta[2:]), loop.harmonics)
+    return np.asarray(found - found.mean())
 
 
-def _without(loops: tuple[ContactLoop, ...], index: int) -> tuple[ContactLoop, ...]:
-    return loops[:index] + loops[index + 1 :]
+def smoothed(values: Array, harmonics: int | None) -> Array:
+    """One cycle (n,) without what lies above its first harmonics."""
+    if harmonics is None:
+        return values
+    spectrum = np.fft.rfft(values)
+    spectrum[harmonics + 1 :] = 0.0
+    return np.fft.irfft(spectrum, values.size)
 
 
-def _residuals(theta: Array, loops: tuple[ContactLoop, ...], law: str) -> Array:
-    """Measured less computed force of all loops, without the unknown zero of each."""
-    kt, mu = np.exp(theta[:2])
-    left = [np.asarray(loop.force) - LAWS[law][0](loop, kt, mu, theta[2:]) for loop in loops]
+def residuals(theta: Array, loops: Sequence[ContactLoop], law: str) -> Array:
+    """Measured less computed force of all loops, one after the other, without the unknown zero of each."""
+    left = [np.asarray(loop.force) - force_of(loop, law, theta) for loop in loops]
     return np.concatenate([one - one.mean() for one in left])
 
 
-def _fitted(loops: tuple[ContactLoop, ...], law: str) -> tuple[Array, Array]:
-    """Parameters (ln kt, ln mu, shape) by least squares from a few starts, and standard errors of kt, mu (relative), shape."""
+def fitted(loops: Sequence[ContactLoop], law: str, start: Array | None = None) -> tuple[Array, Array]:
+    """Parameters (ln kt, ln mu, shape) by least squares and their standard errors.
+
+    The start follows from range, amplitude and energy of the loops unless given. The errors are those of least squares with
+    residuals that are alike within each `SEGMENTS`th of a loop: (JᵀJ)⁻¹ Σ_s (J_sᵀr_s)(J_sᵀr_s)ᵀ (JᵀJ)⁻¹, but no less than with
+    white noise of as many values as the smoothing leaves; and those of the displacement, which residuals do not show.
+    """
     count = LAWS[law][1]
-    kt = max(float(np.ptp(np.asarray(loop.force)) / np.ptp(np.asarray(loop.displacement))) for loop in loops)
-    mu = max(float(np.ptp(np.asarray(loop.force)) / 2.0 / np.mean(np.asarray(loop.normal))) for loop in loops)
+    starts = [start] if start is not None else [_start(loops, count, factor) for factor in (1.0, 1.5)]
     best = None
-    for factor in (1.0, 2.0):
-        start = np.array([np.log(factor * kt), np.log(mu), *[0.5] * count])
-        low, high = [start[0] - 4, start[1] - 3, *[0.0] * count], [start[0] + 5, start[1] + 3, *[0.999] * count]
-        found = least_squares(_residuals, start, args=(loops, law), bounds=(low, high), x_scale=0.1)
+    for one in starts:
+        low = [one[0] - 4, one[1] - 3, *[0.0] * count]
+        high = [one[0] + 5, one[1] + 3, *[0.999] * count]
+        found = least_squares(residuals, one, args=(loops, law), bounds=(low, high), x_scale=0.1)
         best = found if best is None or found.cost < best.cost else best
     assert best is not None
     jacobian = np.asarray(best.jac)
-    freedom = max(best.fun.size - best.x.size, 1)
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * 2.0 * best.cost / freedom
-    return best.x, np.sqrt(np.diag(covariance))
+    return best.x, np.hypot(_errors(jacobian, best.fun, loops), _errors_of_motion(jacobian, best.x, loops, law))
 
 
-def _remarks(loops: tuple[ContactLoop, ...], fit: LawFit) -> tuple[str, ...]:
-    """What the loops do not determine."""
-    warnings = []
-    reach = max(float(np.max(np.abs(loop.force)) / (fit.mu * np.max(np.asarray(loop.normal)))) for loop in loops)
-    if reach < 0.95:
-        warnings.append(f"No loop reaches gross slip ({reach:.0%} of mu N): mu is extrapolated.")
-    if fit.misfit > 0.1:
-        warnings.append(f"The {fit.law} law misses the loops by {fit.misfit:.0%} of their rms force.")
-    return tuple(warnings)
+def _start(loops: Sequence[ContactLoop], count: int, factor: float) -> Array:
+    """Where the search begins: μ by the range of the force; kt by the elastic travel F/kt = X − W/(4F) of one slider, with F
+    and X half the ranges of force and displacement and W the energy per cycle."""
+    half = [(0.5 * np.ptp(np.asarray(loop.displacement)), 0.5 * np.ptp(np.asarray(loop.force))) for loop in loops]
+    travel = [max(x - energy_of(loop) / (4.0 * f), 0.01 * x) for (x, f), loop in zip(half, loops, strict=True)]
+    kt = max(f / one for (_, f), one in zip(half, travel, strict=True))
+    mu = max(f / float(np.mean(np.asarray(loop.normal))) for (_, f), loop in zip(half, loops, strict=True))
+    return np.array([np.log(factor * kt), np.log(mu), *[0.5] * count])
 
 
-def _dataset(loops: tuple[ContactLoop, ...], fits: Mapping[str, LawFit], best: str, warnings: tuple[str, ...]) -> xr.Dataset:
-    import xarray as xr
+def energy_of(loop: ContactLoop) -> float:
+    """Energy dissipated in the cycle, ∮ F du [J]."""
+    u, force = np.asarray(loop.displacement), np.asarray(loop.force)
+    return float(np.sum(force * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
 
-    def of(key: str) -> list[float]:
-        return [getattr(fit, key) for fit in fits.values()]
 
-    variables = {
-        "kt": ("law", of("kt"), {"units": "N/m", "long_name": "tangential stiffness"}),
-        "mu": ("law", of("mu"), {"units": "1", "long_name": "friction coefficient"}),
-        "misfit": ("law", of("misfit"), {"units": "1", "long_name": "error of the fit, relative to the rms force"}),
-        "held_out": ("law", of("held_out"), {"units": "1", "long_name": "error on loops held out, relative to the rms force"}),
-    }
-    return xr.Dataset(variables, {"law": list(fits)}, {"title": "Law of a contact", "best": best, "warnings": list(warnings)})
+def _errors(jacobian: Array, left: Array, loops: Sequence[ContactLoop]) -> Array:
+    """Standard errors of the parameters, (parameters,)."""
+    inverse = np.linalg.pinv(jacobian.T @ jacobian)
+    sizes = [np.size(loop.displacement) for loop in loops]
+    ends = np.cumsum([0, *sizes])
+    parts = [part for a, b in itertools.pairwise(ends) for part in np.array_split(np.arange(a, b), SEGMENTS)]
+    scores = np.array([jacobian[part].T @ left[part] for part in parts])
+    correction = len(parts) / max(len(parts) - jacobian.shape[1], 1)
+    alike = correction * inverse @ (scores.T @ scores) @ inverse
+    independent = sum(size if loop.harmonics is None else 2 * loop.harmonics for size, loop in zip(sizes, loops, strict=True))
+    freedom = max(independent - jacobian.shape[1], 1)
+    white = inverse * float(left @ left) / freedom
+    return np.sqrt(np.maximum(np.diag(alike), np.diag(white)))
+
+
+def _errors_of_motion(jacobian: Array, theta: Array, loops: Sequence[ContactLoop], law: str) -> Array:
+    """Standard errors of the parameters, (parameters,), by the noise that is left in the displacements: root mean square of what
+    a few draws of it move them by."""
+    errors = [np.zeros(0) if loop.displacement_error is None else loop.displacement_error for loop in loops]
+    if not any(np.any(error) for error in errors):
+        return np.zeros(theta.size)
+    generator = np.random.default_rng(SEED)
+    projection, moved = np.linalg.pinv(jacobian), np.empty((DRAWS, theta.size))
+    for draw in moved:
+        changes = []
+        for loop, error in zip(loops, errors, strict=True):
+            u = np.asarray(loop.displacement)
+            spectrum = np.zeros(u.size // 2 + 1, dtype=complex)
+            both = generator.standard_normal((2, error.size))
+            spectrum[1 : error.size + 1] = 0.5 * u.size * error * (both[0] + 1j * both[1])
+            there = replace(loop, displacement=u + np.fft.irfft(spectrum, u.size))
+            changes.append(force_of(there, law, theta) - force_of(loop, law, theta))
+        draw[:] = projection @ np.concatenate(changes)
+    return np.asarray(np.sqrt(np.mean(moved**2, axis=0)))
+
+
+def judged(loops: Sequence[ContactLoop], law: str, compared: Sequence[ContactLoop]) -> tuple[Array, Array, float, float]:
+    """Parameters of a law, their standard errors, its misfit and its error on loops held out one at a time (NaN for one loop).
+
+    compared: what is held out, the loops themselves or those with a load that makes up for wear.
+    """
+    theta, errors = fitted(loops, law)
+    rms = np.sqrt(np.mean(np.concatenate([np.asarray(loop.force) - np.mean(np.asarray(loop.force)) for loop in loops]) ** 2))
+    misfit = float(np.sqrt(np.mean(residuals(theta, loops, law) ** 2)) / rms)
+    if len(loops) == 1:
+        return theta, errors, misfit, float("nan")
+    left = [residuals(fitted((*compared[:i], *compared[i + 1 :]), law, theta)[0], (one,), law) for i, one in enumerate(compared)]
+    return theta, errors, misfit, float(np.sqrt(np.mean(np.concatenate(left) ** 2)) / rms)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from stickslip.checks import Array
-from stickslip.peaks.continuation import ContinuedPeaks, PeakContinuation, Place
+from stickslip.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
 from stickslip.solve.curve_points import LostCurveError
 
 PLATEAU = 0.1
@@ -42,7 +42,7 @@ class PeakBetween:
     def __init__(self, continuation: PeakContinuation, found: ContinuedPeaks, force_at: Callable[[float], float]) -> None:
         self.continuation, self.found, self.force_at = continuation, found, force_at
         known = {value: place[1] for value in found.values if (place := found.highest(value)) is not None}
-        self.places: dict[float, Place] = {log(value): place for value, place in known.items()}
+        self.places: dict[float, ParameterPeak] = {log(value): place for value, place in known.items()}
 
     def __call__(self, x: float) -> float:
         """The peak per force, m/N, at ln(F_C/F_E); raises `LostCurveError` where no peak is found."""

@@ -25,7 +25,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics
 from stickslip.outcome import Outcome
 from stickslip.peaks.climb import SolvedPeak
-from stickslip.peaks.continuation import ContinuedPeaks, PeakContinuation, Place
+from stickslip.peaks.continuation import ContinuedPeaks, ParameterPeak, PeakContinuation
 from stickslip.peaks.frequency_band import PeakBand
 from stickslip.peaks.linear import linear_peak
 from stickslip.problem import Problem
@@ -155,7 +155,9 @@ class _Curve:
             arrays["detached_frequency"][k] = detached[1].peak.omega / (2.0 * np.pi)
             arrays["detached_amplitude_per_force"][k] = detached[1].peak.amplitude / force
 
-    def _fill_place(self, arrays: dict[str, NDArray[Any]], k: int, place: Place, peak_band: PeakBand, force: float) -> None:
+    def _fill_place(
+        self, arrays: dict[str, NDArray[Any]], k: int, place: ParameterPeak, peak_band: PeakBand, force: float
+    ) -> None:
         balance, peak = self.balance_and_level(place.value)[0], place.peak
         evaluation = peak.evaluation
         cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)

@@ -16,7 +16,7 @@ from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.runs.work import Report
-from stickslip.starts.extremes import Effort, Extreme, Place, extreme, leapt
+from stickslip.starts.extremes import Effort, Extreme, StartObjective, extreme, leapt
 from stickslip.starts.solutions import UnsolvedError
 
 BOUNDS, SIGNS = ("lower", "upper"), (-1.0, 1.0)
@@ -29,7 +29,7 @@ MOST_UNSOLVED = 0.5
 """Where more than this share of the sampled start states has no solution there are no bounds: the rest are a biased few."""
 
 
-class Searched(Place, Protocol):
+class Searched(StartObjective, Protocol):
     """A place where start states are sampled too."""
 
     @property

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.dampers.platform_motion import in_phase, out_of_phase
-from stickslip.files import replacing
+from stickslip.files import replacing, write_text
 from stickslip.measurement.records import write_record
 from stickslip.measurement.rig_errors import RigErrors
-from stickslip.measurement.synthetic import synthetic_record, true_cycle
+from stickslip.measurement.synthetic import loop_of, synthetic_record, true_cycle
 from stickslip.rigs import three_mass_wedge
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.structure.solid import box_mesh, solid
@@ -59,3 +59,18 @@ def synthetic_loops(study: Path) -> tuple[dict[str, str], list[Path]]:
         record = synthetic_record(true_cycle(rig, motion), errors, seed=seed, systematic=systematic, cycles=10, name=name)
         loops.append(write_record(record, study.with_name(f"{study.stem}_{name}.csv")))
     return {"loops": json.dumps([loop.name for loop in loops], ensure_ascii=False)}, loops
+
+
+def synthetic_contact_record(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """Twenty cycles of one slider as a rig would record them."""
+    generator, cycles, samples = np.random.default_rng(0), 20, 400
+    u, force = (np.tile(signal, cycles) for signal in loop_of([1.0], 20e6, 0.4, 100.0, 10e-6, samples))
+    time = np.arange(u.size) / (10.0 * samples)
+    drift = np.linspace(0.0, 1e-6, u.size)
+    u = 1.004 * u + drift + 0.08e-6 * generator.standard_normal(u.size)
+    force = 0.995 * force + 0.7 + 0.1 * generator.standard_normal(u.size)
+    rows = [f"{t:.6g},{1e6 * x:.6g},{f:.6g}" for t, x, f in zip(time, u, force, strict=True)]
+    file = write_text(
+        study.with_name(f"{study.stem}.csv"), "\n".join(["time [s],displacement [um],friction force [N]", *rows]) + "\n"
+    )
+    return {"files": json.dumps([file.name], ensure_ascii=False)}, [file]

@@ -1,0 +1,79 @@
+"""The command `contact-law`: from measured loops of one contact to law, stiffness and friction."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stickslip.checks import fault
+from stickslip.cli.app import guarded
+from stickslip.cli.places import free_folder
+from stickslip.cli.studies import Overwrite, Resume, carry_out
+from stickslip.console import say
+
+
+@guarded
+def contact_law(
+    ctx: typer.Context,
+    files: Annotated[list[Path], typer.Argument(help="Records (text or .mat), of many cycles or one file a cycle.")],
+    normal_load: Annotated[float | None, typer.Option(help="N; needed unless the files have a column of it.")] = None,
+    law: Annotated[list[str] | None, typer.Option(help="jenkins, iwan, dahl or array; several times. All unless given.")] = None,
+    rig_stiffness: Annotated[
+        float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/um; kt is corrected for it.")
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as force=kN.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME of the first file unless given.")] = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Find law, stiffness and friction of one contact, with intervals, from its measured loops."""
+    from stickslip import study
+    from stickslip.study.run import Run
+
+    missing = [str(path) for path in files if not path.is_file()]
+    if missing:
+        raise fault("FILES", "must name files that exist", ", ".join(missing))
+    named = {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
+    stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
+    text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None}, named)
+    job = study.job(text, Path(), "contact law")
+    folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
+    _ = job.plan.works  # reads the files
+    carry_out(Run({"": job}, folder, resume, 1))
+    say(f"Results: {folder}")
+
+
+def pairs(option: str, given: Sequence[str]) -> dict[str, str]:
+    """Names and values of NAME=VALUE."""
+    found = {}
+    for text in given:
+        name, sign, value = text.partition("=")
+        if not sign or not name.strip() or not value.strip():
+            raise fault(option, "must be NAME=VALUE, such as displacement=um", text)
+        found[name.strip()] = value.strip()
+    return found
+
+
+def study_text(files: Sequence[Path], settings: Mapping[str, object], named: Mapping[str, Mapping[str, str]]) -> str:
+    """The study that the command stands for; the results keep it."""
+    lines = ["[study]", f"title = {_toml('Law of a contact: ' + files[0].stem)}", 'analysis = "contact_law"', "", "[contact_law]"]
+    lines.append(f"files = {_toml([str(path.resolve()) for path in files])}")
+    lines += [f"{key} = {_toml(value)}" for key, value in settings.items() if value is not None]
+    for key, values in named.items():
+        if values:
+            inner = ", ".join(f"{name} = {_toml(value)}" for name, value in values.items())
+            lines.append(f"{key} = {{ {inner} }}")
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: object) -> str:
+    """A text, number or list as TOML, which these share with JSON."""
+    return json.dumps(value, ensure_ascii=False)

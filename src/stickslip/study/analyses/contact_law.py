@@ -1,0 +1,120 @@
+"""Contact law in a study: the table [contact_law], from measured loops of one contact to kt, mu and law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from stickslip.analyses.identification.contact_law import ContactLawWork
+from stickslip.analyses.identification.loop_law import LoopErrors
+from stickslip.checks import counted, fault, nearest
+from stickslip.runs.work import Arrays
+from stickslip.study.analysis import Asked, Kind, Plan
+from stickslip.study.fields import Number, Positive, Table
+from stickslip.study.units import FORCE, STIFFNESS, Units, in_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LawName = Literal["jenkins", "iwan", "dahl", "array"]
+EVERY: list[LawName] = ["jenkins", "iwan", "dahl", "array"]
+ColumnName = Literal["displacement", "force", "normal", "time"]
+
+
+class ContactLawTable(Table):
+    """Measured loops of one contact, and what is known of them."""
+
+    files: Annotated[
+        list[str],
+        Field(
+            min_length=1, description="records (text or .mat), of many cycles or one each; the last number of a name is its cycle"
+        ),
+    ]
+    normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None
+    laws: Annotated[
+        list[LawName], Field(min_length=1, description="to fit; of several the simplest that loops held out confirm")
+    ] = Field(default_factory=lambda: list(EVERY))
+    rig_stiffness: Annotated[
+        Positive | None, STIFFNESS, Field(description="of what yields between displacement sensor and contact, in series with it")
+    ] = None
+    harmonics: Annotated[
+        int | None,
+        Field(ge=5, le=2000, description="to which every cycle is smoothed; as many as the displacement needs unless given"),
+    ] = None
+    columns: Annotated[
+        dict[ColumnName, str | int], Field(description="titles or numbers (from 1) of columns that are not understood")
+    ] = Field(default_factory=dict)
+    column_units: Annotated[
+        dict[ColumnName, str], Field(description="units of columns, such as um or kN, where the files state none")
+    ] = Field(default_factory=dict)
+    errors: Annotated[dict[str, Number], Field(description="of sensors and rig, by the names of LoopErrors")] = Field(
+        default_factory=dict
+    )
+
+    def loop_errors(self) -> LoopErrors:
+        """The errors that loops cannot show."""
+        known = list(asdict(LoopErrors()))
+        for name in self.errors:
+            if name not in known:
+                raise fault("[contact_law] errors", "must be known ones", name, nearest(name, known))
+        return LoopErrors(**self.errors)
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLawPlan(Plan):
+    """Files and what to fit to them."""
+
+    table: ContactLawTable
+    folder: Path
+    units: Units
+
+    @classmethod
+    def of(cls, asked: Asked) -> ContactLawPlan:
+        """The plan of a study."""
+        table = asked.tables["contact_law"]
+        if not isinstance(table, ContactLawTable):
+            raise AssertionError("the table of a contact law")
+        table.loop_errors()
+        return cls(table, asked.folder, asked.units)
+
+    @property
+    def content(self) -> str:
+        """Identifies the files, as far as they exist."""
+        files = [self.folder / name for name in self.table.files]
+        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
+
+    @property
+    def summary(self) -> str:
+        return f"{counted(len(self.table.files), 'file')}, {' or '.join(self.table.laws)}"
+
+    @cached_property
+    def work(self) -> ContactLawWork:
+        """The work on the loops of the files."""
+        table, si = self.table, in_si(self.table, self.units)
+        files = [self.folder / name for name in table.files]
+        columns, units = (
+            {str(key): value for key, value in table.columns.items()},
+            {str(k): v for k, v in table.column_units.items()},
+        )
+        settings = (tuple(table.laws), si["rig_stiffness"], table.loop_errors(), table.harmonics, columns, units)
+        return ContactLawWork.of(files, si["normal_load"], *settings)
+
+    @property
+    def works(self) -> Mapping[str, ContactLawWork]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.work.contact_law(results[""][0]).dataset
+
+
+KINDS = {
+    "contact_law": Kind(
+        ContactLawPlan.of, "contact_law", {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False
+    )
+}
