@@ -3,7 +3,6 @@
 import numpy as np
 
 import stickslip as ss
-from stickslip.plots.forced_response import hysteresis_loops
 
 chain = ss.rigs.chain(masses=6, sliders=(4, 5, 6), forced=3)
 response = ss.forced_response(chain, ss.radians_per_second(0.1, 0.6), force=[1.0, 2.0], harmonics=7)
@@ -16,5 +15,5 @@ for case, level in enumerate(data["force_level"].values):
     frequency = float(data["loop_frequency"][case])
     print(f"force {level:g} N, peak at {frequency:.4f} Hz: loop areas " + ", ".join(f"{area:.3f} J" for area in areas))
 
-hysteresis_loops(data).savefig("loops.png")
+response.plot("loops").savefig("loops.png")
 largest_area = float(areas.max())

@@ -43,8 +43,8 @@ if __name__ == "__main__":
     lumped = ss.forced_response(ss.rigs.lumped_blisk("R"), ss.hertz(140, 150), [0.1, 0.2, 0.4, 0.8, 1.6, 3.2], 3, 96).dataset
     figures = {
         "disk_responses": responses(sets),
-        "disk_nodal_diameters": nodal_diameter_diagram(sets["measured"]),
-        "disk_mean_load": mean_normal_load(lumped, reference=ss.static_normal_load(147.0, 45.0)),
+        "disk_nodal_diameters": nodal_diameter_diagram(sets["measured"]).plot(),
+        "disk_mean_load": mean_normal_load(lumped, reference=ss.static_normal_load(147.0, 45.0)).plot(),
     }
     for name, figure in figures.items():
         write_figure(figure, HERE / f"{name}.svg", "svg")

@@ -40,7 +40,7 @@ def curves(pull):
     rig = ss.rigs.two_semi_cylinders(pull)
     curve = ss.performance_curve(rig, ss.logspace(0.3, 300.0, 36), friction=[OILED, DRY], harmonics=3, quantity="inertance")
     titled = curve.dataset.assign_attrs(title=f"Blade with two semi-cylinders, {pull:g} N")
-    return performance_curves(titled)
+    return performance_curves(titled).plot()
 
 
 if __name__ == "__main__":

@@ -6,8 +6,10 @@ import pytest
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.nodal_diameters import nodal_diameters
 from stickslip.contact.stiffness import static_normal_load
+from stickslip.plots.chart import Chart
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram, placed_sectors
 from stickslip.plots.forced_response import figures_of
+from stickslip.report.charts import Charts
 from stickslip.report.disk import disk as disk_section
 from stickslip.results.files import open_results, save
 from stickslip.rigs import lumped_blisk
@@ -42,13 +44,15 @@ def test_the_picture_closes_round_the_disk(dataset):
 
 @pytest.mark.parametrize("draw", [disk_mode, damper_ring, mean_normal_load, nodal_diameter_diagram, campbell])
 def test_figures_are_drawn(dataset, draw, tmp_path):
-    draw(dataset).savefig(tmp_path / "figure.png", dpi=50)
+    found = draw(dataset)
+    (found.plot() if isinstance(found, Chart) else found).savefig(tmp_path / "figure.png", dpi=50)
     assert (tmp_path / "figure.png").stat().st_size > 5000
 
 
 def test_the_section_of_the_report(dataset):
-    page = disk_section({"disk": dataset})
-    assert page.count("<img") == 5
+    page = disk_section({"disk": dataset}, charts := Charts(["disk"]))
+    assert page.count("<img") == 2
+    assert list(charts.places) == ["chart-load-0", "chart-diameters-0", "chart-campbell-0"]
 
 
 def test_a_whole_disk_shows_each_damper(tmp_path):
@@ -71,7 +75,7 @@ def test_nodal_diameters_of_the_lumped_disk():
 def test_figures_say_what_they_show(dataset):
     """The static normal load of a line by the equilibrium of the damper; what rings and colours mean; the unit of the level."""
     assert dataset.attrs["static_normal_load"] == pytest.approx(static_normal_load(147.0, 20.0), rel=1e-12)
-    axes = mean_normal_load(dataset).axes[0]
-    assert "F_C/(2 cos α)" in [entry.get_text() for entry in axes.get_legend().get_texts()]
-    assert axes.get_xlabel() == "force level in N"
+    load = mean_normal_load(dataset)
+    assert "F_C/(2 cos α)" in load.entries
+    assert load.panels[0].x.label == "force level in N"
     assert "shares of the period" in damper_ring(dataset).get_suptitle()

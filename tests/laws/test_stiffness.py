@@ -171,7 +171,7 @@ def test_the_result_draws(tmp_path):
     assert result.dataset.normal_stiffness.attrs["units"] == "N/m"
     figure = result.plot()
     figure.savefig(tmp_path / "stiffness.png")
-    labels = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
+    labels = [entry.get_text() for entry in figure.legends[0].get_texts()]
     assert sum(label.startswith("tangential") for label in labels) == 2
 
 

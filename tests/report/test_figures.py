@@ -16,7 +16,7 @@ from stickslip.results.result import Result
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_are_drawn_and_not_blank(name, dataset_with_failures, tmp_path):
-    figure = FIGURES[name](dataset_with_failures)
+    figure = FIGURES[name](dataset_with_failures).plot()
     figure.savefig(tmp_path / "f.png", dpi=60)
     pixels = imread(tmp_path / "f.png")[..., :3]
     inked = np.mean(np.any(pixels < 0.97, axis=-1))
@@ -31,7 +31,7 @@ def test_save_figures_writes_png_and_svg_alike_each_time(dataset, tmp_path):
 
 
 def test_curves_hold_the_data_in_micrometres(dataset):
-    axes = response_curves(dataset).axes[0]
+    axes = response_curves(dataset).plot().axes[0]
     line = next(line for line in axes.lines if line.get_label() == "force × 80")
     amplitude = dataset.amplitude.values[3, :, 0]
     assert np.allclose(line.get_ydata(), 1e6 * amplitude[np.isfinite(amplitude)])
@@ -41,13 +41,13 @@ def test_curves_hold_the_data_in_micrometres(dataset):
 
 
 def test_per_force_divides_by_the_level(dataset):
-    axes = response_curves(dataset, output="root.x", log=False, per_force=True).axes[0]
+    axes = response_curves(dataset, output="root.x", log=False, per_force=True).plot().axes[0]
     line = next(line for line in axes.lines if line.get_label() == "force × 20")
     assert np.nanmax(line.get_ydata()) == pytest.approx(1e6 * float(dataset.amplitude[2, :, 1].max()) / 20.0)
 
 
 def test_loops_hold_the_data(dataset):
-    panels = hysteresis_loops(dataset).axes
+    panels = hysteresis_loops(dataset).plot().axes
     line = panels[3].lines[0]
     assert np.allclose(line.get_ydata()[:-1], dataset.loop_force.values[3, 0, 0])
     assert np.allclose(line.get_xdata()[:-1], 1e6 * dataset.loop_motion.values[3, 0, 0])
@@ -65,7 +65,7 @@ def test_a_result_draws_its_figures_by_name(dataset):
 
     curves = Curves()
     assert isinstance(curves.plot(log=False), Figure)
-    assert len(curves.plot("loops").axes) == len(hysteresis_loops(dataset).axes)
+    assert len(curves.plot("loops").axes) == len(hysteresis_loops(dataset).panels)
     with pytest.raises(InputError, match=r"figure must be a known one, but is 'loop'\. Did you mean 'loops'"):
         curves.plot("loop")
 

@@ -4,71 +4,23 @@ import base64
 import hashlib
 import json
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from report.pages import decoded, page_of
 from report.synthetic import KINDS, poor, synthetic
 
 from stickslip.checks import InputError
 from stickslip.report import write
-from stickslip.report.chart_data import NUMBERS_OF_CYCLES, chart_data
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import failures_of
 from stickslip.report.markup import script_data
 from stickslip.report.page import page
 from stickslip.report.responses import message_sentences
+from stickslip.report.sections import OPENED
+from stickslip.results.view import highest_peak
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"' & <!-- \u2028"
-
-
-class Page(HTMLParser):
-    """Elements, table cells and scripts of a page, as a browser would split them."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.elements, self.rows, self.scripts, self.words = [], [], [], []
-        self._table = self._cell = self._script = None
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        attrs = dict(attrs)
-        self.elements.append((tag, attrs))
-        if tag == "table":
-            self._table = attrs.get("id")
-        if tag == "tr":
-            self.rows.append((self._table, attrs, []))
-        if tag in ("td", "th"):
-            self.rows[-1][2].append(attrs)
-        if tag == "script":
-            self.scripts.append((attrs, ""))
-            self._script = True
-
-    def handle_endtag(self, tag):
-        self._script = None if tag == "script" else self._script
-
-    def handle_data(self, data):
-        if self._script:
-            self.scripts[-1] = (self.scripts[-1][0], self.scripts[-1][1] + data)
-        else:
-            self.words.append(data)
-
-    def numbers(self, table):
-        """data-value of the cells of each row."""
-        found = [
-            [float(cell["data-value"]) for cell in cells if "data-value" in cell] for name, _, cells in self.rows if name == table
-        ]
-        return [row for row in found if row]
-
-    def data(self):
-        return json.loads(next(text for attrs, text in self.scripts if attrs.get("id") == "data"))
-
-    def text(self):
-        return " ".join(" ".join(self.words).split())
-
-
-def page_of(datasets, tmp_path):
-    return Page(write(datasets, tmp_path / "report.html").read_text(encoding="utf-8"))
 
 
 def test_peak_table_holds_the_exact_numbers(dataset, tmp_path):
@@ -99,15 +51,30 @@ def test_energy_table_holds_the_maxima(dataset, tmp_path):
 
 
 def test_charts_hold_the_data(dataset, tmp_path):
-    case = page_of(dataset, tmp_path).data()["results"][0]["cases"][1]
-    assert case["amplitude"][0] == pytest.approx(1e6 * dataset.amplitude.values[1, : len(case["point"]), 0], rel=1e-4)
-    assert case["loops"][1][1] == pytest.approx(dataset.loop_force.values[1, 1, 0], rel=1e-4)
+    page = page_of(dataset, tmp_path)
+    chart = page.charts("chart-curves")["root.x", "linear", "acceleration", "per force"]
+    curve = next(
+        trace for trace in chart["data"] if trace["name"] == "force × 5" and trace["mode"] == "lines" and trace["showlegend"]
+    )
+    size = (2 * np.pi * dataset.frequency.values[1]) ** 2 * dataset.amplitude.values[1, :, 1] / 5.0
+    known = np.isfinite(size)
+    np.testing.assert_allclose(curve["y"], size[known], rtol=1e-6)
+    np.testing.assert_allclose(curve["x"], dataset.frequency.values[1][known], rtol=1e-6)
+    response = dataset.response.values[1, known, 1, 1] @ [1.0, 1.0j]
+    np.testing.assert_allclose(curve["customdata"][0], np.abs(np.degrees(np.angle(-response))), atol=1e-4)
+    assert chart["wide"]["yaxis"]["title"]["text"] == "amplitude per force ω²|X₁|/F in m/s² per unit level"
+    loop = page.charts("chart-loops")["flat", "in N and µm"]["data"][3]
+    np.testing.assert_allclose(loop["x"][:-1], 1e6 * dataset.loop_motion.values[3, 1, 0], rtol=1e-6)
+    np.testing.assert_allclose(loop["y"][:-1], dataset.loop_force.values[3, 1, 0], rtol=1e-6)
 
 
 def test_several_results_stand_in_one_report(dataset, tmp_path):
     page = page_of({"2.6 kg": synthetic(levels=(1.0, 5.0)), "4.6 kg": dataset}, tmp_path)
     assert len(page.numbers("peaks")) == 4 + 8
-    assert [result["label"] for result in page.data()["results"]] == ["2.6 kg", "4.6 kg"]
+    data = page.data()
+    assert data["results"] == ["2.6 kg", "4.6 kg"]
+    assert [entry["result"] for entry in data["places"]["chart-curves"]] == data["results"]
+    assert {trace["name"] for trace in page.charts("chart-trend")["tip.x",]["data"]} == {*data["results"]}
     assert any(attrs.get("id") == "result" for tag, attrs in page.elements if tag == "select")
 
 
@@ -124,7 +91,7 @@ def test_nothing_is_loaded_from_elsewhere(dataset, tmp_path):
 
 def test_plotly_is_inlined_once_and_cannot_upload(dataset, tmp_path):
     page = page_of({"a": dataset, "b": dataset}, tmp_path)
-    large = [text for _, text in page.scripts if len(text) > 1_000_000]
+    large = [text for attrs, text in page.scripts if len(text) > 1_000_000 and "type" not in attrs]
     assert len(large) == 1
     own = page.scripts[-1][1]
     assert "showSendToCloud: false" in own
@@ -150,8 +117,19 @@ def test_hostile_names_stay_text(tmp_path):
         attrs for tag, attrs in plain.elements if tag in ("img", "script")
     ]
     assert not any(key.startswith("on") for _, attrs in page.elements for key in attrs)
-    assert page.data()["results"][0]["outputs"] == [HOSTILE]
+    assert page.data()["results"] == [HOSTILE, "b"]
+    title = page.charts("chart-loops")[HOSTILE, "in N and µm"]["title"]
+    assert title == f"Loops at the highest peak: {HOSTILE}"
+    drawn = page.charts("chart-states")[()]["wide"]["yaxis"]["ticktext"][0]
+    assert "<" not in drawn.replace("<br>", "")
     assert "alert(1)" in page.text()
+
+
+def test_a_title_that_looks_like_the_name_of_a_colour_is_a_title(tmp_path):
+    page = page_of(synthetic(title="@title", outputs=("@level",), contacts=("@a", "@b")), tmp_path)
+    chart = next(iter(page.charts("chart-curves").values()))
+    assert chart["title"] == "@title: @level"
+    assert {*page.data()["colours"]["light"]} == {*page.data()["colours"]["dark"]}
 
 
 def test_script_data_cannot_leave_its_element():
@@ -196,7 +174,7 @@ def test_conclusions_are_computed_from_the_data(dataset):
 @pytest.mark.parametrize("kind", KINDS)
 def test_poor_datasets_are_reported(kind, tmp_path):
     page = page_of(poor(kind), tmp_path)
-    assert len(page.data()["results"][0]["cases"]) == (2 if kind == "names" else 1)
+    assert page.data()["places"]["chart-curves"][0]["charts"]
     assert "NaN" not in page.scripts[0][1]
 
 
@@ -228,12 +206,14 @@ def test_the_console_prints_what_the_message_of_a_completed_curve_warns_of(datas
     assert message_sentences(dataset) == [f"warning, force {level:g}: {places}"]
 
 
-def test_loops_of_points_stay_within_their_share_of_the_page(dataset):
+def test_loops_of_points_stay_within_their_share_of_the_page(dataset, tmp_path):
+    """Clicks find loops at some points of every curve, one of them the peak: the sum of the harmonics that the result keeps."""
     dataset.contact_motion[:], dataset.contact_force[:] = 1e-6, 2.0
-    (result,) = chart_data({"one": dataset})["results"]
-    sizes = [sum(len(u) + len(T) for loops in case["cycles"] for u, T in loops) for case in result["cases"]]
-    assert 0 < sum(sizes) <= 1.1 * NUMBERS_OF_CYCLES
-    case = result["cases"][0]
-    assert len(case["cycles"]) == len(case["cycleAt"])
-    assert [len(series) for series in case["cycles"][0][0]] == [2 * 3 + 1] * 2
-    assert case["cycles"][0][0][0][:3] == [1.0, 1.0, -1.0]
+    page = page_of(dataset, tmp_path)
+    opening = page.data()["places"]["chart-curves"][0]["opening"]
+    assert len(opening["charts"]) <= OPENED + dataset.sizes["case"]
+    peak = highest_peak(dataset, 2).point
+    assert opening["points"]["force × 20"][peak] is not None
+    x = decoded(opening["charts"][0], page.data()["parts"])["data"][0]["x"]
+    angle = 2.0 * np.pi * np.arange(len(x)) / (len(x) - 1)
+    np.testing.assert_allclose(x, 1.0 + sum(np.cos(h * angle) - np.sin(h * angle) for h in (1, 2, 3)), atol=1e-5)

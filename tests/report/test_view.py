@@ -5,7 +5,6 @@ import pytest
 from report.synthetic import KT, LIMIT, synthetic
 
 from stickslip.plots.look import level_colours, state_colour
-from stickslip.report.chart_data import mixture_index, mixtures
 from stickslip.results.view import (
     along_curve,
     contact_rows,
@@ -96,9 +95,22 @@ def test_small_shares_are_summed(dataset):
 
 
 def test_linear_peak_is_a_maximum_inside_the_band(dataset):
-    assert linear_peak(dataset, "stuck", 0)[0] == pytest.approx(561.0, abs=0.5)
+    assert linear_peak(dataset, "stuck", 0, 500.0)[0] == pytest.approx(561.0, abs=0.5)
     dataset.stuck_amplitude[0, :, 0] = np.linspace(0.0, 1.0, dataset.sizes["linear_point"])
-    assert linear_peak(dataset, "stuck", 0) is None
+    assert linear_peak(dataset, "stuck", 0, 500.0) is None
+
+
+def test_of_several_resonances_that_of_the_same_mode_is_compared(dataset):
+    """A higher second mode, 530 Hz free and 590 Hz stuck: the peak of the first, 494.75 Hz, lies between 410 and 561 Hz."""
+    hertz = dataset.linear_frequency.values
+    for which, second in (("free", 530.0), ("stuck", 590.0)):
+        linear = dataset[f"{which}_amplitude"]
+        linear[2, :, 0] += 3.0 * float(linear[2, :, 0].max()) / (1.0 + (hertz - second) ** 2)
+    peak = highest_peak(dataset, 2)
+    assert linear_peak(dataset, "stuck", 2, peak.frequency)[0] == pytest.approx(561.0, abs=0.6)
+    assert linear_peak(dataset, "free", 2, peak.frequency)[0] == pytest.approx(410.0, abs=0.6)
+    assert linear_peak(dataset, "free", 2, 400.0)[0] == pytest.approx(410.0, abs=0.6), "the nearest where none lies below"
+    assert linear_peak(dataset, "stuck", 2, 595.0)[0] == pytest.approx(590.0, abs=0.6), "within 1 %"
 
 
 def test_lengths_are_shown_in_metres_where_micrometres_would_be_absurd(dataset):
@@ -117,12 +129,6 @@ def test_folded_curves_are_noticed(dataset):
     assert not is_folded(dataset, 0)
     dataset.frequency[0, 50] = 1.0
     assert is_folded(dataset, 0)
-
-
-def test_mixture_index_finds_the_shares():
-    slip, open_ = np.array([0.0, 0.35, 1.0, 0.5, 0.0, np.nan]), np.array([0.0, 0.15, 0.0, 0.5, 1.0, 0.0])
-    shares = [mixtures()[index]["shares"] if index is not None else None for index in mixture_index(slip, open_)]
-    assert shares == [[100, 0, 0], [50, 35, 15], [0, 100, 0], [0, 50, 50], [0, 0, 100], None]
 
 
 @pytest.mark.parametrize("dark", [False, True])

@@ -2,16 +2,19 @@
 
 import numpy as np
 import pytest
+from report.synthetic import poor, synthetic
 from system.browser import browser, program
 from typer.testing import CliRunner
 
 from stickslip.cli import app
+from stickslip.report import write
 from stickslip.results.files import open_results
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="no Chromium: see make verify-system")]
 
 STUDY = """
 [study]
+title = "Two blades and a wedge damper, with a title that is longer than the lines of a telephone"
 analysis = "forced_response"
 [structure]
 rig = "three_mass_wedge"
@@ -21,13 +24,37 @@ force_levels = [0.2, 1.0]
 """
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("report")
-    (folder / "wedge.toml").write_text(STUDY)
-    result = CliRunner().invoke(app, ["run", str(folder / "wedge.toml"), "--out", str(folder / "out"), "--workers", "1"])
+PERFORMANCE = """
+[study]
+analysis = "performance_curve"
+[structure]
+rig = "blade_and_wedge"
+[sweep]
+frequency = [280.0, 390.0]
+harmonics = 1
+samples = 64
+[performance_curve]
+force_ratio = [3.0, 100.0]
+points = 6
+friction = [0.2, 0.4]
+"""
+
+
+def results_of(study, folder):
+    (folder / "study.toml").write_text(study)
+    result = CliRunner().invoke(app, ["run", str(folder / "study.toml"), "--out", str(folder / "out"), "--workers", "1"])
     assert result.exit_code == 0, result.output
     return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return results_of(STUDY, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def performance(tmp_path_factory):
+    return results_of(PERFORMANCE, tmp_path_factory.mktemp("performance"))
 
 
 @pytest.fixture(scope="module")
@@ -55,34 +82,92 @@ def test_the_peak_table_shows_the_numbers_of_the_results(page, results):
 
 def test_every_chart_is_drawn_and_nothing_goes_wrong(page):
     charts = page.value(
-        "[...document.querySelectorAll('.chart:not(#chart-cycle)')].map(c => [c.id, c.querySelectorAll('.main-svg').length])"
+        "[...document.querySelectorAll('.place .chart')].map(c => [c.id, c.querySelectorAll('.main-svg').length])"
     )
-    assert len(charts) >= 7
+    assert len(charts) >= 6
     assert [name for name, drawn in charts if not drawn] == []
     assert page.log == []
 
 
 def test_a_click_on_a_curve_shows_its_loops(page):
-    assert page.value("document.getElementById('cycle').hidden")
+    opened = "document.querySelector('[data-opened=\"chart-curves\"]')"
+    assert page.value(f"{opened}.hidden")
     page.value("document.getElementById('chart-curves').scrollIntoView()")
     place = page.value(
-        "(() => { const chart = document.getElementById('chart-curves'), c = data.results[0].cases[1], k = 20;"
+        "(() => { const chart = document.getElementById('chart-curves'), k = 20;"
+        "const curve = chart.data.find(t => t.name === 'force × 1' && t.mode === 'lines' && t.showlegend);"
         "const box = chart.getBoundingClientRect(), l = chart._fullLayout;"
-        "return [box.x + l._size.l + l.xaxis.d2p(c.frequency[k]), box.y + l._size.t + l.yaxis.d2p(c.amplitude[0][k])]; })()"
+        "return [box.x + l._size.l + l.xaxis.d2p(curve.x[k]), box.y + l._size.t + l.yaxis.d2p(curve.y[k])]; })()"
     )
     page.click(*place)
-    page.until("!document.getElementById('cycle').hidden")
-    assert "force × 1" in page.value("document.getElementById('point').textContent")
-    title = page.value("document.getElementById('chart-cycle').layout.title.text")
-    assert "truncated to 5 harmonics" in title
-    assert page.value("document.getElementById('chart-cycle').data.length") >= 1
+    page.until(f"!{opened}.hidden")
+    caption = page.value(f"{opened}.querySelector('figcaption').textContent")
+    assert caption.startswith("force × 1, ")
+    assert "truncated to 5 harmonics" in caption
+    assert page.value("document.getElementById('chart-curves-opened').data.length") >= 1
 
 
 def test_accelerations_are_those_of_the_results(page, results):
-    page.value('document.querySelector(\'input[name="quantity"][value="acceleration"]\').click()')
-    drawn = page.value("document.getElementById('chart-curves').data.filter(t => t.meta === 1)[0].y")
+    page.value("document.querySelector('[data-place=\"chart-curves\"] input[value=acceleration]').click()")
+    shown = "document.getElementById('chart-curves').data.find(t => t.name === 'force × 1' && t.mode === 'lines' && t.showlegend)"
     data = open_results(results / "results.nc").isel(case=1)
     computed = data["amplitude"].isel(output=0) * (2 * np.pi * data["frequency"]) ** 2
-    computed = computed.values[data["outcome"].values == 1]
-    np.testing.assert_allclose(drawn, computed, rtol=1e-4)
+    good = data["outcome"].values == 1
+    np.testing.assert_allclose(page.value(f"{shown}.y"), computed.values[good], rtol=1e-5)
+    parts = data["response"].values[good, 0, 1] @ [1.0, 1.0j]
+    phases = np.array(page.value(f"{shown}.customdata.map(row => row[0])"))
+    np.testing.assert_allclose(np.exp(1j * np.radians(phases)), -parts / np.abs(parts), atol=1e-5)
+    assert "phase %{customdata[0]" in page.value(f"{shown}.hovertemplate")
     assert page.log == []
+
+
+def test_a_choice_keeps_the_other_choices_and_the_focus(page):
+    place = "document.querySelector('[data-place=\"chart-curves\"]')"
+    page.value(f"{place}.querySelector('input[value=acceleration]').click()")
+    page.value(f"{place}.querySelector('input[value=linear]').focus(); {place}.querySelector('input[value=linear]').click()")
+    assert page.value(f"[...{place}.querySelectorAll('input:checked')].map(i => i.value)")[:2] == ["linear", "acceleration"]
+    assert page.value("document.activeElement.value") == "linear"
+    assert page.value("document.getElementById('chart-curves').layout.yaxis.type ?? 'linear'") == "linear"
+
+
+def test_a_result_without_contacts_shows_no_loops_of_another(tmp_path):
+    write({"with": synthetic(), "without": poor("no contacts")}, tmp_path / "report.html")
+    with browser() as page:
+        page.open(tmp_path / "report.html")
+        hidden = "document.querySelector('[data-place=\"chart-loops\"]').hidden"
+        assert not page.value(hidden)
+        page.value("{ const s = document.getElementById('result'); s.value = 'without'; s.dispatchEvent(new Event('change')); }")
+        assert page.value(hidden)
+        assert (
+            page.value("document.getElementById('chart-curves').data.filter(t => t.mode === 'lines' && t.showlegend).length") == 3
+        )
+        assert page.log == []
+
+
+@pytest.mark.parametrize("kind", ["results", "performance"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_charts_are_legible_on_every_screen(request, kind, width, scheme):
+    """No chart is wider than the screen, none is lower than its legend needs, and text stands out from the background."""
+    with browser() as page:
+        page.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600)
+        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        page.open(request.getfixturevalue(kind) / "report.html")
+        assert page.value("document.documentElement.scrollWidth") <= width
+        tops = page.value("[...document.querySelectorAll('.place')].map(p => p.getBoundingClientRect().top)")
+        assert min(tops) < 900
+        legends = page.value(
+            "[...document.querySelectorAll('.place .chart')].filter(c => c.querySelector('.legend')).map(c => {"
+            "const b = c.querySelector('.legend').getBoundingClientRect(), box = c.getBoundingClientRect();"
+            "const s = c._fullLayout._size;"
+            "return { left: b.left, top: b.top, right: b.right, across: box.left + s.l + s.w, below: box.top + s.t + s.h }; })"
+        )
+        for legend in legends:
+            assert legend["top"] > legend["below"] + 30 if width < 600 else legend["left"] > legend["across"]
+            assert legend["right"] <= width
+        shown = page.value("[...document.querySelectorAll('figcaption')].map(c => c.textContent).join(' ')")
+        assert len(shown) > 20
+        assert "object" not in shown
+        dark = page.value("getComputedStyle(document.querySelector('.ytick text')).fill") == "rgb(230, 233, 236)"
+        assert dark == (scheme == "dark")
+        assert page.log == []

@@ -54,7 +54,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponse(Result, figure="forced_response:response_curves"):
+class ForcedResponse(
+    Result,
+    figure="response_curves:response_curves",
+    peaks="response_curves:peaks_over_force",
+    loops="contacts:hysteresis_loops",
+    states="contacts:contact_states",
+    dissipation="energy:dissipation",
+    loss_factor="energy:loss_factor",
+):
     """Curves for every force level: `dataset` (labelled, with units) and the problem that made them."""
 
     dataset: xr.Dataset

@@ -68,7 +68,7 @@ def export(
         refuse_existing([out], overwrite)
         say(f"Wrote {save_all_mat(datasets, out, quantity, per_force)}")
         return
-    if all(presentation_of(dataset).interactive for dataset in datasets.values()):
+    if all(presentation_of(dataset).responses for dataset in datasets.values()):
         files = {
             path: table_of({name: make(dataset, quantity, per_force) for name, dataset in datasets.items()})
             for path, make in ((out, quantity_table), (out.with_name(f"{out.stem}_peaks.csv"), peak_table))

@@ -1,35 +1,36 @@
-"""Line styles for many cases: one colour per force level; start states thin, their median emphasised."""
+"""Lines of many cases: one colour per force level; start states thin, their median emphasised."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.plots.look import level_colours
+from stickslip.plots.look import Style, entries, level
 from stickslip.results.representative import is_cloud, levels_of, representative_starts
 from stickslip.results.view import force_text, level_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Line = dict[str, Any]
-"""How matplotlib is to draw a line: colour, label, width."""
-THIN = {"linewidth": 0.6, "alpha": 0.45}
+THIN = 0.6
+"""Width of the line of a start state."""
 
 
-def case_lines(dataset: xr.Dataset) -> list[Line]:
-    """Colour, label and width of the line of each case. Lines of one level have one label, which a legend then shows once."""
+def case_lines(dataset: xr.Dataset) -> list[dict[str, Any]]:
+    """Style, label and whether a legend lists it, of the line of each case. Lines of one level have one label."""
     groups = levels_of(dataset)
-    lines: dict[int, Line] = {}
-    for cases, colour in zip(groups, level_colours(len(groups)), strict=True):
+    styles: dict[int, Style] = {}
+    labels: dict[int, str] = {}
+    for place, cases in enumerate(groups):
         middle = median(dataset, cases)
         for case in cases:
+            thin = is_cloud(dataset) and case != middle
+            styles[case] = level(place, len(groups), **({"width": THIN, "opacity": 0.45} if thin else {}))
             if not is_cloud(dataset):
-                lines[case] = {"color": colour, "label": level_text(dataset, case)}
-            elif case == middle:
-                lines[case] = {"color": colour, "label": f"{force_text(dataset, case)}, median", "zorder": 3}
+                labels[case] = level_text(dataset, case)
             else:
-                lines[case] = {"color": colour, "label": f"{force_text(dataset, case)}, {len(cases)} start states", **THIN}
-    return [lines[case] for case in range(dataset.sizes["case"])]
+                labels[case] = f"{force_text(dataset, case)}, {f'{len(cases)} start states' if thin else 'median'}"
+    listed = entries([labels[case] for case in range(len(labels))])
+    return [{"style": styles[case], "label": labels[case], "listed": labels[case] in listed} for case in range(len(labels))]
 
 
 def median(dataset: xr.Dataset, cases: list[int]) -> int:

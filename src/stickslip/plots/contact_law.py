@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, headed, house_style
+from stickslip.checks import Array
+from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, band, closed
+from stickslip.plots.look import Style, contact
 from stickslip.results.representative import spread
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 MOST_LOOPS = 6
 """Loops in one figure."""
@@ -21,76 +21,61 @@ MANY_DECADES = 50.0
 """Ratio of cycle numbers from which their axis is logarithmic."""
 
 
-def loops_and_fit(dataset: xr.Dataset) -> Figure:
+def loops_and_fit(dataset: xr.Dataset) -> Chart:
     """Measured loops, dark, and those of the chosen law, orange."""
     names = dataset["loop"].values
     shown = names[spread(len(names), MOST_LOOPS)]
-    columns = min(len(shown), 3)
-    rows = -(-len(shown) // columns)
-    with house_style():
-        figure = Figure(figsize=(1.2 + 3.1 * columns, 0.6 + 2.7 * rows), layout="constrained")
-        grid = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes, name in zip(grid, shown, strict=False):
-            one = dataset.sel(loop=name)
-            u = 1e6 * one["displacement"].values
-            for variable, label, colour, width in (
-                ("force_measured", "measured", CONTACTS[0], 2.4),
-                ("force_fitted", str(dataset.attrs["best"]), CONTACTS[1], 1.2),
-            ):
-                there = np.isfinite(u)
-                axes.plot(_closed(u[there]), _closed(one[variable].values[there]), color=colour, linewidth=width, label=label)
-            axes.set_title(str(name), fontsize=9, fontweight="normal")
-            axes.set(xlabel="displacement in µm", ylabel="friction force in N")
-        for axes in grid[len(shown) :]:
-            axes.set_axis_off()
-        grid[0].legend(loc="best")
-        if len(shown) < len(names):
-            headed(figure, "Loops", f"{len(shown)} of {len(names)}")
-    return figure
+    axes, panels = (Axis("displacement", "µm"), Axis("friction force", "N")), []
+    for name in shown:
+        one = dataset.sel(loop=name)
+        u = 1e6 * one["displacement"].values
+        there = np.isfinite(u)
+        layers = [
+            Line(closed(u[there]), closed(one[variable].values[there]), style, label)
+            for variable, label, style in (
+                ("force_measured", "measured", contact(0, width=2.4)),
+                ("force_fitted", str(dataset.attrs["best"]), contact(1, width=1.2)),
+            )
+        ]
+        panels.append(Panel(*axes, layers, str(name), 2.5))
+    note = f"{len(shown)} of {len(names)}" if len(shown) < len(names) else ""
+    return Chart("Measured and fitted loops", panels, columns=min(len(shown), 3), note=note)
 
 
-def over_cycles(dataset: xr.Dataset) -> Figure:
+def over_cycles(dataset: xr.Dataset) -> Chart:
     """kt, μ and energy against the cycle number, with bands of one standard deviation."""
     number = dataset["cycle_number"].values
-    with house_style():
-        figure = Figure(figsize=(7.2, 6.4), layout="constrained")
-        stiffness, friction, energy = figure.subplots(3, 1, sharex=True)
-        _with_band(stiffness, number, 1e-6 * dataset["cycle_kt"].values, 1e-6 * dataset["cycle_kt_error"].values, "fitted")
-        stiffness.set(ylabel="kt in N/µm")
-        _with_band(friction, number, dataset["cycle_mu"].values, dataset["cycle_mu_error"].values, "fitted")
-        friction.plot(
-            number, dataset["plateau"].values, ".", color=GREY, markersize=4, label="plateau of the force over the load"
-        )
-        friction.set(ylabel="µ")
-        friction.legend(loc="best")
-        for name, label, colour in (("energy_measured", "measured", CONTACTS[0]), ("energy_fitted", "fitted", CONTACTS[1])):
-            energy.plot(number, 1e3 * dataset[name].values, ".-", color=colour, linewidth=1.0, markersize=4, label=label)
-        energy.set(ylabel="energy per cycle in mJ", xlabel="cycle")
-        energy.legend(loc="best")
-        if number.min() > 0 and number.max() > MANY_DECADES * max(number.min(), 1) and len(number) < number.max() // 2:
-            energy.set_xscale("log")
-    return figure
+    wide = number.min() > 0 and number.max() > MANY_DECADES * max(number.min(), 1) and len(number) < number.max() // 2
+    cycle = Axis("cycle", log=bool(wide))
+    stiffness = _with_band(number, 1e-6 * dataset["cycle_kt"].values, 1e-6 * dataset["cycle_kt_error"].values)
+    friction = _with_band(number, dataset["cycle_mu"].values, dataset["cycle_mu_error"].values)
+    plateau = Style("grey", "none", marker="circle", size=2.5)
+    friction.append(Line(number, dataset["plateau"].values, plateau, "plateau of the force over the load"))
+    energy = [
+        Line(number, 1e3 * dataset[name].values, contact(k, width=1.0, marker="circle", size=2.5), words)
+        for k, (name, words) in enumerate((("energy_measured", "measured"), ("energy_fitted", "fitted energy")))
+    ]
+    panels = [
+        Panel(cycle, Axis("tangential stiffness kt", "N/µm"), stiffness, height=2.0),
+        Panel(cycle, Axis("friction coefficient μ"), friction, height=2.0),
+        Panel(cycle, Axis("energy per cycle", "mJ"), energy, height=2.0),
+    ]
+    return Chart("Parameters over the cycles", panels, shared_x=True)
 
 
-def held_out(dataset: xr.Dataset) -> Figure:
-    """Misfit of every law, and its error on loops held out; the chosen law is dark."""
-    laws = list(dataset["law"].values)
-    place = np.arange(len(laws))
-    with house_style():
-        figure = Figure(figsize=(1.6 + 1.1 * len(laws), 2.8), layout="constrained")
-        axes = figure.add_subplot()
-        for shift, name, label, colour in ((-0.2, "misfit", "fit", "#c9cdd2"), (0.2, "held_out", "loops held out", CONTACTS[0])):
-            axes.bar(place + shift, 100.0 * dataset[name].values, width=0.38, color=colour, label=label)
-        axes.set_xticks(place, laws)
-        axes.set(title=f"Law of the contact: {dataset.attrs['best']}", ylabel="error in % of the rms force")
-        axes.legend(loc="best")
-    return figure
+def held_out(dataset: xr.Dataset) -> Chart:
+    """Misfit of every law, and its error on loops held out."""
+    laws = [str(law) for law in dataset["law"].values]
+    places = np.arange(len(laws), dtype=float)
+    layers = [
+        Bars(places + shift, 100.0 * dataset[name].values, Style(shade), words, width=0.38)
+        for shift, name, words, shade in ((-0.2, "misfit", "fit", "pale"), (0.2, "held_out", "loops held out", "contact 0"))
+    ]
+    across = Axis("contact law", names={float(place): law for place, law in enumerate(laws)})
+    panel = Panel(across, Axis("error, relative to the rms force", "%"), layers, height=2.4)
+    return Chart(f"Law of the contact: {dataset.attrs['best']}", [panel])
 
 
-def _with_band(axes: Axes, number: np.ndarray, value: np.ndarray, error: np.ndarray, label: str) -> None:
-    axes.fill_between(number, value - error, value + error, color=CONTACTS[0], alpha=0.2, linewidth=0)
-    axes.plot(number, value, ".-", color=CONTACTS[0], linewidth=1.0, markersize=4, label=label)
-
-
-def _closed(values: np.ndarray) -> np.ndarray:
-    return np.append(values, values[0])
+def _with_band(number: Array, value: Array, error: Array) -> list[Layer]:
+    line = Line(number, value, contact(0, width=1.0, marker="circle", size=2.5), "fitted", {"standard deviation": error})
+    return [band(number, value - error, value + error, contact(0, opacity=0.2), "one standard deviation"), line]

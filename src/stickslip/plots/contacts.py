@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from stickslip.checks import Array
 from stickslip.plots.case_lines import case_lines
-from stickslip.plots.look import GREY, OPEN, PAGE, SLIP, STICK, headed, house_style, plain, state_colour
-from stickslip.results.representative import representatives, spread
+from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, closed, edges_between
+from stickslip.plots.look import PAGE, Style, contact, state_colour
+from stickslip.plots.response_curves import HERTZ
+from stickslip.results.representative import representatives
 from stickslip.results.view import (
     ContactRow,
     along_curve,
@@ -33,96 +32,128 @@ MOST_CONTACTS = 8
 """Contacts in the figure of loops; of more, those with the largest loops are drawn."""
 MOST_COLUMNS = 6
 MOST_STATES = 8
-"""Cases in the figures of loops and of states; of more, `results_representative.representatives` chooses."""
+"""Cases in the figures of loops and of states; of more, `representatives` chooses."""
+STEPS = 20
+"""Shares of the period are drawn in steps of 1/STEPS."""
+STATES = [Key("stick", Style("stick")), Key("half, half", Style("half")), Key("slip", Style("slip")), Key("open", Style("open"))]
+"""What the colours of states mean."""
 
 
-def hysteresis_loops(dataset: xr.Dataset) -> Figure:
+def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     """Contact force in N against relative displacement in µm at the highest peak: a row per contact, a column per force level."""
     rows = contact_rows(dataset)
     shown = largest_loops(dataset, rows, MOST_CONTACTS)
     chosen = representatives(dataset, MOST_COLUMNS)
-    cases, lines = chosen.dataset.sizes["case"], case_lines(chosen.dataset)
-    with house_style():
-        size = (max(6.0, 1.75 * cases + 0.8), min(1.6 * max(len(shown), 1) + 0.9, PAGE))
-        figure = Figure(figsize=size, layout="constrained")
-        panels = figure.subplots(max(len(shown), 1), cases, squeeze=False)
+    lines, height = case_lines(chosen.dataset), min(1.6, (PAGE - 0.8) / max(len(shown), 1))
+    panels = []
+    for place, row in enumerate(shown):
         for case, line in enumerate(lines):
-            panels[0, case].set_title(level_text(chosen.dataset, case).replace(", ", ",\n"), fontsize=9)
-            for axes, row in zip(panels[:, case], shown, strict=False):
-                _loop(axes, chosen.dataset, case, row, line["color"])
-        for axes, row in zip(panels[:, 0], shown, strict=False):
-            axes.set_ylabel(plain(row.label), fontsize=8.5)
-        note = f" ({len(shown)} of {len(rows)}, the largest)" if len(shown) < len(rows) else ""
-        headed(figure, f"Loops at the highest peak{note}", chosen.words)
-        figure.supxlabel(f"relative displacement in {length_unit(dataset).name}", fontsize=9.5)
-        figure.supylabel("contact force in N", fontsize=9.5)
-    return figure
+            title = ", ".join(filter(None, (level_text(chosen.dataset, case) if not place else "", row.label)))
+            layers = [_loop(chosen.dataset, case, row, line["style"], line["label"])]
+            panels.append(Panel(*loop_axes(dataset), layers, title, height))
+    note = f"{len(shown)} of {len(rows)}, the largest" if len(shown) < len(rows) else ""
+    note = "; ".join(filter(None, (note, chosen.words)))
+    panels = panels or [Panel(*loop_axes(dataset), [])]
+    return Chart("Loops at the highest peak", panels, columns=len(lines) if shown else 1, note=note, legend=False)
 
 
-def contact_states(dataset: xr.Dataset) -> Figure:
+def loops_of(dataset: xr.Dataset, row: ContactRow, most: int, own: bool = False, step: int = 1) -> Chart:
+    """The loops of one contact at all force levels in one panel; own: each centred and to its own size, to compare shapes;
+    step: of the samples drawn."""
+    chosen = representatives(dataset.isel(sample=slice(None, None, step)), most)
+    layers = [
+        _loop(chosen.dataset, case, row, line["style"], line["label"], own)
+        for case, line in enumerate(case_lines(chosen.dataset))
+    ]
+    axes = loop_axes(dataset)
+    if own:
+        axes = Axis("relative displacement over half its range"), Axis("contact force over half its range")
+    return Chart(f"Loops at the highest peak: {row.label}", [Panel(*axes, layers, height=3.8)], note=chosen.words)
+
+
+def loops_at(dataset: xr.Dataset, case: int, point: int, rows: list[ContactRow], samples: int) -> Chart:
+    """The loops at a point of a curve, from the harmonics that the result keeps: corners are rounded, the force may overshoot."""
+    angle = 2.0 * np.pi * np.arange(samples + 1) / samples
+    waves = np.exp(1j * np.outer(np.arange(dataset.sizes["harmonic"]), angle))
+    layers: list[Layer] = []
+    for k, row in enumerate(rows):
+        at = (case, point, row.contact, row.direction)
+        motion, force = (_series(dataset[name].values[at], waves) for name in ("contact_motion", "contact_force"))
+        shares = {state: float(dataset[f"share_{state}"].values[at]) for state in ("stick", "slip", "open")}
+        words = ", ".join(f"{100.0 * share:.0f} % {state}" for state, share in shares.items() if share > 0.0)
+        if np.all(np.isfinite(motion + force)):
+            layers.append(Line(motion / length_unit(dataset).metres, force, contact(k), f"{row.label}: {words}"))
+    hertz = float(dataset.frequency.values[case, point])
+    title = f"{level_text(dataset, case)}, {hertz:.7g} Hz (truncated to {dataset.sizes['harmonic'] - 1} harmonics)"
+    return Chart(title, [Panel(*loop_axes(dataset), layers, height=3.4)])
+
+
+def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
+    """Of a hysteresis loop."""
+    return Axis("relative displacement", length_unit(dataset).name), Axis("contact force", "N")
+
+
+def contact_states(dataset: xr.Dataset, most: int = MOST_STATES) -> Chart:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
     rows = contact_rows(dataset)
-    panel = 0.42 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
-    chosen = representatives(dataset, max(1, min(MOST_STATES, int((PAGE - 1.2) / panel))))
-    dataset, cases = chosen.dataset, chosen.dataset.sizes["case"]
-    with house_style():
-        figure = Figure(figsize=(7.6, min(1.2 + cases * panel, PAGE)), layout="constrained")
-        for case, axes in enumerate(figure.subplots(cases, 1, squeeze=False).ravel()):
-            _states_of(axes, dataset, case, rows)
-        folded = any(is_folded(dataset, case) for case in range(cases))
-        figure.supxlabel("frequency in Hz" + (", along the curve" if folded else ""), fontsize=9.5)
-        legend = figure.legend(handles=_state_handles(), loc="outside right upper", title="share of period")
-        legend.get_title().set_fontsize(8.5)
-        headed(figure, "Contact states along the curve", chosen.words)
-    return figure
+    panel = 0.25 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
+    chosen = representatives(dataset, max(1, min(most, int((PAGE - 1.2) / (panel + 0.2)))))
+    dataset = chosen.dataset
+    folded = any(is_folded(dataset, case) for case in range(dataset.sizes["case"]))
+    panels = [_states_of(dataset, case, rows, panel) for case in range(dataset.sizes["case"])]
+    title = "Contact states, in shares of the period" + (", along the folded curve" if folded else "")
+    return Chart(title, panels, note=chosen.words, shared_x=not folded)
 
 
-def mesh_edges(centres: Array) -> Array:
-    """Cell edges halfway between the points, (n + 1,)."""
-    if centres.size < 2:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5]) if centres.size else np.zeros(1)
-    middle = 0.5 * (centres[1:] + centres[:-1])
-    return np.concatenate([[1.5 * centres[0] - 0.5 * centres[1]], middle, [1.5 * centres[-1] - 0.5 * centres[-2]]])
+def _series(parts: Array, waves: Array) -> Array:
+    """x(t) = Re Σ X_h exp(ihωt) over a period of harmonics (H+1, 2) with real and imaginary part."""
+    return np.asarray(((parts[:, 0] + 1j * parts[:, 1]) @ waves).real)
 
 
-def _loop(axes: Axes, dataset: xr.Dataset, case: int, row: ContactRow, colour: str) -> None:
-    """One closed loop on its own scale."""
-    motion = dataset.loop_motion.values[case, row.contact, row.direction] / length_unit(dataset).metres
-    force = dataset.loop_force.values[case, row.contact, row.direction]
-    axes.plot(np.append(motion, motion[:1]), np.append(force, force[:1]), color=colour, linewidth=1.3)
-    axes.locator_params(nbins=4)
-    axes.margins(0.12)
-    axes.tick_params(labelsize=7)
+def _loop(dataset: xr.Dataset, case: int, row: ContactRow, style: Style, label: str, own: bool = False) -> Line:
+    """One closed loop at the highest peak."""
+    motion = closed(dataset.loop_motion.values[case, row.contact, row.direction] / length_unit(dataset).metres)
+    force = closed(dataset.loop_force.values[case, row.contact, row.direction])
+    if not own:
+        return Line(motion, force, style, label)
+    hover = {f"relative displacement in {length_unit(dataset).name}": motion, "contact force in N": force}
+    return Line(_to_own_size(motion), _to_own_size(force), style, label, hover)
 
 
-def _state_handles() -> list[Patch]:
-    half = tuple(state_colour(0.5, 0.5, 0.0))
-    words = ((STICK, "stick"), (half, "half, half"), (SLIP, "slip"), (OPEN, "open"))
-    return [Patch(facecolor=colour, edgecolor=GREY, label=word) for colour, word in words]
+def _to_own_size(values: Array) -> Array:
+    low, high = np.min(values), np.max(values)
+    return np.asarray((values - 0.5 * (low + high)) / (0.5 * (high - low) or 1.0))
 
 
-def _states_of(axes: Axes, dataset: xr.Dataset, case: int, rows: list[ContactRow]) -> None:
-    hertz = frequencies(dataset, case)
-    axes.grid(visible=False)
-    axes.set_title(level_text(dataset, case), fontsize=8.5, fontweight="normal")
-    named = spread(len(rows), MOST_NAMES)
-    axes.set_yticks(named, [plain(rows[row].label) for row in named], fontsize=8 if len(rows) <= MANY_ROWS else 5)
+def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: float) -> Panel:
+    hertz, title = frequencies(dataset, case), level_text(dataset, case)
     if not hertz.size or not rows:
-        axes.text(0.5, 0.5, "no points", transform=axes.transAxes, ha="center", va="center", color=GREY)
-        return
-    colours = np.stack([_row_colours(dataset, case, row) for row in rows])
-    centres = np.arange(hertz.size, dtype=float) if is_folded(dataset, case) else hertz
-    axes.pcolormesh(mesh_edges(centres), np.arange(len(rows) + 1) - 0.5, colours, rasterized=True)
-    axes.invert_yaxis()
-    if is_folded(dataset, case):
+        return Panel(HERTZ, Axis("", limits=(0.0, 1.0)), [*STATES], f"{title}: no points", height)
+    shares = np.stack([_shares(dataset, case, row) for row in rows])
+    folded, descending = is_folded(dataset, case), hertz[0] > hertz[-1]
+    if descending and not folded:
+        hertz, shares = hertz[::-1], shares[:, ::-1]
+    names = {float(k): row.label for k, row in enumerate(rows)} if len(rows) <= MOST_NAMES else {}
+    words = [
+        [f"{row.label}, {f:.2f} Hz: {_words(share)}" for f, share in zip(hertz, along, strict=True)]
+        for row, along in zip(rows, shares, strict=True)
+    ]
+    x = HERTZ
+    if folded:
         ticks = np.unique(np.linspace(0, hertz.size - 1, 7).round().astype(int))
-        axes.set_xticks(ticks, [f"{hertz[tick]:.4g}" for tick in ticks])
+        x = Axis("frequency along the curve", "Hz", names={float(tick): f"{hertz[tick]:.4g}" for tick in ticks})
+    edges = edges_between(np.arange(hertz.size, dtype=float) if folded else hertz)
+    rounded = np.round(STEPS * shares) / STEPS
+    cells = Cells(edges, state_colour(*np.moveaxis(rounded, -1, 0)), words)
+    return Panel(x, Axis("", names=names, upside_down=True), [cells, *STATES], title, height)
 
 
-def _row_colours(dataset: xr.Dataset, case: int, row: ContactRow) -> Array:
-    """Mixed colours of one contact along the curve, (point, 4); transparent where the point did not converge."""
-    stick, slip, open_ = (
-        along_curve(dataset, f"share_{state}", case)[:, row.contact, row.direction] for state in ("stick", "slip", "open")
-    )
-    colours = np.nan_to_num(state_colour(stick, slip, open_))
-    return np.column_stack([np.clip(colours, 0.0, 1.0), np.isfinite(stick + slip + open_).astype(float)])
+def _shares(dataset: xr.Dataset, case: int, row: ContactRow) -> Array:
+    """Shares of stick, slip and open of one contact along the curve, (point, 3), NaN where the point did not converge."""
+    names = ("share_stick", "share_slip", "share_open")
+    return np.stack([along_curve(dataset, name, case)[:, row.contact, row.direction] for name in names], axis=-1)
+
+
+def _words(shares: Array) -> str:
+    states = zip(shares, ("stick", "slip", "open"), strict=True)
+    return ", ".join(f"{100.0 * share:.0f} % {state}" for share, state in states if share > 0.005) or "not converged"

@@ -3,112 +3,116 @@ forces with its limit lines, and the timeline of stick, slip and open."""
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, house_style, plain
+from stickslip.checks import Array
+from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule
+from stickslip.plots.chart import closed as with_first
+from stickslip.plots.look import Dash, Style, colour, contact, level, rgb
 from stickslip.units import um
 
 if TYPE_CHECKING:
     import xarray as xr
 
-COLOURS = {0: STICK, 1: SLIP, -1: SLIP, 2: OPEN}
+STATES = {0: "stick", 1: "slip", -1: "slip", 2: "open"}
+CYCLE = Axis("share of the cycle", limits=(0.0, 1.0))
+PARTS: dict[str, tuple[str, Dash]] = {
+    "elastic_motion": ("elastic motion", "dot"),
+    "slip_motion": ("slip motion", "solid"),
+    "rolling": ("rolling", "dash"),
+}
+"""Parts of the motion along a platform, in words, with their dashes."""
+HEIGHT = 2.7
 
 
-def damper_cycle(dataset: xr.Dataset) -> Figure:
+def damper_cycle(dataset: xr.Dataset) -> Chart:
     """Everything that one cycle of a damper between two platforms shows."""
-    with house_style():
-        figure = Figure(figsize=(10.5, 9.0), layout="constrained")
-        panels = figure.subplots(3, 2).ravel()
-        for panel, draw in zip(panels, (_hysteresis, _forces, _ratios, _motion, _plane, _timeline), strict=True):
-            draw(panel, dataset)
-        energy, rotation = float(dataset.loop_energy) * 1e6, float(dataset.rotation) * 1e3
-        words = f"{dataset.attrs['title']}: {energy:.4g} µJ a cycle, rotation {rotation:.3g} mrad, {dataset.attrs['outcome']}"
-        figure.suptitle(plain(words), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
-    return figure
+    energy, rotation = float(dataset.loop_energy) * 1e6, float(dataset.rotation) * 1e3
+    words = f"{dataset.attrs['title']}: {energy:.4g} µJ a cycle, rotation {rotation:.3g} mrad, {dataset.attrs['outcome']}"
+    panels = [draw(dataset) for draw in (_hysteresis, _forces, _ratios, _motion, _plane, _timeline)]
+    return Chart(words.replace("_", " "), panels, columns=2)
 
 
-def _hysteresis(axes: Any, dataset: xr.Dataset) -> None:
-    for axis, (name, colour) in enumerate(zip(("horizontal", "vertical"), CONTACTS, strict=False)):
+def _hysteresis(dataset: xr.Dataset) -> Panel:
+    layers = []
+    for axis, name in enumerate(("horizontal", "vertical")):
         motion, force = (dataset[key].values[:, axis] for key in ("platform_motion", "force_on_right"))
         if np.ptp(motion) > 0.0:
-            axes.plot(closed(motion) / um, closed(force), color=colour, label=name)
-    axes.set(title="Platform to platform", xlabel="relative motion in µm", ylabel="force on the right platform in N")
-    axes.legend()
+            layers.append(Line(closed(motion) / um, closed(force), level(axis, 2), name))
+    axes = Axis("relative motion", "µm"), Axis("force on the right platform", "N")
+    return Panel(*axes, layers, "Platform to platform", HEIGHT)
 
 
-def _forces(axes: Any, dataset: xr.Dataset) -> None:
+def _forces(dataset: xr.Dataset) -> Panel:
     """Vector diagram: the ends of the force at each contact through the cycle, T over N, in its friction cone."""
-    for contact, name, colour, mu in _contacts(dataset):
-        normal = dataset.normal_force.values[:, contact]
-        axes.plot(closed(dataset.friction_force.values[:, contact]), closed(normal), color=colour, label=name)
+    layers: list[Layer] = []
+    for k, name, mu in _contacts(dataset):
+        normal, top = dataset.normal_force.values[:, k], float(dataset.normal_force.values[:, k].max())
+        layers.append(Line(closed(dataset.friction_force.values[:, k]), closed(normal), contact(k), name))
         if np.isfinite(mu):
-            top = normal.max()
-            axes.plot([-mu * top, 0.0, mu * top], [top, 0.0, top], color=colour, linewidth=0.8, linestyle=":")
-    axes.set(title="Contact forces and friction cones", xlabel="T in N", ylabel="N in N")
-    axes.legend()
+            layers.append(
+                Line([-mu * top, 0.0, mu * top], [top, 0.0, top], contact(k, dash="dot", width=0.8), name, listed=False)
+            )
+    axes = Axis("friction force T", "N"), Axis("normal force N", "N")
+    return Panel(*axes, layers, "Contact forces; dotted: friction cones", HEIGHT)
 
 
-def _ratios(axes: Any, dataset: xr.Dataset) -> None:
-    for contact, name, colour, mu in _contacts(dataset):
-        axes.plot(dataset.phase, dataset.force_ratio.values[:, contact], color=colour, label=name)
-        for sign in (-1.0, 1.0):
-            axes.axhline(sign * mu, color=colour, linewidth=0.7, linestyle=":")
-    axes.set(title="Force ratios T/N; dotted: ±μ", xlabel="share of the cycle", ylabel="T/N")
+def _ratios(dataset: xr.Dataset) -> Panel:
+    layers: list[Layer] = []
+    for k, name, mu in _contacts(dataset):
+        layers.append(Line(dataset.phase.values, dataset.force_ratio.values[:, k], contact(k), name))
+        layers += [Rule(sign * mu, contact(k, dash="dot", width=0.8), along="y") for sign in (-1.0, 1.0) if np.isfinite(mu)]
+    return Panel(CYCLE, Axis("force ratio T/N"), layers, "Force ratios; dotted: ±μ", HEIGHT)
 
 
-def _motion(axes: Any, dataset: xr.Dataset) -> None:
-    for contact, _, colour, _ in _contacts(dataset):
-        for part, style in (("elastic_motion", ":"), ("slip_motion", "-"), ("rolling", "--")):
-            values = dataset[part].values[:, contact]
-            axes.plot(dataset.phase, (values - values.mean()) / um, style, color=colour, linewidth=1.2)
-    for words, style in (("elastic", ":"), ("slip", "-"), ("rolling", "--")):
-        axes.plot([], [], style, color=GREY, label=words)
-    axes.set(title="Motion along the platforms, about its mean", xlabel="share of the cycle", ylabel="µm")
-    axes.legend()
+def _motion(dataset: xr.Dataset) -> Panel:
+    layers: list[Layer] = [Line([np.nan], [np.nan], Style("grey", dash), words) for words, dash in PARTS.values()]
+    for k, name, _ in _contacts(dataset):
+        for part, (words, dash) in PARTS.items():
+            values = dataset[part].values[:, k]
+            line = contact(k, dash=dash, width=1.2)
+            layers.append(
+                Line(dataset.phase.values, (values - values.mean()) / um, line, name, {"": [words] * values.size}, listed=False)
+            )
+    return Panel(CYCLE, Axis("motion about its mean", "µm"), layers, "Motion along the platforms", HEIGHT)
 
 
-def _plane(axes: Any, dataset: xr.Dataset) -> None:
+def _plane(dataset: xr.Dataset) -> Panel:
     """Yang and Menq: friction forces of the two sides over the pull, with the lines on which a side slips as a whole."""
     pull, sides = float(dataset.attrs["pull"]), dataset.side.values
     left, right = (dataset.friction_force.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right"))
     limits = [dataset.slip_limit.values[:, sides == side].sum(axis=1) / pull for side in ("left", "right")]
-    axes.plot(closed(left), closed(right), color=CONTACTS[0])
+    layers: list[Layer] = [Line(closed(left), closed(right), Style("stick"), "both sides")]
     for sign in (-1.0, 1.0):
-        axes.plot(closed(sign * limits[0]), closed(right), color=GREY, linewidth=0.9)
-        axes.plot(closed(left), closed(sign * limits[1]), color=GREY, linewidth=0.9, linestyle="--")
-    axes.set(title="Friction of both sides; grey: where a side slips", xlabel="T left / pull", ylabel="T right / pull")
+        layers.append(Line(closed(sign * limits[0]), closed(right), Style("grey", width=0.9), "left side slips"))
+        layers.append(Line(closed(left), closed(sign * limits[1]), Style("grey", "dash", 0.9), "right side slips"))
+    axes = Axis("friction force on the left over pull"), Axis("friction force on the right over pull")
+    return Panel(*axes, layers, "Friction of both sides", HEIGHT)
 
 
-def _timeline(axes: Any, dataset: xr.Dataset) -> None:
+def _timeline(dataset: xr.Dataset) -> Panel:
     phase, names = dataset.phase.values, [str(name) for name in dataset.contact.values]
-    for row in range(len(names)):
-        states = dataset.state.values[:, row]
-        cuts = np.concatenate([[0], np.flatnonzero(np.diff(states)) + 1, [states.size]])
-        for a, b in pairwise(cuts):
-            end = phase[b] if b < phase.size else 1.0
-            axes.barh(
-                row, end - phase[a], left=phase[a], color=COLOURS[int(states[a])], edgecolor=GREY, linewidth=0.4, height=0.7
-            )
-    axes.set_yticks(range(len(names)), [plain(name) for name in names])
-    axes.grid(visible=False)
-    for words, colour in (("stick", STICK), ("slip", SLIP), ("open", OPEN)):
-        axes.barh(0, 0.0, color=colour, edgecolor=GREY, linewidth=0.4, label=words)
-    axes.legend(ncols=3, loc="upper right", bbox_to_anchor=(1.0, 1.14))
-    axes.set(title="States", xlabel="share of the cycle", xlim=(0.0, 1.0))
-    axes.invert_yaxis()
+    states = [[STATES[int(state)] for state in dataset.state.values[:, row]] for row in range(len(names))]
+    colours = np.array([[rgb(colour(state)) for state in along] for along in states])
+    words = [
+        [f"{name}, {share:.3f} of the cycle: {state}" for share, state in zip(phase, along, strict=True)]
+        for name, along in zip(names, states, strict=True)
+    ]
+    axis = Axis("", names={float(row): name for row, name in enumerate(names)}, upside_down=True)
+    keys = [Key(state, Style(state)) for state in ("stick", "slip", "open")]
+    return Panel(CYCLE, axis, [Cells(np.append(phase, 1.0), colours, words), *keys], "States", HEIGHT)
 
 
-def _contacts(dataset: xr.Dataset) -> list[tuple[int, str, str, float]]:
+def _contacts(dataset: xr.Dataset) -> Iterator[tuple[int, str, float]]:
+    """Place, name and friction coefficient of each contact."""
     friction = np.atleast_1d(dataset.attrs["friction"])
-    names = [plain(str(name)) for name in dataset.contact.values]
-    return [(i, name, CONTACTS[i % len(CONTACTS)], float(friction[i])) for i, name in enumerate(names)]
+    return ((k, str(name), float(friction[k])) for k, name in enumerate(dataset.contact.values))
 
 
-def closed(values: np.ndarray) -> np.ndarray:
+def closed(values: Array) -> Array:
     """With the first value at the end, unless that is a leap: a cycle that does not repeat is drawn as it is, open."""
     leap, usual = abs(values[0] - values[-1]), np.max(np.abs(np.diff(values)), initial=0.0)
-    return np.append(values, np.nan if leap > 2.0 * usual else values[0])
+    return np.append(values, np.nan) if leap > 2.0 * usual else with_first(values)

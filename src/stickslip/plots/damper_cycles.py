@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.figure import Figure
 
-from stickslip.checks import counted
+from stickslip.checks import Array, counted
+from stickslip.plots.chart import Axis, Bars, Chart, Line, Panel
 from stickslip.plots.damper_cycle import closed
-from stickslip.plots.look import STICK, house_style, legend, plain
+from stickslip.plots.look import Style, entries, level
 from stickslip.results.representative import spread
 from stickslip.units import um
 
@@ -19,18 +18,14 @@ if TYPE_CHECKING:
 
 MOST_NAMES = 16
 """Cycles named below the bars; of more, evenly spread ones."""
+HEIGHT = 3.0
 
 
-def damper_cycles(dataset: xr.Dataset) -> Figure:
+def damper_cycles(dataset: xr.Dataset) -> Chart:
     """Loops in the direction that moves most, dark to light in the order of the cycles; then energy and rotation of each."""
-    with house_style():
-        figure = Figure(figsize=(10.5, 3.6), layout="constrained")
-        loops, energy, rotation = figure.subplots(1, 3)
-        _loops(loops, dataset)
-        _bars(energy, dataset, 1e6 * dataset.loop_energy.values, "energy of a cycle in µJ")
-        _bars(rotation, dataset, 1e3 * dataset.rotation.values, "rotation in mrad, peak to peak")
-        figure.suptitle(plain(str(dataset.attrs["title"])), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
-    return figure
+    energy = _bars(dataset, 1e6 * dataset.loop_energy.values, Axis("energy of a cycle", "µJ"))
+    rotation = _bars(dataset, 1e3 * dataset.rotation.values, Axis("rotation, peak to peak", "mrad"))
+    return Chart(str(dataset.attrs["title"]), [_loops(dataset), energy, rotation], columns=3)
 
 
 def cycle_names(dataset: xr.Dataset) -> list[str]:
@@ -42,24 +37,22 @@ def cycle_names(dataset: xr.Dataset) -> list[str]:
 
 def _numbered(dataset: xr.Dataset) -> list[str]:
     """The number of each cycle and what distinguishes it: the same names as below the bars."""
-    return [plain(f"{number}: {name}") for number, name in zip(dataset.cycle.values, cycle_names(dataset), strict=True)]
+    return [f"{number}: {name}" for number, name in zip(dataset.cycle.values, cycle_names(dataset), strict=True)]
 
 
-def _loops(axes: Any, dataset: xr.Dataset) -> None:
-    motion, force = dataset.platform_motion.values, dataset.force_on_right.values
+def _loops(dataset: xr.Dataset) -> Panel:
+    motion, force, names = dataset.platform_motion.values, dataset.force_on_right.values, _numbered(dataset)
     axis = int(np.argmax(np.ptp(motion[0], axis=0)))
-    shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(motion)))
-    names = _numbered(dataset)
-    for x, f, shade, name in zip(motion[..., axis], force[..., axis], shades, names, strict=True):
-        axes.plot(closed(x) / um, closed(f), color=shade, linewidth=1.2, label=name)
-    legend(axes)
+    listed = entries(names)
+    layers = [
+        Line(closed(x) / um, closed(f), level(k, len(names), width=1.3), name, listed=name in listed)
+        for k, (x, f, name) in enumerate(zip(motion[..., axis], force[..., axis], names, strict=True))
+    ]
     direction = ("horizontal", "vertical")[axis]
-    axes.set(title="Platform to platform", xlabel=f"{direction} motion in µm", ylabel=f"{direction} force in N")
+    return Panel(Axis(f"{direction} motion", "µm"), Axis(f"{direction} force", "N"), layers, "Platform to platform", HEIGHT)
 
 
-def _bars(axes: Any, dataset: xr.Dataset, values: np.ndarray[Any, Any], words: str) -> None:
+def _bars(dataset: xr.Dataset, values: Array, axis: Axis) -> Panel:
     names = _numbered(dataset)
-    axes.bar(range(len(names)), values, color=STICK)
-    named = spread(len(names), MOST_NAMES)
-    axes.set_xticks(named, [names[place] for place in named], rotation=60, ha="right")
-    axes.set(title=words)
+    across = Axis("cycle", names={float(place): names[place] for place in spread(len(names), MOST_NAMES)})
+    return Panel(across, axis, [Bars(np.arange(len(names)), values, Style("stick"))], height=HEIGHT)

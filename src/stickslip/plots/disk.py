@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from matplotlib.patches import Wedge
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
-from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, headed, house_style, level_colours, plain, state_colour
+from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, band
+from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
+from stickslip.plots.response_curves import force_axis
 from stickslip.results.representative import representatives
-from stickslip.results.view import level_text, levels_in_newtons
+from stickslip.results.view import level_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,46 +128,40 @@ def _ring(axes: Axes, shares: Array, sectors: int) -> None:
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), aspect="equal")
 
 
-def nodal_diameter_diagram(dataset: xr.Dataset) -> Figure:
+def nodal_diameter_diagram(dataset: xr.Dataset) -> Chart:
     """Natural frequencies over the nodal diameter, without contacts and with all of them stuck, and what is excited."""
     frequencies = dataset["disk_frequency"].values
-    with house_style():
-        figure = Figure(figsize=(7.6, 4.4), layout="constrained")
-        axes = figure.add_subplot()
-        for mode in range(frequencies.shape[2]):
-            for state, (marker, style) in enumerate((("o", ":"), ("s", "-"))):
-                label = ("without contacts", "contacts stuck")[state] if mode == 0 else None
-                colour = CONTACTS[state]
-                axes.plot(frequencies[state, :, mode], style, marker=marker, ms=3.5, lw=1.0, color=colour, label=label)
-        axes.axvline(_folded(dataset), color=GREY, lw=0.9, label=f"engine order {int(dataset.attrs['engine_order'])}")
-        axes.set(title="Nodal diameters", xlabel="nodal diameter", ylabel="natural frequency in Hz", yscale="log")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-    return figure
+    diameters = np.arange(frequencies.shape[1])
+    layers: list[Layer] = []
+    for state, (words, dash, marker) in enumerate((("without contacts", "dot", "circle"), ("contacts stuck", "solid", "square"))):
+        style = contact(state, dash=dash, marker=marker, width=1.0, size=3.5)
+        layers += [Line(diameters, frequencies[state, :, mode], style, words) for mode in range(frequencies.shape[2])]
+    layers.append(Rule(_folded(dataset), Style("grey", width=0.9), f"engine order {int(dataset.attrs['engine_order'])}"))
+    panel = Panel(Axis("nodal diameter"), Axis("natural frequency", "Hz", log=True), layers, height=3.7)
+    return Chart("Nodal diameters", [panel])
 
 
-def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Figure:
+def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Chart:
     """Stuck natural frequencies (not stiffened by rotation) over the speed; dots where an engine order meets its own wave."""
     stuck = dataset["disk_frequency"].values[1]
     order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
     shown = orders or tuple(k for k in range(max(order - 2, 1), order + 4))
     highest = 1.3 * float(np.nanmax(stuck[:, 0]))
     speed = 60.0 * highest / min(max(order, 1), max(shown))
-    with house_style():
-        figure = Figure(figsize=(7.6, 4.6), layout="constrained")
-        axes = figure.add_subplot()
-        for n, frequency in enumerate(stuck[:, 0]):
-            axes.axhline(frequency, color=CONTACTS[0], lw=0.6, alpha=0.35 + 0.5 * (n == _folded(dataset)))
-        for k, colour in zip(shown, level_colours(len(shown)), strict=True):
-            axes.plot([0.0, speed], [0.0, k * speed / 60.0], color=colour, lw=1.0, label=f"engine order {k}")
-            met = stuck[min(k % sectors, -k % sectors), 0]
-            axes.plot(60.0 * met / k, met, "o", ms=5, color=colour)
-        axes.set(title="Campbell diagram, first family", xlabel="speed in rev/min", ylabel="frequency in Hz")
-        axes.set(xlim=(0.0, speed), ylim=(0.0, highest))
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-    return figure
+    layers: list[Layer] = [
+        Rule(float(frequency), contact(0, width=0.6, opacity=0.35 + 0.5 * (n == _folded(dataset))), along="y")
+        for n, frequency in enumerate(stuck[:, 0])
+    ]
+    for place, k in enumerate(shown):
+        style, label = level(place, len(shown), width=1.0), f"engine order {k}"
+        met = float(stuck[min(k % sectors, -k % sectors), 0])
+        layers.append(Line([0.0, speed], [0.0, k * speed / 60.0], style, label))
+        layers.append(Line([60.0 * met / k], [met], replace(style, dash="none", marker="circle", size=5.0), label, listed=False))
+    axes = Axis("speed", "rev/min", limits=(0.0, speed)), Axis("frequency", "Hz", limits=(0.0, highest))
+    return Chart("Campbell diagram, first family", [Panel(*axes, layers, height=3.9)])
 
 
-def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Figure:
+def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Chart:
     """Mean normal load of each contact line at the largest amplitude over the force level.
 
     reference: F_C/(2 cos α) [N]; that of the disk unless given.
@@ -182,18 +179,15 @@ def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Fig
         for i, line in enumerate(lines):
             total = force[[name == line for name in names]].sum(axis=0)
             mean[i, case], first[i, case] = total[0, 0], np.hypot(*total[1])
-    with house_style():
-        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
-        axes = figure.add_subplot()
-        for i, (line, colour) in enumerate(zip(lines, CONTACTS, strict=False)):
-            axes.fill_between(levels, mean[i] - first[i], mean[i] + first[i], color=colour, alpha=0.12, linewidth=0)
-            axes.plot(levels, mean[i], "o-", ms=4, color=colour, label=plain(line))
-        if reference is not None:
-            axes.axhline(reference, color=GREY, lw=1.0, ls="--", label="F_C/(2 cos α)")
-        level = "force level in N" if levels_in_newtons(dataset) else "force level, times the forces of the problem"
-        axes.set(title="Mean normal load under vibration (band: first harmonic)", xlabel=level, ylabel="N in N", xscale="log")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-    return figure
+    layers: list[Layer] = []
+    for i, line in enumerate(lines):
+        layers.append(band(levels, mean[i] - first[i], mean[i] + first[i], contact(i, opacity=0.12)))
+        layers.append(Line(levels, mean[i], contact(i, marker="circle"), line, {"first harmonic in N": first[i]}))
+    if reference is not None:
+        layers.append(Rule(float(reference), Style("grey", "dash", 1.0), "F_C/(2 cos α)", "y"))
+    force_level = replace(force_axis(dataset, levels), log=True)
+    panel = Panel(force_level, Axis("mean normal load", "N"), layers, height=3.3)
+    return Chart("Mean normal load under vibration (band: first harmonic)", [panel])
 
 
 def _folded(dataset: xr.Dataset) -> int:

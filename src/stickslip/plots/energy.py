@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter
 
 from stickslip.plots.case_lines import case_lines
-from stickslip.plots.look import CONTACTS, beside, headed, house_style, legend, plain
+from stickslip.plots.chart import Axis, Bars, Chart, Line, Panel, from_zero
+from stickslip.plots.look import CONTACTS, contact
+from stickslip.plots.response_curves import HERTZ
 from stickslip.results.representative import representatives
-from stickslip.results.view import along_curve, dissipated, frequencies, level_text, shares_at_peak
+from stickslip.results.view import along_curve, dissipated, energy_text, energy_unit, frequencies, level_text, shares_at_peak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,53 +20,43 @@ MOST_BARS = 9
 """Cases whose shares are drawn."""
 
 
-def dissipation(dataset: xr.Dataset) -> Figure:
+def dissipation(dataset: xr.Dataset) -> Chart:
     """Energy per cycle of all contacts against frequency, and the share of each contact at the highest peak."""
-    with house_style():
-        figure = Figure(figsize=(9.4, 4.0), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        for case, line in enumerate(case_lines(dataset)):
-            energy = np.sum(dissipated(dataset, case), axis=1)
-            energy[energy <= 0.0] = np.nan
-            left.plot(frequencies(dataset, case), energy, **line)
-        if np.nansum(dataset.dissipated.values) > 0.0:
-            left.set_yscale("log")
-        left.set(title="Dissipated by friction, all contacts", xlabel="frequency in Hz", ylabel="energy per cycle in J")
-        legend(left, loc="best")
-        chosen = representatives(dataset, MOST_BARS)
-        _shares(right, chosen.dataset)
-        if chosen.words:
-            headed(figure, "Energy", f"shares: {chosen.words}")
-    return figure
+    chosen = representatives(dataset, MOST_BARS)
+    note = f"shares: {chosen.words}" if chosen.words else ""
+    return Chart("Energy dissipated by friction", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)
 
 
-def loss_factor(dataset: xr.Dataset) -> Figure:
+def loss_factor(dataset: xr.Dataset) -> Chart:
     """Loss factor against frequency, one curve a force level."""
-    with house_style():
-        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
-        axes = figure.add_subplot()
-        for case, line in enumerate(case_lines(dataset)):
-            values = along_curve(dataset, "loss_factor", case)
-            axes.plot(frequencies(dataset, case), values, **line)
-        axes.set(title="Loss factor", xlabel="frequency in Hz", ylabel="loss factor", ylim=(0.0, None))
-        beside(axes)
-    return figure
+    lines = [
+        Line(frequencies(dataset, case), along_curve(dataset, "loss_factor", case), **line)
+        for case, line in enumerate(case_lines(dataset))
+    ]
+    return Chart("Loss factor", [Panel(HERTZ, from_zero(Axis("loss factor")), lines, height=3.4)])
 
 
-def _shares(axes: Axes, dataset: xr.Dataset) -> None:
+def _along(dataset: xr.Dataset) -> Panel:
+    energies = [np.sum(dissipated(dataset, case), axis=1) for case in range(dataset.sizes["case"])]
+    joules, unit = energy_unit(float(np.max(np.nan_to_num(np.concatenate(energies)), initial=0.0)))
+    lines = [
+        Line(frequencies(dataset, case), np.where(energy > 0.0, energy / joules, np.nan), **line)
+        for case, (energy, line) in enumerate(zip(energies, case_lines(dataset), strict=True))
+    ]
+    axis = Axis("energy per cycle", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
+    return Panel(HERTZ, axis, lines, "All contacts", 3.4)
+
+
+def _shares(dataset: xr.Dataset) -> Panel:
     names, energy, total = shares_at_peak(dataset, len(CONTACTS))
-    percent = 100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None]
-    left = np.zeros(total.size)
-    for index, name in enumerate(names):
-        colour = CONTACTS[-1] if name.endswith(" others") else CONTACTS[index % len(CONTACTS)]
-        axes.barh(np.arange(total.size), np.nan_to_num(percent[:, index]), left=left, color=colour, label=plain(name))
-        left += np.nan_to_num(percent[:, index])
-    joules = EngFormatter("J", places=2)
-    sizes = [joules(value) if np.isfinite(value) else "not converged" for value in total]
-    words = [f"{level_text(dataset, case)}\n{size}" for case, size in enumerate(sizes)]
-    axes.set_yticks(np.arange(total.size), words, fontsize=8)
-    axes.set(title="At the highest peak", xlabel="share of the contacts in %", xlim=(0.0, 100.0))
-    axes.grid(axis="y", visible=False)
-    axes.invert_yaxis()
-    if names:
-        beside(axes)
+    percent = np.nan_to_num(100.0 * energy / np.where(total > 0.0, total, np.nan)[:, None])
+    places, before = np.arange(total.size), np.cumsum(percent, axis=1) - percent
+    layers = []
+    for k, name in enumerate(names):
+        style = contact(-1 if name.endswith(" others") else k)
+        hover = {"energy per cycle in J": energy[:, k]}
+        layers.append(Bars(places, percent[:, k], style, name, base=before[:, k], horizontal=True, hover=hover))
+    words = [energy_text(value) if np.isfinite(value) else "not converged" for value in total]
+    cases = {float(case): f"{level_text(dataset, case)}, {size}" for case, size in enumerate(words)}
+    axes = Axis("share of the contacts", "%", limits=(0.0, 100.0)), Axis("", names=cases, upside_down=True)
+    return Panel(*axes, layers, "At the highest peak", 3.4)

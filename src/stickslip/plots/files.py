@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.files import replacing
+from stickslip.plots.chart import Chart
 from stickslip.plots.look import house_style
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-Figures = Mapping[str, Callable[[Any], "Figure"]]
-"""Name of the file: function that draws it from a dataset."""
+Figures = Mapping[str, Callable[[Any], "Chart | Figure"]]
+"""Name of the file: function from a dataset to its chart, or to a drawing where it has no curves."""
 
 
 def write_figures(
@@ -23,7 +24,8 @@ def write_figures(
     """Every figure of a dataset in every format; returns the paths."""
     paths = []
     for name, draw in figures.items():
-        figure = draw(dataset)
+        found = draw(dataset)
+        figure = found.plot() if isinstance(found, Chart) else found
         for suffix in formats:
             path = Path(directory) / f"{name}.{suffix}"
             write_figure(figure, path, suffix)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stickslip.analyses.damper_alone.force_plane import ForcePlane
 from stickslip.checks import Array
 from stickslip.plots.bound_cycles import BOUNDS
+from stickslip.plots.chart import Area, Axis, Chart, Layer, Line, Panel, closed
 from stickslip.plots.cycles import Cycles, bound_cycles
-from stickslip.plots.look import GREY, house_style, plain
+from stickslip.plots.look import Style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +23,7 @@ SLIPPING = 1.0 - 1e-6
 
 def force_plane(
     dataset: xr.Dataset, plane: ForcePlane, case: int = 0, frequency: float | None = None, summed: bool = False
-) -> Figure:
+) -> Chart:
     """T of one side of a damper against T of the other at both bounds; dots: where a side slips; grey: the limit lines.
 
     Slip off the lines and forces beyond them are what the static picture leaves out: inertia, other springs, rotation, lift-off.
@@ -30,23 +31,20 @@ def force_plane(
     found = bound_cycles(dataset, case, frequency, summed)
     paths = paths_in(found, plane)
     reach = 1.15 * max(float(np.abs(paths).max()), float(np.abs(plane.corners()).max()))
-    with house_style():
-        figure = Figure(figsize=(5.2, 4.6), layout="constrained")
-        axes = figure.subplots()
-        for side in (0, 1):
-            for sense in (-1, 1):
-                axes.plot(*plane.limit(side, sense, np.array([-reach, reach])).T, color=GREY, linewidth=0.9)
-        axes.fill(*plane.corners().T, color=GREY, alpha=0.12, linewidth=0, label="both stick, statically")
-        for k, (word, colour) in enumerate(BOUNDS):
-            path = paths[k]
-            axes.plot(*np.vstack([path, path[:1]]).T, color=colour, label=f"{word} bound")
-            axes.plot(*path[slips(found, plane, k)].T, ".", color=colour, markersize=4)
-        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-        axes.set(xlabel=plain(f"T of {plane.sides[0]} in N"), ylabel=plain(f"T of {plane.sides[1]} in N"))
-        axes.legend(fontsize=7)
-        title = f"Tangential forces of both sides, force {float(dataset['force_level'][case]):g}"
-        figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
-    return figure
+    layers: list[Layer] = []
+    for side, sense in ((0, -1), (0, 1), (1, -1), (1, 1)):
+        x, y = plane.limit(side, sense, np.array([-reach, reach])).T
+        layers.append(Line(x, y, Style("grey", width=0.9), "a side slips, statically"))
+    x, y = plane.corners().T
+    layers.append(Area(x, y, Style("grey", opacity=0.12), "both stick, statically"))
+    for k, (word, style) in enumerate(BOUNDS):
+        path, label = paths[k], f"{word} bound"
+        layers.append(Line(closed(path[:, 0]), closed(path[:, 1]), style, label))
+        slipping, dots = path[slips(found, plane, k)], replace(style, dash="none", marker="circle")
+        layers.append(Line(slipping[:, 0], slipping[:, 1], dots, label, listed=False))
+    left, right = (Axis(f"tangential force of {side}", "N", limits=(-reach, reach)) for side in plane.sides)
+    title = f"Tangential forces of both sides, force {float(dataset['force_level'][case]):g}"
+    return Chart(title, [Panel(left, right, layers, height=4.0, equal=True)])
 
 
 def paths_in(found: Cycles, plane: ForcePlane) -> Array:

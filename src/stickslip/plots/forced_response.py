@@ -14,6 +14,7 @@ from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.plots.bound_cycles import contact_forces, force_ratios, loops
+from stickslip.plots.chart import Chart
 from stickslip.plots.contacts import contact_states, hysteresis_loops
 from stickslip.plots.cycles import bound_cycles
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
@@ -39,7 +40,7 @@ __all__ = [
     "save_figures",
 ]
 
-FIGURES: dict[str, Callable[[Any], Figure]] = {
+FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {
     "response": response_curves,
     "response_linear_scale": partial(response_curves, log=False),
     "response_per_force": partial(response_curves, per_force=True),
@@ -52,7 +53,7 @@ FIGURES: dict[str, Callable[[Any], Figure]] = {
 }
 """Name of the file: function that draws it."""
 
-BOUNDS_FIGURES: dict[str, Callable[[Any], Figure]] = {
+BOUNDS_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {
     "bounds": lambda dataset: response_bounds(detached(dataset)),
     "bounds_loss_factor": lambda dataset: loss_factors(detached(dataset)),
     "bounds_contact_forces": lambda dataset: contact_forces(detached(dataset)),
@@ -61,12 +62,12 @@ BOUNDS_FIGURES: dict[str, Callable[[Any], Figure]] = {
 }
 """The same for results that hold bounds."""
 
-DISK_FIGURES: dict[str, Callable[[Any], Figure]] = {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
-TUNED_DISK_FIGURES: dict[str, Callable[[Any], Figure]] = {"nodal_diameters": nodal_diameter_diagram, "campbell": campbell}
+DISK_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"dampers": damper_ring, "mean_normal_load": mean_normal_load}
+TUNED_DISK_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"nodal_diameters": nodal_diameter_diagram, "campbell": campbell}
 """The same for disks, and for disks with one sector for all."""
 
-SAMPLES_FIGURES: dict[str, Callable[[Any], Figure]] = {"samples": response_cloud}
-PERCENTILES_FIGURES: dict[str, Callable[[Any], Figure]] = {"percentiles": response_percentiles}
+SAMPLES_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"samples": response_cloud}
+PERCENTILES_FIGURES: dict[str, Callable[[Any], Chart | Figure]] = {"percentiles": response_percentiles}
 """The same for samples, and for samples at common frequencies."""
 
 
@@ -81,7 +82,7 @@ def figures_of(dataset: xr.Dataset) -> Figures:
     return figures | (PERCENTILES_FIGURES if has_percentiles(dataset) else {})
 
 
-def _bounds_figures(dataset: xr.Dataset) -> dict[str, Callable[[Any], Figure]]:
+def _bounds_figures(dataset: xr.Dataset) -> dict[str, Callable[[Any], Chart | Figure]]:
     """Those of bounds; the ratio of friction to normal force only where a normal force is known."""
     without = () if bound_cycles(detached(dataset)).contacts else ("bounds_force_ratios",)
     return {name: draw for name, draw in BOUNDS_FIGURES.items() if name not in without}

@@ -2,112 +2,105 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, MOST_PANELS, headed, house_style
+from stickslip.checks import Array
+from stickslip.plots.chart import Area, Axis, Bars, Chart, Layer, Line, Panel, closed
+from stickslip.plots.look import CONTACTS, MOST_PANELS, Style, contact
 from stickslip.results.representative import spread
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
-SHOWN = {"force_x": ("N", 1.0), "force_y": ("N", 1.0), "rotation": ("mrad", 1e3), "damper_y": ("µm", 1e6)}
-"""Unit of each channel in figures, and the factor to it."""
+CHANNELS = {
+    "force_x": ("horizontal force", "N", 1.0),
+    "force_y": ("vertical force", "N", 1.0),
+    "rotation": ("rotation", "mrad", 1e3),
+    "damper_y": ("vertical motion of the damper", "µm", 1e6),
+}
+"""Each channel in words, its unit in figures, and the factor to it."""
+MEASURED, FITTED = contact(0, width=2.6), contact(1, width=1.3)
 
 
-def loops_and_fit(dataset: xr.Dataset) -> Figure:
+def loops_and_fit(dataset: xr.Dataset) -> Chart:
     """Each channel of each case against the platform's larger motion: measured dark, fitted orange."""
-    all_cases, channels = dataset["case"].values, dataset["channel"].values
-    cases = all_cases[spread(len(all_cases), MOST_PANELS)]
-    with house_style():
-        size = (2.7 * len(channels), 2.7 * len(cases))
-        figure = Figure(figsize=size, layout="constrained")
-        grid = figure.subplots(len(cases), len(channels), squeeze=False)
-        for place, (row, case) in enumerate(zip(grid, cases, strict=True)):
-            motion = _motion(dataset.sel(case=case))
-            for axes, channel in zip(row, channels, strict=True):
-                unit, factor = SHOWN[channel]
-                for name, colour, width in (("measured", CONTACTS[0], 2.6), ("fitted", CONTACTS[1], 1.2)):
-                    values = dataset[name].sel(case=case, channel=channel).values
-                    shift = 0.0 if name == "measured" else float(dataset["zero"].sel(case=case, channel=channel))
-                    axes.plot(
-                        _closed(1e6 * motion), _closed(factor * (values + shift)), color=colour, linewidth=width, label=name
-                    )
-                axes.set(title=channel if place == 0 else "", xlabel="platform in µm" if case == cases[-1] else "")
-                axes.set(ylabel=f"{case}\n{unit}" if channel == channels[0] else unit)
-        grid[0][0].legend(loc="best")
-        if len(cases) < len(all_cases):
-            headed(figure, "Loops", f"{len(cases)} of {len(all_cases)} cases")
-    return figure
+    all_cases, channels = dataset["case"].values, [str(channel) for channel in dataset["channel"].values]
+    cases, panels = all_cases[spread(len(all_cases), MOST_PANELS)], []
+    for case in cases:
+        motion = closed(1e6 * _motion(dataset.sel(case=case)))
+        for channel in channels:
+            one = dataset.sel(case=case, channel=channel)
+            words, unit, factor = CHANNELS[channel]
+            measured = closed(factor * one["measured"].values)
+            fitted = closed(factor * (one["fitted"].values + float(one["zero"])))
+            layers = [Line(motion, measured, MEASURED, "measured"), Line(motion, fitted, FITTED, "fitted")]
+            panels.append(Panel(Axis("motion of the platform", "µm"), Axis(words, unit), layers, str(case), 2.3))
+    note = f"{len(cases)} of {len(all_cases)} cases" if len(cases) < len(all_cases) else ""
+    return Chart("Measured and fitted loops", panels, columns=len(channels), note=note)
 
 
-def residuals(dataset: xr.Dataset) -> Figure:
+def residuals(dataset: xr.Dataset) -> Chart:
     """Measured less fitted over the cycle, every case, without the mean."""
-    channels, all_cases = dataset["channel"].values, dataset["case"].values
+    channels, all_cases = [str(channel) for channel in dataset["channel"].values], dataset["case"].values
     cases = all_cases[spread(len(all_cases), len(CONTACTS))]
-    phase = np.arange(dataset.sizes["sample"]) / dataset.sizes["sample"]
-    with house_style():
-        figure = Figure(figsize=(7.6, 1.7 * len(channels)), layout="constrained")
-        for axes, channel in zip(figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0], channels, strict=True):
-            unit, factor = SHOWN[channel]
-            for case, colour in zip(cases, CONTACTS, strict=False):
-                one = dataset.sel(case=case, channel=channel)
-                left = one["measured"].values - one["fitted"].values
-                axes.plot(phase, factor * (left - left.mean()), color=colour, linewidth=1.0, label=str(case))
-            axes.set(ylabel=f"{channel}\nin {unit}")
-        axes.set(xlabel="share of the cycle")
-        if len(cases) < len(all_cases):
-            headed(figure, "Residuals", f"{len(cases)} of {len(all_cases)} cases")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-    return figure
+    phase, panels = np.arange(dataset.sizes["sample"]) / dataset.sizes["sample"], []
+    for channel in channels:
+        words, unit, factor = CHANNELS[channel]
+        layers = []
+        for k, case in enumerate(cases):
+            one = dataset.sel(case=case, channel=channel)
+            left = factor * (one["measured"].values - one["fitted"].values)
+            layers.append(Line(phase, left - left.mean(), contact(k, width=1.2), str(case)))
+        panels.append(Panel(Axis("share of the cycle"), Axis(words, unit), layers, height=1.7))
+    note = f"{len(cases)} of {len(all_cases)} cases" if len(cases) < len(all_cases) else ""
+    return Chart("Residuals: measured less fitted", panels, note=note, shared_x=True)
 
 
-def posterior(dataset: xr.Dataset) -> Figure:
+def posterior(dataset: xr.Dataset) -> Chart:
     """Refits of every pair of unknowns, with the identified values and 95 % intervals."""
-    names = list(dataset["parameter"].values)
-    with house_style():
-        figure = Figure(figsize=(1.8 * len(names) + 0.6,) * 2, layout="constrained")
-        grid = figure.subplots(len(names), len(names), squeeze=False)
-        for i, row in enumerate(grid):
-            for j, axes in enumerate(row):
-                if j > i:
-                    axes.set_axis_off()
-                    continue
-                _pair(axes, dataset, names[j], names[i])
-                axes.set(xlabel=_label(dataset, names[j]) if i == len(names) - 1 else "")
-                axes.set(ylabel=_label(dataset, names[i]) if j == 0 and i else "")
-    return figure
+    names = [str(name) for name in dataset["parameter"].values]
+    empty = Panel(Axis(""), Axis(""), [], height=1.6)
+    panels = [_pair(dataset, across, up) if j <= i else empty for i, up in enumerate(names) for j, across in enumerate(names)]
+    return Chart("Refits of every pair of unknowns", panels, columns=len(names))
 
 
-def _pair(axes: Axes, dataset: xr.Dataset, across: str, up: str) -> None:
+def _pair(dataset: xr.Dataset, across: str, up: str) -> Panel:
     """Refits of two unknowns, or their distribution where they are the same."""
     x = _scaled(dataset, across, dataset["replicates"].sel(parameter=across).values)
     low, high = _scaled(dataset, across, dataset["interval"].sel(parameter=across).values)
-    if np.isfinite(low):
-        axes.axvspan(low, high, color=CONTACTS[0], alpha=0.12, linewidth=0)
     if across == up:
-        axes.hist(x, bins=10, color=GREY)
-        return
-    axes.plot(x, _scaled(dataset, up, dataset["replicates"].sel(parameter=up).values), ".", color=GREY, markersize=4)
-    best = [_scaled(dataset, name, np.asarray(dataset["value"].sel(parameter=name))) for name in (across, up)]
-    axes.plot(*best, "o", color=CONTACTS[1])
+        counts, edges = np.histogram(x, bins=10)
+        layers: list[Layer] = [
+            Bars(0.5 * (edges[1:] + edges[:-1]), counts, Style("grey"), "refits", width=float(edges[1] - edges[0]))
+        ]
+        ends, axis = (0.0, float(counts.max())), Axis("number of refits")
+    else:
+        y = _scaled(dataset, up, dataset["replicates"].sel(parameter=up).values)
+        best_x, best_y = ([float(_scaled(dataset, name, dataset["value"].sel(parameter=name).values))] for name in (across, up))
+        layers = [Line(x, y, Style("grey", "none", marker="circle", size=2.5), "refits")]
+        layers.append(Line(best_x, best_y, contact(1, dash="none", marker="circle", size=5.0), "identified"))
+        ends, axis = (float(np.nanmin(y)), float(np.nanmax(y))), _axis(dataset, up)
+    if np.isfinite(low):
+        corners = [low, high, high, low], [ends[0], ends[0], ends[1], ends[1]]
+        layers.insert(0, Area(*corners, contact(0, opacity=0.14), "95 % interval"))
+    return Panel(_axis(dataset, across), axis, layers, height=1.6)
 
 
-def _motion(one: xr.Dataset) -> np.ndarray[Any, Any]:
+def _motion(one: xr.Dataset) -> Array:
     moves = one["platform_motion"].values
     return np.asarray(moves[int(np.argmax(np.ptp(moves, axis=1)))])
 
 
-def _closed(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    return np.append(values, values[0])
-
-
-def _scaled(dataset: xr.Dataset, name: str, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _scaled(dataset: xr.Dataset, name: str, values: Array) -> Array:
     return np.asarray(values * (1.0 if str(dataset["parameter_units"].sel(parameter=name).values) == "1" else 1e-6))
 
 
-def _label(dataset: xr.Dataset, name: str) -> str:
-    return name if str(dataset["parameter_units"].sel(parameter=name).values) == "1" else f"{name} in N/µm"
+def _axis(dataset: xr.Dataset, name: str) -> Axis:
+    """kt, kn, or μ with the contact lines that it is of."""
+    symbol, _, lines = name.replace("mu", "μ", 1).partition("_")
+    return Axis(
+        f"{symbol} of {lines}" if lines else symbol,
+        "" if str(dataset["parameter_units"].sel(parameter=name).values) == "1" else "N/µm",
+    )

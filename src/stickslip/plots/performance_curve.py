@@ -2,107 +2,104 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from stickslip.checks import Array, Index
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, Rule, band, edges_between
 from stickslip.plots.look import (
+    BETWEEN,
     CONTACTS,
-    GREY,
+    EMPHASIS,
+    LOWER,
     MOST_ENTRIES,
     MOST_PANELS,
-    SLIP,
-    STICK,
-    beside,
-    house_style,
-    level_colours,
-    plain,
+    UPPER,
+    Style,
+    colour,
+    contact,
+    entries,
+    level,
+    rgb,
 )
+from stickslip.plots.response_curves import HERTZ, LINEAR
 from stickslip.results.representative import spread
 from stickslip.results.view import measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
-REGION_COLOURS = (STICK, "#8fa6a0", SLIP, CONTACTS[3])
-LIMITS: dict[str, Literal[":", "--"]] = {"free": ":", "stuck": "--"}
-LIMIT_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
-REGION_WORDS = ("stick", "microslip", "slip", "lift-off")
+REGIONS = ("stick", "microslip", "slip", "lift-off")
+"""Regions of a performance curve, by their number in results; each has a colour of its name."""
+SWAPPED, ISOLA = "another peak is the highest", "on an isola"
+FORCE_RATIO = Axis("force ratio F_C/F_E", log=True)
 
 
-def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitude", collapsed: bool = False) -> Figure:
+def performance_curves(dataset: xr.Dataset, quantity: str = "normalised_amplitude", collapsed: bool = False) -> Chart:
     """Two panels over F_C/F_E; quantity: normalised_amplitude, normalised_inertance, amplitude_per_force or inertance.
 
     collapsed: over μ F_C/F_E, on which curves of one mass fall together. Dots mark the optima, bars the states.
     """
-    with house_style():
-        figure = Figure(figsize=(7.6, 6.4), layout="constrained")
-        height = min(0.25 + 0.22 * dataset.sizes["case"], 2.0)
-        top, bottom, strips = figure.subplots(3, 1, sharex=True, height_ratios=(3.0, 2.0, height))
-        for case, colour in enumerate(level_colours(dataset.sizes["case"])):
-            _curve(top, bottom, dataset, case, quantity, colour, collapsed)
-            _strip(strips, dataset, case, _abscissa(dataset, case, collapsed))
-        _finish(top, bottom, strips, dataset, quantity, collapsed)
-    return figure
+    cases = range(dataset.sizes["case"])
+    across = replace(FORCE_RATIO, quantity="μ F_C/F_E") if collapsed else FORCE_RATIO
+    x = [_abscissa(dataset, case, collapsed) for case in cases]
+    sizes, scale = _sizes(dataset, quantity)
+    top = [layer for case in cases for layer in _curve(dataset, case, quantity, x[case], scale)]
+    limits = [Rule(float(dataset[f"{key}_frequency"].values[0]), style, words, "y") for key, (words, style) in LINEAR.items()]
+    bottom = [Line(x[case], dataset["frequency"].values[case], **_look(dataset, case)) for case in cases]
+    height = min(0.35 + 0.2 * len(cases), 2.0)
+    names = Axis("", names={float(case): _name(dataset, case) for case in spread(len(cases), MOST_ENTRIES)}, upside_down=True)
+    keys = [Key(region, Style(region)) for region in REGIONS]
+    panels = [
+        Panel(across, sizes, top, height=2.9),
+        Panel(across, HERTZ, [*bottom, *limits], height=1.9),
+        Panel(across, names, [*(_regions(dataset, case, x[case]) for case in cases), *keys], height=height),
+    ]
+    return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
 
 
-def dissipation(dataset: xr.Dataset) -> Figure:
+def dissipation(dataset: xr.Dataset) -> Chart:
     """The share of each contact in the energy that the contacts dissipate per cycle, a panel for each curve."""
     cases = spread(dataset.sizes["case"], MOST_PANELS)
     energy = np.nan_to_num(dataset["dissipated"].values)
-    order = np.argsort(-energy.sum(axis=(0, 1)), kind="stable")
-    with house_style():
-        figure = Figure(figsize=(7.6, 0.8 + 2.5 * len(cases)), layout="constrained")
-        panels = figure.subplots(len(cases), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, case in zip(panels, cases, strict=True):
-            _shares(axes, dataset, energy[case], order)
-            axes.set(ylabel="share of the dissipation", ylim=(0.0, 1.0))
-            axes.set_title(f"Which contact dissipates, {_name(dataset, case)}")
-        panels[-1].set(xscale="log", xlabel="F_C/F_E")
-        _numbered(panels[-1].xaxis)
-        beside(panels[0])
-    return figure
+    order = np.asarray(np.argsort(-energy.sum(axis=(0, 1)), kind="stable"), dtype=np.int64)
+    axis = Axis("share of the dissipation", "%", limits=(0.0, 100.0))
+    panels = [Panel(FORCE_RATIO, axis, _shares(dataset, energy[case], order), _name(dataset, case)) for case in cases]
+    return Chart("Which contact dissipates", panels, shared_x=True)
 
 
-def _shares(axes: Axes, dataset: xr.Dataset, energy: np.ndarray, order: np.ndarray) -> None:
-    """Contacts in the given order, those that have no colour left as one."""
-    total = energy.sum(axis=1, keepdims=True)
-    shares = np.divide(energy, total, out=np.zeros_like(energy), where=total > 1e-9 * total.max(initial=0.0))
-    shown, rest = order[: len(CONTACTS) - 1], order[len(CONTACTS) - 1 :]
-    parts = [*shares[:, shown].T, *([shares[:, rest].sum(axis=1)] if rest.size else [])]
-    names = [str(dataset["contact"].values[c]) for c in shown] + (["others"] if rest.size else [])
-    axes.stackplot(dataset["force_ratio"].values, parts, colors=CONTACTS[: len(parts)], labels=[plain(n) for n in names])
-
-
-def performance_band(dataset: xr.Dataset) -> Figure:
+def performance_band(dataset: xr.Dataset) -> Chart:
     """Lowest and highest peak per force over the start states, with that of virgin contacts; below, where those two peaks are."""
-    x, heights = dataset["force_ratio"].values, dataset["amplitude_per_force"].values
-    measure = measure_in(dataset)
-    peak = "peak" if measure == DISPLACEMENT_AMPLITUDE else f"peak {measure.symbol}"
-    unit = shown_unit(dataset["amplitude_per_force"].attrs["units"], float(np.nanmax(heights, initial=0.0)))
-    with house_style():
-        figure = Figure(figsize=(7.6, 5.4), layout="constrained")
-        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
-        top.fill_between(x, *heights.T / unit.metres, color=CONTACTS[4], alpha=0.25, label="all start states")
-        for bound, (colour, words) in enumerate(((CONTACTS[0], "lowest"), (CONTACTS[5], "highest"))):
-            top.plot(x, heights[:, bound] / unit.metres, ".-", color=colour, label=words)
-            bottom.plot(x, dataset["frequency"].values[:, bound], ".-", color=colour)
-        virgin = dataset["virgin_amplitude_per_force"].values / unit.metres
-        top.plot(x, virgin, ":", color="black", label="virgin contacts")
-        top.set(xscale="log", yscale=_scale(heights), ylabel=f"{peak} per force in {unit.name}")
-        bottom.set(xlabel="F_C/F_E", ylabel="frequency in Hz")
-        for axis in (bottom.xaxis, *([top.yaxis] if top.get_yscale() == "log" else [])):
-            _numbered(axis)
-        top.set_title(plain(dataset.attrs["title"]))
-        top.legend()
-    return figure
+    x, heights, hertz = (dataset[name].values for name in ("force_ratio", "amplitude_per_force", "frequency"))
+    sizes, scale = _sizes(dataset, "amplitude_per_force")
+    low, high = scale * heights.T
+    loss = dataset["loss_factor"].values
+    top: list[Layer] = [band(x, low, high, BETWEEN, "all start states")]
+    top += [
+        Line(x, low, LOWER, "lowest", {"frequency in Hz": hertz[:, 0], "loss factor": loss[:, 0]}),
+        Line(x, high, UPPER, "highest", {"frequency in Hz": hertz[:, 1], "loss factor": loss[:, 1]}),
+        Line(x, scale * dataset["virgin_amplitude_per_force"].values, replace(EMPHASIS, dash="dot"), "virgin contacts"),
+    ]
+    bottom = [Line(x, hertz[:, 0], LOWER, "lowest"), Line(x, hertz[:, 1], UPPER, "highest")]
+    panels = [Panel(FORCE_RATIO, sizes, top, height=2.9), Panel(FORCE_RATIO, HERTZ, bottom, height=1.9)]
+    return Chart(str(dataset.attrs["title"]), panels, shared_x=True)
+
+
+def _sizes(dataset: xr.Dataset, quantity: str) -> tuple[Axis, float]:
+    """The axis of the peaks, and the factor from SI to its unit."""
+    attributes, values = dataset[quantity].attrs, dataset[quantity].values
+    unit, scale = "", 1.0
+    if attributes["units"] != "1":
+        shown = shown_unit(attributes["units"], float(np.nanmax(values, initial=0.0)))
+        unit, scale = shown.name, 1.0 / shown.metres
+    words = str(attributes["long_name"])
+    if quantity == "amplitude_per_force" and "force_ratio" in dataset.dims:
+        measure = measure_in(dataset)
+        words = f"peak {'amplitude' if measure == DISPLACEMENT_AMPLITUDE else measure.symbol} per force"
+    return Axis(words, unit, log=bool(np.isfinite(values).any())), scale
 
 
 def _name(dataset: xr.Dataset, case: int) -> str:
@@ -111,73 +108,67 @@ def _name(dataset: xr.Dataset, case: int) -> str:
     return "as built" if np.isnan(mu) else f"μ = {mu:g}"
 
 
-def _numbered(axis: Axis) -> None:
-    """A logarithmic axis with plain numbers at 1, 2 and 5, where these have room: over not more than three decades."""
-    low, high = axis.get_view_interval()
-    if high > 1e3 * low:
-        return
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
+def _look(dataset: xr.Dataset, case: int) -> dict[str, Any]:
+    """Style, label and whether a legend lists it, of the curve of a case."""
+    count = dataset.sizes["case"]
+    listed = _name(dataset, case) in entries([_name(dataset, other) for other in range(count)])
+    return {"style": level(case, count), "label": _name(dataset, case), "listed": listed}
 
 
-def _scale(heights: np.ndarray) -> Literal["log", "linear"]:
-    """A logarithmic axis needs a value."""
-    return "log" if np.isfinite(heights).any() else "linear"
-
-
-def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> np.ndarray:
+def _abscissa(dataset: xr.Dataset, case: int, collapsed: bool) -> Array:
     factor = float(dataset["friction"].values[case]) if collapsed else 1.0
     return np.asarray(dataset["force_ratio"].values * (1.0 if np.isnan(factor) else factor))
 
 
-def _curve(top: Axes, bottom: Axes, dataset: xr.Dataset, case: int, quantity: str, colour: str, collapsed: bool) -> None:
-    x = _abscissa(dataset, case, collapsed)
-    height, frequency = dataset[quantity].values[case], dataset["frequency"].values[case]
-    top.plot(x, height, color=colour, label=_name(dataset, case))
-    bottom.plot(x, frequency, color=colour)
-    share = dataset["detached_amplitude_per_force"].values[case] / dataset["amplitude_per_force"].values[case]
+def _curve(dataset: xr.Dataset, case: int, quantity: str, x: Array, scale: float) -> list[Layer]:
+    """The peaks of one case, those on isolas, where another peak becomes the highest, and the optimum."""
+    look, one = _look(dataset, case), dataset.isel(case=case)
+    height, style = scale * one[quantity].values, look["style"]
+    hover = {"frequency in Hz": one["frequency"].values, "loss factor": one["loss_factor"].values}
+    layers: list[Layer] = [
+        Line(x, height, **look, hover={**hover, "contacts": [_region(value) for value in one["region"].values]})
+    ]
+    share = one["detached_amplitude_per_force"].values / one["amplitude_per_force"].values
     if np.isfinite(share).any() and "amplitude" in quantity:
-        top.plot(x, height * share, "D", color=colour, markersize=4, markerfacecolor="none", label="on an isola")
-    events = dataset.isel(case=case)
-    swapped = np.sqrt(events["event_low"].values * events["event_high"].values)[events["event_kind"].values == "swapped"]
-    for place in swapped * (x[0] / dataset["force_ratio"].values[0]):
-        top.axvline(place, color=colour, linewidth=0.9, linestyle=":", label="another peak is the highest")
+        layers.append(Line(x, height * share, replace(style, dash="none", marker="diamond"), ISOLA))
+    swapped = np.sqrt(one["event_low"].values * one["event_high"].values)[one["event_kind"].values == "swapped"]
+    layers += [
+        Rule(place, replace(style, dash="dot", width=0.9), SWAPPED)
+        for place in swapped * (x[0] / dataset["force_ratio"].values[0])
+    ]
     if np.isfinite(height).any():
         best = int(np.nanargmin(height))
-        top.plot(x[best], height[best], "o", color=colour, markersize=5, markeredgecolor="white", zorder=4)
+        dot = replace(style, dash="none", marker="circle", size=5.0)
+        layers.append(Line(x[[best]], height[[best]], dot, look["label"], {"": ["optimum"]}, listed=False))
+    return layers
 
 
-def _strip(axes: Axes, dataset: xr.Dataset, case: int, x: np.ndarray) -> None:
+def _region(number: float) -> str:
+    return REGIONS[int(number)] if np.isfinite(number) else ""
+
+
+def _regions(dataset: xr.Dataset, case: int, x: Array) -> Cells:
     """The region of every point as a coloured bar."""
-    edges = np.concatenate([[x[0]], np.sqrt(x[:-1] * x[1:]), [x[-1]]])
-    for k, region in enumerate(dataset["region"].values[case]):
-        if np.isfinite(region):
-            place, colour = (edges[k], edges[k + 1] - edges[k]), REGION_COLOURS[int(region)]
-            axes.broken_barh([place], (-case - 0.4, 0.8), facecolor=colour, edgecolor="none")
+    found = dataset["region"].values[case]
+    edges = np.concatenate([x[:1], edges_between(x, log=True)[1:-1], x[-1:]])
+    colours = np.array([rgb(colour(_region(value))) if np.isfinite(value) else np.full(3, np.nan) for value in found])
+    words = [f"{_name(dataset, case)}, F_C/F_E {ratio:.4g}: {_region(value)}" for ratio, value in zip(x, found, strict=True)]
+    return Cells(edges, colours[None], [words], float(case))
 
 
-def _finish(top: Axes, bottom: Axes, strips: Axes, dataset: xr.Dataset, quantity: str, collapsed: bool) -> None:
-    attributes = dataset[quantity].attrs
-    units = "" if attributes["units"] == "1" else f" in {attributes['units'].replace('s2', 's²')}"
-    scale = _scale(dataset[quantity].values)
-    top.set(xscale="log", yscale=scale, ylabel=f"{attributes['long_name']}{units}".replace("relative", "\nrelative"))
-    top.set_title(plain(dataset.attrs["title"]))
-    _numbered(strips.xaxis)
-    if scale == "log":
-        _numbered(top.yaxis)
-    for key, style in LIMITS.items():
-        bottom.axhline(float(dataset[f"{key}_frequency"].values[0]), color=GREY, linestyle=style, linewidth=0.9)
-    bottom.set(ylabel="frequency in Hz")
-    strips.set(xlabel="μ F_C/F_E" if collapsed else "F_C/F_E")
-    rows = spread(dataset.sizes["case"], MOST_ENTRIES)
-    strips.set_yticks([-case for case in rows], [_name(dataset, case) for case in rows], fontsize=8)
-    strips.grid(visible=False)
-    lines = [Line2D([], [], color=GREY, linestyle=LIMITS[key], label=words) for key, words in LIMIT_WORDS.items()]
-    patches = [
-        Patch(facecolor=colour, edgecolor=GREY, linewidth=0.5, label=words)
-        for words, colour in zip(REGION_WORDS, REGION_COLOURS, strict=True)
-    ]
-    beside(top)
-    bottom.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
-    strips.legend(handles=patches, loc="lower left", bbox_to_anchor=(1.0, 0.0), borderaxespad=0.0)
+def _shares(dataset: xr.Dataset, energy: Array, order: Index) -> list[Layer]:
+    """Contacts in the given order, those that have no colour left as one."""
+    total = energy.sum(axis=1, keepdims=True)
+    shares = 100.0 * np.divide(energy, total, out=np.zeros_like(energy), where=total > 1e-9 * total.max(initial=0.0))
+    shown, rest = order[: len(CONTACTS) - 1], order[len(CONTACTS) - 1 :]
+    parts = [*shares[:, shown].T, *([shares[:, rest].sum(axis=1)] if rest.size else [])]
+    names = [str(dataset["contact"].values[c]) for c in shown] + (["others"] if rest.size else [])
+    layers: list[Layer] = []
+    x, below = dataset["force_ratio"].values, np.zeros(len(shares))
+    for k, (name, part) in enumerate(zip(names, parts, strict=True)):
+        layers += [
+            band(x, below, below + part, contact(k), name),
+            Line(x, below + part, contact(k, width=0.5), name, {"share in %": part}, listed=False),
+        ]
+        below = below + part
+    return layers

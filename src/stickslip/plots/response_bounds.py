@@ -2,37 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, GREY, beside, headed, house_style, level_colours, shown_levels
-from stickslip.plots.response_curves import size_label
-from stickslip.results.view import Length, measure_in, shown_unit
+from stickslip.plots.chart import Axis, Cells, Chart, Key, Layer, Line, Panel, band, edges_between, from_zero
+from stickslip.plots.look import BETWEEN, LOWER, SAMPLE, STUCK, UPPER, Style, colour, entries, level, rgb, shown_levels
+from stickslip.plots.response_curves import HERTZ, force_axis, size_label
+from stickslip.results.view import Length, force_text, measure_in, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LOWER, UPPER = CONTACTS[0], CONTACTS[5]
+SAMPLED = replace(SAMPLE, dash="none", marker="circle", size=2.0)
 
 
-def response_bounds(dataset: xr.Dataset) -> Figure:
+def response_bounds(dataset: xr.Dataset) -> Chart:
     """Amplitude bounds against frequency, a panel per force level, with the sampled start states; of peaks, their ranges."""
     if dataset.attrs["objective"] == "peak":
         return peak_ranges(dataset)
     cases, note = shown_levels(np.arange(dataset.sizes["case"]))
-    with house_style():
-        figure = Figure(figsize=(7.6, 0.8 + 2.4 * len(cases)), layout="constrained")
-        for case, axes in zip(cases, figure.subplots(len(cases), 1, squeeze=False, sharex=True).ravel(), strict=True):
-            _band(axes, dataset, case)
-            axes.set_title(f"force {dataset['force_level'].values[case]:g}")
-            axes.set_ylabel(f"{size_label(dataset)} in {bound_unit(dataset).name}")
-        axes.set_xlabel("frequency in Hz")
-        figure.axes[0].legend(loc="upper left")
-        headed(figure, f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}", note)
-    return figure
+    sizes = from_zero(Axis(size_label(dataset), bound_unit(dataset).name))
+    panels = [Panel(HERTZ, sizes, _band(dataset, case), force_text(dataset, case)) for case in cases.tolist()]
+    title = f"Bounds by {dataset.attrs['objective'].replace('_', ' ')}: {dataset.attrs['title']}"
+    return Chart(title, panels, note=note, shared_x=True)
 
 
 def bound_unit(dataset: xr.Dataset) -> Length:
@@ -40,75 +34,78 @@ def bound_unit(dataset: xr.Dataset) -> Length:
     return shown_unit(dataset["amplitude"].attrs["units"], float(np.nanmax(dataset["amplitude"].values, initial=0.0)))
 
 
-def _band(axes: Axes, dataset: xr.Dataset, case: int) -> None:
+def _band(dataset: xr.Dataset, case: int) -> list[Layer]:
     hertz, unit = dataset["frequency"].values, bound_unit(dataset).metres
     low, high = dataset["amplitude"].values[case] / unit
     cloud = dataset["sampled_amplitude"].values[case] / unit
-    axes.plot(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), ".", color=GREY, markersize=3, label="sampled starts")
-    axes.plot(hertz, low, ".-", color=LOWER, label="lower bound")
-    axes.plot(hertz, high, ".-", color=UPPER, label="upper bound")
-    axes.fill_between(hertz, low, high, color=UPPER, alpha=0.08, linewidth=0)
-    axes.set_ylim(bottom=0.0)
+    loss = dataset["loss_factor"].values[case]
+    return [
+        band(hertz, low, high, BETWEEN, "between the bounds"),
+        Line(np.broadcast_to(hertz, cloud.shape).ravel(), cloud.ravel(), SAMPLED, "sampled start states"),
+        Line(hertz, low, LOWER, "lower bound", {"loss factor": loss[0]}),
+        Line(hertz, high, UPPER, "upper bound", {"loss factor": loss[1]}),
+    ]
 
 
-def peak_ranges(dataset: xr.Dataset) -> Figure:
+def peak_ranges(dataset: xr.Dataset) -> Chart:
     """Range of the resonance amplitude per force, and of its frequency, against the force level."""
     levels, measure, unit = dataset["force_level"].values, measure_in(dataset), bound_unit(dataset)
     divisor = unit.metres * (np.ones(levels.size) if measure.per_force else levels)
-    per_force = dataset["amplitude"].values[:, :, 0] / divisor[:, None]
-    virgin = dataset["sampled_amplitude"].values[:, 0, 0] / divisor
+    low, high = (dataset["amplitude"].values[:, :, 0] / divisor[:, None]).T
+    hertz, loss = dataset["resonance"].values[:, :, 0].T, dataset["loss_factor"].values[:, :, 0].T
     what = "peak amplitude" if measure.kind == "amplitude" and not measure.order else f"peak {measure.symbol}"
-    words = f"{what}{' per force' if not measure.per_force else ''} in {unit.name}"
-    with house_style():
-        figure = Figure(figsize=(7.6, 3.4), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        for axes, values, label in (
-            (left, per_force, words),
-            (right, dataset["resonance"].values[:, :, 0], "its frequency in Hz"),
-        ):
-            axes.plot(levels, values[:, 0], ".-", color=LOWER, label="lower bound")
-            axes.plot(levels, values[:, 1], ".-", color=UPPER, label="upper bound")
-            axes.set(xlabel="force level", ylabel=label)
-            if levels.size > 1 and levels.max() > 8.0 * levels.min():
-                axes.set_xscale("log")
-        left.plot(levels, virgin, "--", color=GREY, label="virgin contacts")
-        left.fill_between(levels, per_force[:, 0], per_force[:, 1], color=UPPER, alpha=0.08, linewidth=0)
-        left.legend()
-        headed(figure, f"Range of the resonance: {dataset.attrs['title']}")
-    return figure
+    sizes = Axis(what, unit.name) if measure.per_force else Axis(f"{what} per force", f"{unit.name} per unit level")
+    force = force_axis(dataset, levels)
+    left: list[Layer] = [
+        band(levels, low, high, BETWEEN, "between the bounds"),
+        Line(levels, low, LOWER, "lower bound", {"frequency in Hz": hertz[0], "loss factor": loss[0]}),
+        Line(levels, high, UPPER, "upper bound", {"frequency in Hz": hertz[1], "loss factor": loss[1]}),
+        Line(levels, dataset["sampled_amplitude"].values[:, 0, 0] / divisor, STUCK, "virgin contacts"),
+    ]
+    right = [Line(levels, hertz[0], LOWER, "lower bound"), Line(levels, hertz[1], UPPER, "upper bound")]
+    panels = [Panel(force, sizes, left, "Peak", 2.8), Panel(force, HERTZ, right, "Its frequency", 2.8)]
+    return Chart(f"Range of the resonance: {dataset.attrs['title']}", panels, columns=2)
 
 
-def loss_factors(dataset: xr.Dataset) -> Figure:
+def loss_factors(dataset: xr.Dataset) -> Chart:
     """Loss factor along the lower (solid) and the upper bound (dash-dotted), one colour per force level."""
-    levels = dataset["force_level"].values
+    names = [force_text(dataset, case) for case in range(dataset.sizes["case"])]
     across = dataset["frequency"].values if dataset.attrs["objective"] != "peak" else dataset["resonance"].values
-    with house_style():
-        figure = Figure(figsize=(7.6, 3.8), layout="constrained")
-        axes = figure.subplots()
-        for case, colour in enumerate(level_colours(levels.size)):
-            for bound, style in ((0, "-"), (1, "-.")):
-                x = across if across.ndim == 1 else across[case, bound]
-                label = f"force {levels[case]:g}" if bound == 0 else None
-                axes.plot(x, dataset["loss_factor"].values[case, bound], style, marker=".", color=colour, label=label)
-        axes.set(xlabel="frequency in Hz", ylabel="loss factor")
-        beside(axes)
-        headed(figure, "Loss factor along the bounds: lower solid, upper dash-dotted")
-    return figure
+    layers = []
+    for case, name in enumerate(names):
+        for bound, words in enumerate(("lower", "upper")):
+            style = level(case, len(names), dash=("solid", "dashdot")[bound], marker="circle", size=3)
+            x = across if across.ndim == 1 else across[case, bound]
+            shown = bound == 0 and name in entries(names)
+            values = dataset["loss_factor"].values[case, bound]
+            layers.append(Line(x, values, style, name, {"": [f"{words} bound"] * values.size}, listed=shown))
+    title = "Loss factor along the bounds: lower solid, upper dash-dotted"
+    return Chart(title, [Panel(HERTZ, Axis("loss factor"), layers, height=3.0)])
 
 
-def start_states(dataset: xr.Dataset, case: int = 0) -> Figure:
-    """The start variables that make the bounds, against frequency."""
-    variables = dataset["start_variable"].values[case]
-    with house_style():
-        figure = Figure(figsize=(7.6, 4.4), layout="constrained")
-        for bound, axes in enumerate(figure.subplots(2, 1, sharex=True)):
-            image = axes.imshow(variables[bound].T, vmin=-1.0, vmax=1.0, cmap="RdBu", aspect="auto", interpolation="nearest")
-            axes.set_title(("lower", "upper")[bound] + " bound")
-            axes.set_ylabel("start variable")
-            axes.grid(visible=False)
-        hertz = dataset["frequency"].values
-        ticks = np.unique(np.linspace(0, hertz.size - 1, 7).round().astype(int))
-        axes.set_xticks(ticks, [f"{hertz[tick]:.4g}" for tick in ticks])
-        axes.set_xlabel("frequency in Hz")
-        figure.colorbar(image, ax=figure.axes, label="variable in [−1, 1]")
-    return figure
+def start_states(dataset: xr.Dataset, case: int = 0) -> Chart:
+    """The start variables that make the bounds, against frequency: blue −1, white 0, red 1."""
+    hertz, variables = dataset["frequency"].values, dataset["start_variable"].values[case]
+    rows = variables.shape[-1]
+    panels = []
+    for bound, word in enumerate(("lower", "upper")):
+        values = variables[bound].T
+        words = [
+            [f"start variable {k + 1}, {f:.2f} Hz: {value:.3g}" for f, value in zip(hertz, along, strict=True)]
+            for k, along in enumerate(values)
+        ]
+        cells = Cells(edges_between(hertz), _diverging(values), words)
+        axis = Axis("start variable", limits=(-0.5, rows - 0.5), upside_down=True)
+        panels.append(Panel(HERTZ, axis, [cells, *DIVERGING], f"{word} bound", 1.9))
+    return Chart(f"Start states of the bounds, {force_text(dataset, case)}", panels, shared_x=True)
+
+
+DIVERGING = (Key("−1", Style("contact 0")), Key("1", Style("contact 5")))
+"""The ends of start variables; zero is white."""
+
+
+def _diverging(values: np.ndarray) -> np.ndarray:
+    """Values from −1 to 1 as mixtures of two colours with white, (..., 3)."""
+    ends = np.array([rgb(colour(key.style.colour)) for key in DIVERGING])
+    towards = np.where(np.asarray(values)[..., None] < 0.0, ends[0], ends[1])
+    return np.asarray(1.0 + np.abs(values)[..., None] * (towards - 1.0))

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from stickslip.checks import Array, fault, nearest
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, quantity_named
-from stickslip.plots.case_lines import Line, case_lines
-from stickslip.plots.look import FAILED, GREY, beside, house_style, plain
+from stickslip.outcome import Outcome
+from stickslip.plots.case_lines import THIN, case_lines
+from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
+from stickslip.plots.look import CROSS, FREE, STUCK, Style, contact
 from stickslip.results.representative import is_cloud, levels_of
 from stickslip.results.view import (
+    Length,
+    along_curve,
     along_curve_as,
     failed_points,
     frequencies,
     highest_maximum,
     highest_peak,
     length_unit,
+    level_text,
     levels_in_newtons,
     measure_in,
     quantity_unit,
@@ -29,8 +33,9 @@ from stickslip.results.view import (
 if TYPE_CHECKING:
     import xarray as xr
 
-LINEAR_STYLES = {"free": (0, (1.2, 1.6)), "stuck": (0, (5, 2))}
-LINEAR_WORDS = {"free": "no contacts", "stuck": "contacts stuck"}
+LINEAR = {"free": ("no contacts", FREE), "stuck": ("contacts stuck", STUCK)}
+"""Words and line of the linear responses."""
+HERTZ = Axis("frequency", "Hz")
 
 
 def response_curves(
@@ -39,7 +44,7 @@ def response_curves(
     log: bool = True,
     per_force: bool = False,
     quantity: str | None = None,
-) -> Figure:
+) -> Chart:
     """Size of a response against Hz, one curve a force level; per_force divides by the level.
 
     Of start states every curve is a thin line, and the one whose peak is the median is drawn out.
@@ -48,47 +53,64 @@ def response_curves(
     result's peaks unless given. It is measured as these are: amplitude of the first harmonic, rms, or largest value in time.
 
     Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
-    stands above its neighbours. Points without convergence are crosses on the frequency axis.
+    stands above its neighbours. Crosses at the foot are points without convergence.
     """
     index, own = output_index(dataset, output), measure_in(dataset)
     derived, per_force = quantity_named(quantity or own.name, per_force)
-    measure = Measure(derived, own.kind)
-    with house_style():
-        figure = Figure(figsize=(7.6, 4.8), layout="constrained")
-        axes = figure.add_subplot()
-        lines, firsts = case_lines(dataset), [cases[0] for cases in levels_of(dataset)]
-        for case, line in enumerate(lines):
-            scale = _scale(dataset, case, per_force, derived)
-            if case in firsts:
-                _linear_curves(axes, dataset, case, index, scale, measure, line["color"] if not per_force else GREY)
-            _curve(axes, dataset, case, index, scale, measure, line)
-        _finish(axes, dataset, index, log, amplitude_label(dataset, per_force, measure))
-    return figure
+    measure, lines = Measure(derived, own.kind), case_lines(dataset)
+    scales = [_scale(dataset, case, per_force, derived) for case in range(len(lines))]
+    curves = [_curve(dataset, case, index, scales[case], measure, line) for case, line in enumerate(lines)]
+    firsts = [cases[0] for cases in levels_of(dataset)][: 1 if per_force else None]
+    linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()]
+    for case in firsts:
+        linear += _linear(dataset, case, index, scales[case], measure, "grey" if per_force else lines[case]["style"].colour)
+    axis = response_axis(dataset, per_force, measure)
+    axis = replace(axis, log=log and _has_heights(curves), limits=_limits(curves, log))
+    layers = [*linear, *curves, *_peaks(dataset, index, scales, measure, lines), *_failed(dataset, axis)]
+    title, name = str(dataset.attrs.get("title", "")), str(dataset.output.values[index])
+    hertz = replace(HERTZ, limits=_band(dataset))
+    return Chart(f"{title}: {name}" if title else name, [Panel(hertz, axis, layers, height=4.1)])
 
 
-def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Figure:
+def peaks_over_force(dataset: xr.Dataset, output: str | None = None) -> Chart:
     """The highest peak of every force level: amplitude per force and frequency, against the level."""
-    index, measure = output_index(dataset, output), measure_in(dataset)
-    peaks = [highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])]
-    found = [(float(dataset.force_level[case]), peak) for case, peak in enumerate(peaks) if peak is not None]
-    levels = np.array([level for level, _ in found])
-    scales = [_scale(dataset, case, True, measure.quantity) for case in range(len(peaks))]
-    per_force = np.array([scale * peak.amplitude for scale, peak in zip(scales, peaks, strict=True) if peak is not None])
-    with house_style():
-        figure = Figure(figsize=(7.6, 3.4), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        style: Line = {"color": "#2b6ca3", "marker": "o", "markersize": 5}
-        style |= {"linestyle": "", "alpha": 0.45} if is_cloud(dataset) else {}
-        left.plot(levels, per_force, **style)
-        right.plot(levels, [peak.frequency for _, peak in found], **style)
-        left.set(title=f"Highest peak, {plain(dataset.output.values[index])}", ylim=(0.0, None))
-        left.set_ylabel(amplitude_label(dataset, True, measure))
-        right.set(title="Its frequency", ylabel="frequency in Hz")
-        for axes in (left, right):
-            axes.set_xlabel("force level in N" if levels_in_newtons(dataset) else "force level")
-            if levels.size > 1 and levels.min() > 0.0 and levels.max() > 8.0 * levels.min():
-                axes.set_xscale("log")
-    return figure
+    return compared_peaks({"highest peak": dataset}, str(dataset.output.values[output_index(dataset, output)]))
+
+
+def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
+    """The same of several results by name, of those whose peaks are of one quantity and that have the output."""
+    first = next(iter(datasets.values()))
+    measure, unit = measure_in(first), length_unit(*datasets.values())
+    alike = {
+        label: dataset
+        for label, dataset in datasets.items()
+        if measure_in(dataset) == measure and output in dataset.output.values
+    }
+    force = force_axis(first, np.concatenate([dataset.force_level.values for dataset in datasets.values()]))
+    sizes, hertz = [], []
+    for k, (label, dataset) in enumerate(alike.items()):
+        index = output_index(dataset, output)
+        peaks = {case: highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])}
+        found = [(case, peak) for case, peak in peaks.items() if peak is not None]
+        style = replace(contact(k) if len(datasets) > 1 else Style("stick"), marker="circle", size=5.0)
+        style = replace(style, dash="none", opacity=0.45) if is_cloud(dataset) else style
+        levels, frequencies = dataset.force_level.values[[case for case, _ in found]], [peak.frequency for _, peak in found]
+        per_force = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in found]
+        names = {"case": [level_text(dataset, case) for case, _ in found]} if is_cloud(dataset) else {}
+        sizes.append(Line(levels, per_force, style, label, {"frequency in Hz": frequencies, **names}))
+        hertz.append(Line(levels, frequencies, style, label, names))
+    left = Panel(force, from_zero(response_axis(first, True, measure, unit)), sizes, "Highest peak", 2.8)
+    return Chart(
+        f"Highest peak of each force level: {output}",
+        [left, Panel(force, HERTZ, hertz, "Its frequency", 2.8)],
+        columns=2,
+        legend=len(alike) > 1,
+    )
+
+
+def force_axis(dataset: xr.Dataset, levels: Array) -> Axis:
+    """Force levels, on a logarithmic axis where they span much."""
+    return Axis("force level", "N" if levels_in_newtons(dataset) else "", log=spans(levels, 8.0))
 
 
 def output_index(dataset: xr.Dataset, output: str | None) -> int:
@@ -99,15 +121,15 @@ def output_index(dataset: xr.Dataset, output: str | None) -> int:
     return 0 if output is None else names.index(output)
 
 
-def amplitude_label(dataset: xr.Dataset, per_force: bool, measure: Measure = DISPLACEMENT_AMPLITUDE) -> str:
-    """What the amplitude axis says."""
-    unit = quantity_unit(length_unit(dataset), measure.quantity).name
+def response_axis(
+    dataset: xr.Dataset, per_force: bool, measure: Measure = DISPLACEMENT_AMPLITUDE, length: Length | None = None
+) -> Axis:
+    """The axis of sizes of a response; length: the unit of displacements, that of the result unless given."""
+    unit = quantity_unit(length or length_unit(dataset), measure.quantity).name
     if not per_force:
-        return f"{words_on_axis(measure)} in {unit}"
-    per = "/N" if levels_in_newtons(dataset) else " per unit level"
-    if measure.kind == "amplitude":
-        return f"amplitude per force {measure.symbol}/F in {unit}{per}"
-    return f"{measure.symbol} per force in {unit}{per}"
+        return Axis(words_on_axis(measure), unit)
+    unit += "/N" if levels_in_newtons(dataset) else " per unit level"
+    return Axis(f"amplitude per force {measure.symbol}/F" if measure.kind == "amplitude" else f"{measure.symbol} per force", unit)
 
 
 def words_on_axis(measure: Measure) -> str:
@@ -121,66 +143,71 @@ def size_label(dataset: xr.Dataset) -> str:
     return words_on_axis(measure) + ("/F" if measure.per_force else "")
 
 
-def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity) -> float:
+def phase(dataset: xr.Dataset, case: int, output: int, order: int = 0) -> Array:
+    """Phase of the first harmonic of a time derivative against cos ωt at `points`, degrees above −180 and up to 180."""
+    parts = along_curve(dataset, "response", case)[:, output, 1]
+    degrees = np.degrees(np.angle((parts[:, 0] + 1j * parts[:, 1]) * 1j**order))
+    return np.asarray(np.where(degrees <= -180.0, 180.0, degrees))
+
+
+def _scale(dataset: xr.Dataset, case: int, per_force: bool, quantity: Quantity, length: Length | None = None) -> float:
     """Factor from SI to what is drawn."""
     level = abs(float(dataset.force_level[case])) or np.nan
-    return 1.0 / quantity_unit(length_unit(dataset), quantity).metres / (level if per_force else 1.0)
+    return 1.0 / quantity_unit(length or length_unit(dataset), quantity).metres / (level if per_force else 1.0)
 
 
-def _curve(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: Line) -> None:
-    amplitude = along_curve_as(dataset, measure, case, output)
-    few = np.count_nonzero(np.isfinite(amplitude)) < 3
-    axes.plot(frequencies(dataset, case), scale * amplitude, ".-" if few else "-", **line)
-    peak = highest_maximum(dataset, case, output, measure)
-    if peak is not None:
-        edge = {"markersize": 2.5} if "alpha" in line else {"markersize": 5, "markeredgecolor": "white"}
-        axes.plot(peak[0], scale * peak[1], "o", color=line["color"], zorder=4, **edge)
-    failed = dataset.frequency.values[case, failed_points(dataset, case)]
-    foot = axes.get_xaxis_transform()
-    axes.plot(failed, np.full(failed.size, 0.015), "x", color=FAILED, markersize=5, transform=foot, clip_on=False, zorder=5)
+def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, line: dict[str, Any]) -> Line:
+    size = scale * along_curve_as(dataset, measure, case, output)
+    few = {"marker": "circle", "size": 3.0} if np.count_nonzero(np.isfinite(size)) < 12 else {}
+    hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
+    hover |= {"dissipated per cycle in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
+    return Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
 
 
-def _linear_curves(axes: Axes, dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, colour: str) -> None:
+def _peaks(
+    dataset: xr.Dataset, output: int, scales: list[float], measure: Measure, lines: list[dict[str, Any]]
+) -> Iterator[Layer]:
+    for case, line in enumerate(lines):
+        peak = highest_maximum(dataset, case, output, measure)
+        if peak is not None:
+            style = replace(line["style"], dash="none", marker="circle", size=2.5 if line["style"].width == THIN else 5.0)
+            yield Line([peak[0]], [scales[case] * peak[1]], style, line["label"], {"": ["highest peak"]}, listed=False)
+
+
+def _failed(dataset: xr.Dataset, axis: Axis) -> Iterator[Layer]:
+    """Points that did not converge, at the foot of the panel, each with its cause."""
+    found = [(case, point) for case in range(dataset.sizes["case"]) for point in failed_points(dataset, case)]
+    if found:
+        low, high = axis.limits if axis.limits[0] is not None else (0.0, 1.0)
+        foot = low * (high / low) ** 0.015 if axis.log and low and high else 0.015 * (high or 1.0)
+        frequency = [float(dataset.frequency.values[place]) for place in found]
+        causes = [Outcome(int(dataset.outcome.values[place])).name.lower().replace("_", " ") for place in found]
+        yield Line(frequency, [foot] * len(found), CROSS, "not converged", {"cause": causes})
+
+
+def _linear(dataset: xr.Dataset, case: int, output: int, scale: float, measure: Measure, colour: str) -> Iterator[Line]:
     omegas = 2.0 * np.pi * dataset.linear_frequency.values
-    for which, style in LINEAR_STYLES.items():
+    for which, (words, style) in LINEAR.items():
         values: Array = dataset[f"{which}_amplitude"].values[case, :, output]
-        axes.plot(
-            dataset.linear_frequency.values,
-            scale * measure.of_harmonic(values, omegas),
-            color=colour,
-            linestyle=style,
-            linewidth=0.9,
-            alpha=0.55,
-        )
+        size = scale * measure.of_harmonic(values, omegas)
+        style = replace(style, colour=colour, opacity=0.6)
+        yield Line(dataset.linear_frequency.values, size, style, words, listed=False)
 
 
-def _finish(axes: Axes, dataset: xr.Dataset, output: int, log: bool, label: str) -> None:
-    title, name = plain(dataset.attrs.get("title", "")), plain(dataset.output.values[output])
-    axes.set_title(f"{title}: {name}" if title else name)
-    axes.set(xlabel="frequency in Hz", ylabel=label)
-    _limits(axes, dataset, log)
-    handles, _ = axes.get_legend_handles_labels()
-    for which, style in LINEAR_STYLES.items():
-        handles.append(Line2D([], [], color=GREY, linestyle=style, linewidth=1.1, label=LINEAR_WORDS[which]))
-    if np.any(np.isin(dataset.outcome.values, (0, 1), invert=True)):
-        handles.append(Line2D([], [], color=FAILED, marker="x", linestyle="", markersize=5, label="not converged"))
-    beside(axes, handles)
-
-
-def _limits(axes: Axes, dataset: xr.Dataset, log: bool) -> None:
-    """The band that was computed; from zero on a linear axis, from a little below the lowest curve on a logarithmic one."""
+def _band(dataset: xr.Dataset) -> tuple[float | None, float | None]:
+    """The band that was computed."""
     computed = dataset.frequency.values[dataset.outcome.values != 0]
-    if computed.size and computed.min() < computed.max():
-        axes.set_xlim(float(computed.min()), float(computed.max()))
-    heights = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in _curve_lines(axes)])
+    return (float(computed.min()), float(computed.max())) if computed.size else (None, None)
+
+
+def _has_heights(curves: list[Line]) -> bool:
+    return _limits(curves, log=True)[0] is not None
+
+
+def _limits(curves: list[Line], log: bool) -> tuple[float | None, float | None]:
+    """From zero on a linear axis, from a little below the lowest curve on a logarithmic one; linear curves may go out of it."""
+    heights = np.concatenate([np.asarray(curve.y, dtype=float) for curve in curves])
     heights = heights[np.isfinite(heights) & (heights > 0.0)]
-    if log and heights.size:
-        axes.set_yscale("log")
-        axes.set_ylim(0.7 * float(heights.min()), 1.6 * float(heights.max()))
-    elif heights.size:
-        axes.set_ylim(0.0, 1.06 * float(heights.max()))
-
-
-def _curve_lines(axes: Axes) -> list[Line2D]:
-    """The curves of the force levels: the linear ones may go out of the picture."""
-    return [line for line in axes.lines if not str(line.get_label()).startswith("_")] or list(axes.lines)
+    if not heights.size:
+        return (None, None)
+    return (0.7 * float(heights.min()), 1.6 * float(heights.max())) if log else (0.0, 1.06 * float(heights.max()))

@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stickslip.checks import Index, fault
-from stickslip.plots.bound_cycles import panels
+from stickslip.plots.bound_cycles import MOST_ROWS, PERIOD
+from stickslip.plots.chart import Axis, Chart, Line, Panel
 from stickslip.plots.cycles import run_cycles
-from stickslip.plots.look import house_style, legend, level_colours, plain
+from stickslip.plots.look import entries
+from stickslip.plots.look import level as level_style
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_ROWS = 8
 
-
-def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bool = False) -> Figure:
+def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bool = False) -> Chart:
     """Contact forces over a cycle at the largest point of every run at a level: of the rows that change most.
 
     level: the one repeated level at which the mean forces change most, unless given; summed: over the points of a surface.
@@ -27,18 +26,24 @@ def before_and_after(dataset: xr.Dataset, level: float | None = None, summed: bo
     found = run_cycles(dataset, runs, summed)
     change = np.ptp(found.force.mean(axis=-1), axis=0)
     rows = sorted(np.argsort(-change, kind="stable")[:MOST_ROWS].tolist())
-    with house_style():
-        figure = panels(len(rows), "share of the period", "contact force in N")
-        for axes, row in zip(figure.axes, rows, strict=False):
-            for k, (run, colour) in enumerate(zip(runs, level_colours(runs.size), strict=True)):
-                hertz = float(dataset["largest_frequency"].values[run, 0])
-                axes.plot(found.phase, found.force[k, row], color=colour, label=f"run {run + 1}, {hertz:.1f} Hz")
-            axes.set_title(plain(found.rows[row]), fontsize=9)
-        legend(figure.axes[0], fontsize=7)
-        level = float(dataset["force_level"].values[runs[0]])
-        title = f"One force, {level:g}, before and after others: {dataset.attrs['title']}"
-        figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
-    return figure
+    hertz = dataset["largest_frequency"].values[runs, 0]
+    names = [f"run {run + 1}, {at:.1f} Hz" for run, at in zip(runs, hertz, strict=True)]
+    listed = entries(names)
+    panels = [
+        Panel(
+            PERIOD,
+            Axis("contact force", "N"),
+            [
+                Line(found.phase, found.force[k, row], level_style(k, runs.size), name, listed=name in listed)
+                for k, name in enumerate(names)
+            ],
+            found.rows[row],
+            1.7,
+        )
+        for row in rows
+    ]
+    level = float(dataset["force_level"].values[runs[0]])
+    return Chart(f"One force, {level:g}, before and after others: {dataset.attrs['title']}", panels, columns=2)
 
 
 def repeated_runs(dataset: xr.Dataset, level: float | None = None) -> Index:

@@ -5,40 +5,41 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
-from stickslip.plots.look import CONTACTS, GREY, headed, house_style, shown_levels
-from stickslip.plots.response_curves import words_on_axis
+from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero
+from stickslip.plots.look import EMPHASIS, LOWER, SAMPLE, UPPER, shown_levels
+from stickslip.plots.response_curves import HERTZ, phase, words_on_axis
 from stickslip.results.view import along_curve_as, frequencies, measure_in, peak_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Figure:
+def response_cloud(dataset: xr.Dataset, bounds: xr.Dataset | None = None, output: int = 0) -> Chart:
     """Every curve, a panel per force level, the first (virgin unless a law was given) drawn out; bounds: of the same levels."""
     measure, unit = measure_in(dataset), peak_unit(dataset)
     levels, note = shown_levels(np.unique(dataset["force_level"].values))
-    with house_style():
-        figure = Figure(figsize=(7.6, 0.8 + 2.4 * levels.size), layout="constrained")
-        for level, axes in zip(levels, figure.subplots(levels.size, 1, squeeze=False, sharex=True).ravel(), strict=True):
-            cases = np.flatnonzero(dataset["force_level"].values == level)
-            for case in cases[::-1]:
-                first = case == cases[0]
-                style = {"color": "black", "linewidth": 1.4} if first else {"color": GREY, "linewidth": 0.6, "alpha": 0.7}
-                axes.plot(frequencies(dataset, case), along_curve_as(dataset, measure, case, output) / unit.metres, **style)
-            if bounds is not None:
-                _bounds(axes, bounds, float(level), unit.metres)
-            axes.set(title=f"force {level:g}, {cases.size} start states", ylabel=f"{words_on_axis(measure)} in {unit.name}")
-            axes.set_ylim(bottom=0.0)
-        axes.set_xlabel("frequency in Hz")
-        headed(figure, f"Responses of one problem: {dataset.attrs['title']}", note)
-    return figure
+    sizes, panels = from_zero(Axis(words_on_axis(measure), unit.name)), []
+    for level in levels:
+        cases = np.flatnonzero(dataset["force_level"].values == level)
+        layers: list[Layer] = []
+        for case in cases[::-1].tolist():
+            style, label = (EMPHASIS, "first start state") if case == cases[0] else (SAMPLE, "further start states")
+            size = along_curve_as(dataset, measure, case, output) / unit.metres
+            start = [int(dataset["start"][case]) + 1 if "start" in dataset.coords else case + 1] * size.size
+            hover: dict[str, ArrayLike] = {"phase in °": phase(dataset, case, output, measure.order), "start state": start}
+            layers.append(Line(frequencies(dataset, case), size, style, label, hover))
+        if bounds is not None:
+            layers += _bounds(bounds, float(level), unit.metres)
+        panels.append(Panel(HERTZ, sizes, layers, f"force {level:g}, {cases.size} start states"))
+    return Chart(f"Responses of one problem: {dataset.attrs['title']}", panels, note=note, shared_x=True)
 
 
-def _bounds(axes: object, bounds: xr.Dataset, level: float, unit: float) -> None:
+def _bounds(bounds: xr.Dataset, level: float, unit: float) -> list[Layer]:
     scale = measure_in(bounds).per(level) / unit
-    for case in np.flatnonzero(np.isclose(bounds["force_level"].values, level)):
-        for bound, colour in ((0, CONTACTS[0]), (1, CONTACTS[5])):
-            x = bounds["resonance"].values[case, bound]
-            axes.plot(x, scale * bounds["amplitude"].values[case, bound], ".-", color=colour)  # type: ignore[attr-defined]
+    return [
+        Line(bounds["resonance"].values[case, k], scale * bounds["amplitude"].values[case, k], style, words)
+        for case in np.flatnonzero(np.isclose(bounds["force_level"].values, level))
+        for k, (style, words) in enumerate(((LOWER, "lower bound"), (UPPER, "upper bound")))
+    ]

@@ -5,37 +5,35 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
-from stickslip.plots.look import CONTACTS, GREY, house_style, plain
+from stickslip.plots.chart import Axis, Bars, Chart, Layer, Panel, Rule
+from stickslip.plots.look import Style, contact, spoken
 from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def tornado(dataset: xr.Dataset) -> Figure:
+def tornado(dataset: xr.Dataset) -> Chart:
     """A panel for amplitude and one for frequency: bars to the low and to the high end in per cent, one below the
-    other, since both may lie on the same side; total indices beside them."""
+    other, since both may lie on the same side; total indices beside the names."""
     measure = measure_in(dataset)
     peak = "peak amplitude" if measure == DISPLACEMENT_AMPLITUDE else f"peak {measure.symbol}"
-    titles = (peak, "peak frequency")
-    names = [plain(str(name)) for name in dataset["parameter"].values]
-    with house_style():
-        figure = Figure(figsize=(7.6, 1.4 + 0.5 * len(names)), layout="constrained")
-        for q, axes in enumerate(figure.subplots(1, 2)):
-            middle = float(dataset["middle"].values[q])
-            ends = [100.0 * (dataset[key].values[:, q] / middle - 1.0) for key in ("low_end", "high_end")]
-            order = np.argsort(np.max(np.abs(ends), axis=0))
-            for place, k in enumerate(order):
-                for values, colour, beside in zip(ends, (CONTACTS[0], CONTACTS[1]), (0.16, -0.16), strict=True):
-                    axes.barh(place + beside, values[k], color=colour, height=0.32)
-                total = float(dataset["total"].values[k, q])
-                axes.text(1.01, place, f"{total:.2f}", transform=axes.get_yaxis_transform(), va="center", fontsize=8.5)
-            axes.axvline(0.0, color=GREY, linewidth=0.8)
-            axes.set_yticks(range(len(names)), [names[k] for k in order])
-            axes.set(title=titles[q], xlabel="change in %; right: total index")
-        handles = [figure.axes[0].patches[0], figure.axes[0].patches[1]]
-        figure.legend(handles, ["low end", "high end"], loc="outside upper right", ncols=2)
-    return figure
+    panels = [_panel(dataset, q, words) for q, words in enumerate((peak, "peak frequency"))]
+    return Chart("Effect of each parameter, with its total index", panels, columns=2)
+
+
+def _panel(dataset: xr.Dataset, q: int, words: str) -> Panel:
+    middle, total = float(dataset["middle"].values[q]), dataset["total"].values[:, q]
+    ends = [100.0 * (dataset[key].values[:, q] / middle - 1.0) for key in ("low_end", "high_end")]
+    order = np.argsort(np.max(np.abs(ends), axis=0))
+    names = [f"{spoken(str(dataset['parameter'].values[k]))}, {total[k]:.2f}" for k in order]
+    places = np.arange(len(names), dtype=float)
+    layers: list[Layer] = [
+        Bars(places + beside, values[order], contact(k), label, width=0.32, horizontal=True, hover={"total index": total[order]})
+        for k, (values, label, beside) in enumerate(zip(ends, ("low end", "high end"), (0.16, -0.16), strict=True))
+    ]
+    layers.append(Rule(0.0, Style("grey", width=0.8)))
+    axis = Axis("", names={float(place): name for place, name in enumerate(names)})
+    return Panel(Axis(f"change of the {words}", "%"), axis, layers, words.capitalize(), 0.6 + 0.4 * len(names))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from stickslip.plots.case_lines import case_lines
-from stickslip.plots.look import MOST_PANELS, headed, house_style, legend, plain
+from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel
+from stickslip.plots.look import MOST_PANELS
+from stickslip.plots.response_curves import HERTZ
 from stickslip.results.view import along_curve, frequencies
 
 if TYPE_CHECKING:
@@ -17,25 +19,24 @@ if TYPE_CHECKING:
 MPa = 1e6
 
 
-def stress_curves(dataset: xr.Dataset) -> Figure:
+def stress_curves(dataset: xr.Dataset) -> Chart:
     """Largest von Mises stress over the period against Hz at each place; dots mark the largest of each curve."""
     names = [str(place) for place in dataset["place"].values]
     places = most_stressed(dataset)
     note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""
-    with house_style():
-        figure = Figure(figsize=(7.6, 0.9 + 2.3 * len(places)), layout="constrained")
-        for k, axes in zip(places, figure.subplots(len(places), 1, squeeze=False, sharex=True).ravel(), strict=True):
-            for case, line in enumerate(case_lines(dataset)):
-                hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, k] / MPa
-                axes.plot(hertz, stress, **line)
-                if np.any(np.isfinite(stress)):
-                    top = int(np.nanargmax(stress))
-                    axes.plot(hertz[top], stress[top], "o", color=line["color"], markersize=4)
-            axes.set(title=plain(names[k]), ylabel="von Mises stress in MPa", yscale="log")
-        axes.set_xlabel("frequency in Hz")
-        legend(figure.axes[0], loc="best", ncols=2)
-        headed(figure, f"Stress: {dataset.attrs['title']}", note)
-    return figure
+    panels = [Panel(HERTZ, Axis("von Mises stress", "MPa", log=True), _at(dataset, k), names[k], 2.3) for k in places]
+    return Chart(f"Stress: {dataset.attrs['title']}", panels, note=note, shared_x=True)
+
+
+def _at(dataset: xr.Dataset, place: int) -> list[Layer]:
+    layers: list[Layer] = []
+    for case, line in enumerate(case_lines(dataset)):
+        hertz, stress = frequencies(dataset, case), along_curve(dataset, "stress_von_mises", case)[:, place] / MPa
+        layers.append(Line(hertz, stress, **line))
+        if np.any(np.isfinite(stress)):
+            top, dot = int(np.nanargmax(stress)), replace(line["style"], dash="none", marker="circle")
+            layers.append(Line(hertz[[top]], stress[[top]], dot, line["label"], {"": ["largest"]}, listed=False))
+    return layers
 
 
 def most_stressed(dataset: xr.Dataset) -> list[int]:

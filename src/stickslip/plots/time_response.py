@@ -5,33 +5,26 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from stickslip.plots.look import CONTACTS, house_style, level_colours, plain
+from stickslip.plots.chart import Axis, Chart, Line, Panel, closed
+from stickslip.plots.look import contact, level
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_LOOPS = 7
 """Contact directions whose loops are drawn: those of the largest area, then of the largest motion."""
+HEIGHT = 2.9
 
 
-def last_period(dataset: xr.Dataset) -> Figure:
+def last_period(dataset: xr.Dataset) -> Chart:
     """Displacement of the outputs against time, and contact force against displacement."""
     rows = widest_loops(dataset)
-    with house_style():
-        figure = Figure(figsize=(9.0 if rows else 5.0, 3.6), layout="constrained")
-        panels = figure.subplots(1, 2 if rows else 1, squeeze=False)[0]
-        _outputs(panels[0], dataset)
-        if rows:
-            _loops(panels[1], dataset, rows)
-        frequency, level = dataset.attrs["frequency"], dataset.attrs["force_level"]
-        where = f"{frequency:.5g} Hz, force level {level:g}"
-        title = f"{dataset.attrs['title']} at {where}: last of {int(dataset['periods'])} periods"
-        title += "" if dataset.attrs["outcome"] == "periodic" else f", {dataset.attrs['outcome'].replace('_', ' ')}"
-        figure.suptitle(plain(title), x=0.01, ha="left", fontweight="bold", fontsize=10.5)
-    return figure
+    panels = [_outputs(dataset), *([_loops(dataset, rows)] if rows else [])]
+    where = f"{dataset.attrs['frequency']:.5g} Hz, force level {dataset.attrs['force_level']:g}"
+    title = f"{dataset.attrs['title']} at {where}: last of {int(dataset['periods'])} periods"
+    title += "" if dataset.attrs["outcome"] == "periodic" else f", {dataset.attrs['outcome'].replace('_', ' ')}"
+    return Chart(title, panels, columns=len(panels))
 
 
 def widest_loops(dataset: xr.Dataset) -> list[tuple[int, int]]:
@@ -43,18 +36,18 @@ def widest_loops(dataset: xr.Dataset) -> list[tuple[int, int]]:
     return sorted(place for place in ranked[:MOST_LOOPS] if size[place] > 0.0)
 
 
-def _outputs(axes: Axes, dataset: xr.Dataset) -> None:
-    names = dataset["output"].values
-    for k, (name, colour) in enumerate(zip(names, level_colours(len(names)), strict=True)):
-        axes.plot(1e3 * dataset["time"].values, 1e6 * dataset["displacement"].values[k], color=colour, label=plain(name))
-    axes.set(xlabel="time in ms", ylabel="displacement in µm", title="Outputs")
-    axes.legend()
+def _outputs(dataset: xr.Dataset) -> Panel:
+    names, milliseconds = [str(name) for name in dataset["output"].values], 1e3 * dataset["time"].values
+    lines = [
+        Line(milliseconds, 1e6 * dataset["displacement"].values[k], level(k, len(names)), name) for k, name in enumerate(names)
+    ]
+    return Panel(Axis("time", "ms"), Axis("displacement", "µm"), lines, "Outputs", HEIGHT)
 
 
-def _loops(axes: Axes, dataset: xr.Dataset, rows: list[tuple[int, int]]) -> None:
-    for (contact, direction), colour in zip(rows, CONTACTS, strict=False):
-        motion, force = (dataset[f"{name}_history"].values[contact, direction] for name in ("motion", "force"))
-        label = f"{dataset['contact'].values[contact]}, {dataset['direction'].values[direction]}"
-        axes.plot(1e6 * np.append(motion, motion[0]), np.append(force, force[0]), color=colour, label=plain(label))
-    axes.set(xlabel="contact displacement in µm", ylabel="contact force in N", title="Contacts")
-    axes.legend()
+def _loops(dataset: xr.Dataset, rows: list[tuple[int, int]]) -> Panel:
+    lines = []
+    for k, (at, direction) in enumerate(rows):
+        motion, force = (dataset[f"{name}_history"].values[at, direction] for name in ("motion", "force"))
+        label = f"{dataset['contact'].values[at]}, {dataset['direction'].values[direction]}"
+        lines.append(Line(1e6 * closed(motion), closed(force), contact(k), label))
+    return Panel(Axis("contact displacement", "µm"), Axis("contact force", "N"), lines, "Contacts", HEIGHT)

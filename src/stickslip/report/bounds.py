@@ -10,9 +10,9 @@ import numpy as np
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.plots.response_bounds import bound_unit, response_bounds
+from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number, percent
-from stickslip.report.pictures import picture
 from stickslip.results.view import measure_in
 
 if TYPE_CHECKING:
@@ -26,10 +26,10 @@ NOTE = (
 )
 
 
-def bounds(datasets: Mapping[str, xr.Dataset]) -> str:
+def bounds(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Figure and table of every result that has bounds."""
     found = {label: detached(dataset) for label, dataset in datasets.items() if has_bounds(dataset)}
-    return section("bounds", "Bounds", NOTE, *(_part(k, *item, len(found) > 1) for k, item in enumerate(found.items())))
+    return section("bounds", "Bounds", NOTE, *(_part(charts, k, *item, len(found) > 1) for k, item in enumerate(found.items())))
 
 
 def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
@@ -50,14 +50,16 @@ def bounds_table(bounds: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _part(place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
+def _part(charts: Charts, place: int, label: str, dataset: xr.Dataset, several: bool) -> str:
     unit, measure = bound_unit(dataset), measure_in(dataset)
     ends = (f"lower bound in {unit.name}", f"upper bound in {unit.name}")
     heads = ["force", "frequency in Hz", *ends, "loss factor, lower", "loss factor, upper", "start states without solution"]
     name, of = f"{label}: " if several else "", "amplitude" if measure == DISPLACEMENT_AMPLITUDE else measure.words
     caption = f"{name}bounds of the {of}, by {str(dataset.attrs['objective']).replace('_', ' ')}"
     rows = _rows(dataset, unit.metres)
-    return picture(response_bounds(dataset), "Bounds of the response") + table(f"bounds-{place}", caption, heads, rows)
+    return charts.drawn(f"chart-bounds-{place}", response_bounds(dataset), "Bounds of the response") + table(
+        f"bounds-{place}", caption, heads, rows
+    )
 
 
 def _rows(dataset: xr.Dataset, unit: float) -> Iterator[str]:

@@ -13,7 +13,16 @@ import numpy as np
 
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.report.numbers import hertz, number, percent
-from stickslip.results.view import Peak, highest_peak, level_text, levels_in_newtons, linear_peak, measure_in, peak_unit
+from stickslip.results.view import (
+    Peak,
+    highest_peak,
+    level_text,
+    levels_in_newtons,
+    linear_peak,
+    measure_in,
+    peak_unit,
+    size_text,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +33,23 @@ _ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 def headline(dataset: xr.Dataset, output: int = 0) -> str:
     """One or two sentences over all force levels."""
     return _unbroken(_headline(dataset, output))
+
+
+def bounds_headline(bounds: xr.Dataset) -> str:
+    """Both bounds over all start states, at the force level and frequency where they are furthest apart."""
+    low, high = bounds["amplitude"].values[:, 0], bounds["amplitude"].values[:, 1]
+    if not np.isfinite(high / low).any():
+        return "No bounds of the response were found."
+    case, k = np.unravel_index(int(np.nanargmax(high / low)), low.shape)
+    ends = [size_text(float(values[case, k]), bounds["amplitude"].attrs["units"]) for values in (low, high)]
+    what = "peak" if bounds.attrs["objective"] == "peak" else "response"
+    at = bounds["resonance"].values[case, :, k]
+    where = f"{hertz(at[0])} and {hertz(at[1])} Hz" if what == "peak" else f"{hertz(float(bounds['frequency'].values[k]))} Hz"
+    apart = f"{percent(float(high[case, k] / low[case, k]) - 1.0)} apart"
+    return _unbroken(
+        f"Over all start states of the contacts the {what} of {level_text(bounds, int(case))} lies between {ends[0]} and "
+        f"{ends[1]}, at {where}: {apart}, the widest range found."
+    )
 
 
 def level_sentence(dataset: xr.Dataset, case: int, output: int = 0) -> str:
@@ -84,9 +110,9 @@ def _size_of(dataset: xr.Dataset) -> str:
     return measure.quantity.name if measure.kind == "amplitude" else measure.symbol
 
 
-def reference(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
-    """Resonance of the "free" or "stuck" structure in the band: natural frequency, Hz, and size of the linear curve."""
-    found = linear_peak(dataset, which, case, output)
+def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int = 0) -> tuple[float, float] | None:
+    """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
+    found = linear_peak(dataset, which, case, peak.frequency, output)
     if found is None:
         return None
     natural = dataset[f"natural_frequency_{which}"].values
@@ -108,7 +134,7 @@ def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, i
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
     for which in ("stuck", "free"):
-        linear = reference(dataset, which, case, output)
+        linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"
@@ -120,7 +146,7 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
 def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
     for which in ("stuck", "free"):
-        linear = reference(dataset, which, case, output)
+        linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             ratio = peak.amplitude / linear[1]
             words.append(f"{percent(abs(1.0 - ratio))} {'lower' if ratio <= 1.0 else 'higher'} than {_ABSENT[which]}")
@@ -128,7 +154,7 @@ def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
 
 
 def _which_resonance(dataset: xr.Dataset, which: str) -> str:
-    """Of several resonances in the band the highest peak is meant."""
+    """Of several resonances in the band that of the same mode is meant."""
     natural, band = dataset[f"natural_frequency_{which}"].values, dataset.linear_frequency.values
     several = np.count_nonzero((natural >= band.min()) & (natural <= band.max())) > 1
-    return "highest resonance in the band" if several else "resonance"
+    return "resonance of this mode" if several else "resonance"

@@ -48,12 +48,9 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
 
 def figures(dataset: xr.Dataset) -> Figures:
     """Loops and fit; with several cycles their parameters, with several laws their errors."""
-    found: dict[str, object] = {"loops": loops_and_fit}
-    if dataset.sizes["cycle"] > 1:
-        found["cycles"] = over_cycles
-    if dataset.sizes["law"] > 1:
-        found["laws"] = held_out
-    return found  # type: ignore[return-value]
+    cycles: Figures = {"cycles": over_cycles} if dataset.sizes["cycle"] > 1 else {}
+    laws: Figures = {"laws": held_out} if dataset.sizes["law"] > 1 else {}
+    return {"loops": loops_and_fit, **cycles, **laws}
 
 
 PRESENTATION = Presentation("Law of a contact", sentences, failures, figures, tables)

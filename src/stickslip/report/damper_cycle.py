@@ -29,9 +29,9 @@ FAILED = ("not_steady", "not_converged", "jammed")
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What came out."""
-    energy, rotation = float(_microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
+    energy, rotation = float(microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
     rotation = 0.0 if rotation < STILL else rotation
-    lines = [str(dataset.attrs["message"]), f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak"]
+    lines = [f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak", str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
         stick, slip, open_ = dataset.share.sel(contact=contact).values
         lines.append(f"{contact}: stick {stick:.1%}, slip {slip:.1%}, open {open_:.1%} of the cycle")
@@ -54,8 +54,8 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     return {"contacts": _contacts(dataset), "harmonics": _harmonics(dataset), "cycle": _cycle(dataset)}
 
 
-def _microjoules(dataset: xr.Dataset, energy: Array) -> Array:
-    """Energies [J] in µJ; 0 for what is rounding of force times motion."""
+def microjoules(dataset: xr.Dataset, energy: Array) -> Array:
+    """Energies [J], one of each cycle where there are several, in µJ; 0 for what is rounding of force times motion."""
     moved = float(np.ptp(dataset.platform_motion.values, axis=dataset.platform_motion.get_axis_num("sample")).max())
     largest = float(np.abs(dataset.force_on_right.values).max()) * moved
     return np.where(np.abs(energy) < ROUNDING * largest, 0.0, 1e6 * energy)
@@ -66,7 +66,7 @@ def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "contact": [str(name) for name in dataset.contact.values],
-            "energy [µJ]": _microjoules(dataset, dataset.friction_work.values),
+            "energy [µJ]": microjoules(dataset, dataset.friction_work.values),
             **shares,
             "largest N [N]": dataset.normal_force.max("sample").values,
             "smallest N [N]": dataset.normal_force.min("sample").values,

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
 from stickslip.checks import counted
 from stickslip.plots.damper_cycles import cycle_names, damper_cycles
+from stickslip.report.damper_cycle import microjoules
 from stickslip.report.presentation import Presentation
 
 if TYPE_CHECKING:
@@ -24,7 +26,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if "starts" in dataset:
         total = int(dataset.starts.sum()) + int(dataset.attrs["failed"])
         lines.append(f"{counted(dataset.sizes['cycle'], 'steady cycle')} from {counted(total, 'initial state')}")
-    energies, rotations = 1e6 * dataset.loop_energy.values, 1e3 * dataset.rotation.values
+    energies, rotations = microjoules(dataset, dataset.loop_energy.values), 1e3 * dataset.rotation.values
+    if "starts" not in dataset:
+        jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
+        words = f"; {jammed} of them jammed" if jammed else ""
+        lines.append(f"{counted(energies.size, 'cycle')} of {energies.min():.4g} to {energies.max():.4g} µJ{words}")
     for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
         lines.append(f"{name}: {energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad, {str(outcome).replace('_', ' ')}")
     return lines
@@ -53,9 +59,9 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         {
             "cycle": dataset.cycle.values,
             "starts" if "starts" in dataset else "friction": cycle_names(dataset),
-            "energy [µJ]": 1e6 * dataset.loop_energy.values,
-            "friction work [µJ]": 1e6 * dataset.friction_work.sum("contact").values,
-            "stored [µJ]": 1e6 * dataset.stored_energy.values,
+            "energy [µJ]": microjoules(dataset, dataset.loop_energy.values),
+            "friction work [µJ]": microjoules(dataset, dataset.friction_work.sum("contact").values),
+            "stored [µJ]": microjoules(dataset, dataset.stored_energy.values),
             "rotation [mrad]": 1e3 * dataset.rotation.values,
             "largest N [N]": dataset.normal_force.max(["sample", "contact"]).values,
             "outcome": dataset.outcome.values,
@@ -69,7 +75,7 @@ def _contacts(dataset: xr.Dataset) -> pd.DataFrame:
         {
             "cycle": int(cycle),
             "contact": str(contact),
-            "energy [µJ]": 1e6 * float(dataset.friction_work.sel(cycle=cycle, contact=contact)),
+            "energy [µJ]": float(microjoules(dataset, dataset.friction_work.sel(cycle=cycle, contact=contact).values)),
             **{f"{k} [%]": 100.0 * float(dataset.share.sel(cycle=cycle, contact=contact, kind=k)) for k in dataset.kind.values},
         }
         for cycle in dataset.cycle.values

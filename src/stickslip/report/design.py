@@ -132,9 +132,10 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     import pandas as pd
 
     table = pd.DataFrame({str(name): dataset["value"].values[:, k] for k, name in enumerate(dataset["variable"].values)})
-    table[f"worst-case peak [{dataset['worst_peak'].attrs['units']}]"] = dataset["worst_peak"].values
-    table["from virgin contacts and sampled starts"] = dataset["sampled_peak"].values
-    table["over all start states, where searched"] = dataset["searched_peak"].values
+    units = dataset["worst_peak"].attrs["units"]
+    table[f"worst-case peak [{units}]"] = dataset["worst_peak"].values
+    table[f"from virgin contacts and sampled starts [{units}]"] = dataset["sampled_peak"].values
+    table[f"over all start states, where searched [{units}]"] = dataset["searched_peak"].values
     table["at Hz"] = dataset["worst_frequency"].values
     table["at force level"] = dataset["worst_force"].values
     table["at friction"] = dataset["worst_friction"].values

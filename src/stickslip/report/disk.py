@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
+from stickslip.report.charts import Charts
 from stickslip.report.markup import section, text
 from stickslip.report.pictures import picture
 
@@ -19,19 +20,20 @@ NOTE = (
 )
 
 
-def disk(datasets: Mapping[str, xr.Dataset]) -> str:
+def disk(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """All figures of every disk."""
     found = {label: dataset for label, dataset in datasets.items() if has_disk(dataset)}
-    return section("disk", "Disk", NOTE, *(_part(label, dataset, len(found) > 1) for label, dataset in found.items()))
+    return section("disk", "Disk", NOTE, *(_part(charts, k, *item, len(found) > 1) for k, item in enumerate(found.items())))
 
 
-def _part(label: str, dataset: xr.Dataset, several: bool) -> str:
+def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset, several: bool) -> str:
     parts = [f"<h3>{text(label)}</h3>"] if several else []
     if "disk_shape" in dataset.variables:
         parts.append(picture(disk_mode(dataset), "The disk in its first mode", "png"))
     parts.append(picture(damper_ring(dataset), "States of the dampers around the disk"))
-    parts.append(picture(mean_normal_load(dataset), "Mean normal load over the force level"))
+    parts.append(charts.drawn(f"chart-load-{k}", mean_normal_load(dataset), "Mean normal load over the force level"))
     if "disk_frequency" in dataset.variables:
-        parts.append(picture(nodal_diameter_diagram(dataset), "Natural frequencies over the nodal diameter"))
-        parts.append(picture(campbell(dataset), "Campbell diagram"))
+        words = "Natural frequencies over the nodal diameter"
+        parts.append(charts.drawn(f"chart-diameters-{k}", nodal_diameter_diagram(dataset), words))
+        parts.append(charts.drawn(f"chart-campbell-{k}", campbell(dataset), "Campbell diagram"))
     return "".join(parts)

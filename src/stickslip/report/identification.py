@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.identification.dataset import CERTAINTY, chain_sentences
+from stickslip.checks import counted
 from stickslip.plots.files import Figures
 from stickslip.plots.identification import loops_and_fit, posterior, residuals
 from stickslip.report.presentation import Presentation
@@ -19,14 +20,16 @@ if TYPE_CHECKING:
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """Every parameter with its interval, then what must be known."""
-    lines = []
+    rows, answer = [], []
     for name in dataset["parameter"].values:
         one = dataset.sel(parameter=name)
         units = str(one["parameter_units"].values)
-        factor, shown = (1.0, "") if units == "1" else (1e-6, " N/um")
+        factor, shown = (1.0, "") if units == "1" else (1e-6, " N/µm")
         value, (low, high) = float(one["value"]) * factor, one["interval"].values * factor
         known = f"95 % between {low:.4g} and {high:.4g}{shown}" if np.isfinite(low) else "no interval"
-        lines.append(f"{name:<6} {value:.4g}{shown}, {known}")
+        rows.append(f"{name:<6} {value:.4g}{shown}, {known}")
+        answer.append(f"{name} = {value:.4g}{shown}")
+    lines = [f"from {counted(dataset.sizes['case'], 'loop')}: {', '.join(answer)}", *rows]
     if "held_out" in dataset:
         errors = zip(dataset["law"].values, dataset["held_out"].values, strict=True)
         listed = ", ".join(f"{law} {error:.3g}" for law, error in errors)
@@ -75,7 +78,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
         for name in dataset["motion"].values:
             motion[str(name)] = span.sel(motion=name).values
             motion[f"{name}: standard deviation, largest"] = error.sel(motion=name).values
-        found["measured motion at the right contact, peak to peak, um"] = motion
+        found["measured motion at the right contact, peak to peak, µm"] = motion
     if "held_out" in dataset:
         found["laws"] = pd.DataFrame({"law": dataset["law"].values, "error on loops held out": dataset["held_out"].values})
     return found

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
+
+MOST_ROWS = 40
+"""Rows of a table that stands open."""
 
 
 def text(value: object) -> str:
@@ -21,38 +25,23 @@ def cell(shown: str, value: float | None = None, note: str = "") -> str:
 
 
 def table(identifier: str, caption: str, heads: Sequence[str], rows: Iterable[str]) -> str:
-    """A table whose `rows` are ready <tr> elements."""
-    head = "".join(f'<th scope="col">{text(name)}</th>' for name in heads)
-    return (
+    """A table whose `rows` are ready <tr> elements; heads of numbers stand over their numbers, a long table is folded."""
+    ready = list(rows)
+    kinds = re.findall(r"<td( class=\"number\")?", ready[0]) if ready else []
+    kinds += [""] * (len(heads) - len(kinds))
+    head = "".join(f'<th scope="col"{kind}>{text(name)}</th>' for name, kind in zip(heads, kinds, strict=False))
+    html = (
         f'<div class="wide" tabindex="0" role="region" aria-label="{text(caption)}"><table id="{identifier}">'
-        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(ready)}</tbody></table></div>"
     )
+    folded = f"<details><summary>{text(caption.rstrip('.'))} ({len(ready)} rows)</summary>{html}</details>"
+    return folded if len(ready) > MOST_ROWS else html
 
 
 def section(identifier: str, title: str, *parts: str) -> str:
     """A section of the page with its heading."""
     heading = f'<h2 id="{identifier}-h">{text(title)}</h2>'
     return f'<section id="{identifier}" aria-labelledby="{identifier}-h">{heading}{"".join(parts)}</section>'
-
-
-def chart(identifier: str, description: str, controls: str = "") -> str:
-    """An empty place that report.js draws in."""
-    place = f'<div class="chart" id="{identifier}" role="img" aria-label="{text(description)}"></div>'
-    return f'<div class="controls">{controls}</div>{place}' if controls else place
-
-
-def radios(name: str, legend: str, choices: Sequence[tuple[str, str]]) -> str:
-    """A choice of a few; the first is chosen."""
-    items = "".join(
-        f'<label><input type="radio" name="{name}" value="{value}"{" checked" if index == 0 else ""}> {text(word)}</label>'
-        for index, (value, word) in enumerate(choices)
-    )
-    return f"<fieldset><legend>{text(legend)}</legend>{items}</fieldset>"
-
-
-def select(identifier: str, label: str) -> str:
-    """A drop-down list, filled by report.js."""
-    return f'<label class="select">{text(label)} <select id="{identifier}"></select></label>'
 
 
 def script_data(identifier: str, data: Any) -> str:

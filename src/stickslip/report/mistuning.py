@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """The tuned disk, the amplification and the worst blade."""
+    """The highest amplification and its blade, the tuned disk, the distribution."""
     solved = dataset.isel(sample=dataset["worst_blade"].values > 0)
     tuned, place = float(dataset["tuned_peak"]), float(dataset["tuned_peak_frequency"])
     units = dataset["tuned_peak"].attrs["units"]
     edge = _edge(dataset["tuned_frequency"].values, place)
-    lines = [f"tuned disk of {dataset.attrs['sectors']} blades: {size_text(tuned, units)} at {place:.5g} Hz{edge}"]
+    disk = f"tuned disk of {dataset.attrs['sectors']} blades: {size_text(tuned, units)} at {place:.5g} Hz{edge}"
     ratio = solved["amplification"].values
     if not np.isfinite(ratio).any():
-        return [*lines, "no amplification: every sample or the tuned disk failed"]
+        return ["no amplification: every sample or the tuned disk failed", disk]
     top = solved.isel(sample=int(ratio.argmax()))
     blade = int(top["worst_blade"])
     place = float(top["blade_peak_frequency"].sel(blade=blade))
     where = f"blade {blade} at {place:.5g} Hz{_edge(top['frequency'].values, place)}"
-    lines.append(f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}")
+    lines = [f"highest amplification {float(ratio.max()):.4g}: {where}{_busiest(top)}", disk]
     if ratio.size > 1:
         middle, high = np.percentile(ratio, [50, 95])
         lines.append(f"{ratio.size} samples: median {middle:.4g}, 95 % stay below {high:.4g}, mean {ratio.mean():.4g}")

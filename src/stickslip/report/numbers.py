@@ -22,13 +22,3 @@ def hertz(value: float) -> str:
 def percent(value: float) -> str:
     """A share in percent; more digits where it is near 100 %."""
     return f"{100.0 * value:.1f} %" if 0.0 < abs(1.0 - value) < 0.02 or abs(value) < 0.1 else f"{100.0 * value:.0f} %"
-
-
-def energy(value: float) -> str:
-    """An energy with a prefix."""
-    if not math.isfinite(value):
-        return "–"
-    for factor, unit in ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")):
-        if abs(value) >= factor:
-            return f"{value / factor:.3g} {unit}"
-    return f"{value / 1e-9:.3g} nJ" if value else "0 J"

@@ -21,24 +21,24 @@ from stickslip.checks import fault
 from stickslip.files import write_text
 from stickslip.report import plain, sections
 from stickslip.report.bounds import bounds
-from stickslip.report.chart_data import chart_data
+from stickslip.report.charts import Charts
 from stickslip.report.disk import disk
-from stickslip.report.markup import script_data, select, text
+from stickslip.report.markup import script_data, text
 from stickslip.report.percentiles import percentiles
 from stickslip.report.presentation import presentation_of
 from stickslip.report.stress import stress
 
-Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset]], str]]
+Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset], Charts], str]]
 
 SECTIONS: tuple[Section, ...] = (
     ("overview", "Overview", sections.overview),
+    ("bounds", "Bounds", bounds),
+    ("percentiles", "Percentiles", percentiles),
     ("curves", "Curves", sections.curves),
     ("peaks-section", "Peaks", sections.peaks),
     ("loops", "Loops", sections.loops),
     ("states", "States", sections.states),
     ("energy", "Energy", sections.energies),
-    ("bounds", "Bounds", bounds),
-    ("percentiles", "Percentiles", percentiles),
     ("disk", "Disk", disk),
     ("stress", "Stress", stress),
     ("failures", "Failures", sections.failures),
@@ -50,6 +50,7 @@ NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
     "percentiles": has_percentiles,
     "disk": has_disk,
     "stress": has_stress,
+    "figures": plain.has_more_figures,
 }
 """Sections that only some results fill."""
 
@@ -67,7 +68,7 @@ PLAIN_SECTIONS: tuple[Section, ...] = (
     ("study", "Study", sections.study),
     ("versions", "Versions", sections.versions),
 )
-"""Of analyses whose report needs no script."""
+"""Of all analyses but responses."""
 
 
 def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> Path:
@@ -79,43 +80,41 @@ def write(datasets: xr.Dataset | Mapping[str, xr.Dataset], path: str | Path) -> 
     return write_text(path, page(datasets))
 
 
-def interactive(datasets: Mapping[str, xr.Dataset]) -> bool:
-    """Whether the page is one of response curves."""
-    return all(presentation_of(dataset).interactive for dataset in datasets.values())
-
-
 def sections_of(datasets: Mapping[str, xr.Dataset]) -> tuple[Section, ...]:
     """The sections that these results fill."""
-    if not interactive(datasets):
-        return PLAIN_SECTIONS
-    return tuple(entry for entry in SECTIONS if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
+    entries = SECTIONS if _of_responses(datasets) else PLAIN_SECTIONS
+    return tuple(entry for entry in entries if any(NEEDS.get(entry[0], always)(dataset) for dataset in datasets.values()))
+
+
+def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
+    return all(presentation_of(dataset).responses for dataset in datasets.values())
 
 
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
     title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
     kinds = " and ".join(dict.fromkeys(presentation_of(dataset).title for dataset in datasets.values()))
-    drawn = interactive(datasets)
-    scripts = (_plotly(), _resource("report.js")) if drawn else ()
-    style = _resource("report.css")
-    body = "".join(build(datasets) for _, _, build in sections_of(datasets))
-    need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>" if drawn else ""
+    charts, shown = Charts(list(datasets)), sections_of(datasets)
+    body = "".join(build(datasets, charts) for _, _, build in shown)
+    scripts = (_plotly(), _resource("report.js"))
+    need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>"
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
-        f"<title>{text(title)} – stickslip</title><style>{style}</style></head>\n<body>"
-        f"<header><h1>{text(title)}</h1><p>{text(kinds)}, computed with stickslip</p></header>{_navigation(datasets)}"
+        f"<title>{text(title)} – stickslip</title><style>{_resource('report.css')}</style></head>\n<body>"
+        f"<header><h1>{text(title)}</h1><p>{text(kinds)}, computed with stickslip</p></header>{_navigation(datasets, shown)}"
         f"{need}\n<main>{body}</main>\n"
-        f"{script_data('data', chart_data(datasets)) if drawn else ''}\n"
+        f"{script_data('data', charts.data())}\n"
         + "\n".join(f"<script>{script}</script>" for script in scripts)
         + "</body></html>\n"
     )
 
 
-def _navigation(datasets: Mapping[str, xr.Dataset]) -> str:
-    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in sections_of(datasets))
-    choice = select("result", "Charts show") if len(datasets) > 1 and interactive(datasets) else ""
+def _navigation(datasets: Mapping[str, xr.Dataset], shown: Sequence[Section]) -> str:
+    links = "".join(f'<a href="#{identifier}">{word}</a>' for identifier, word, _ in shown)
+    several = len(datasets) > 1 and _of_responses(datasets)
+    choice = '<label class="select">Charts show <select id="result"></select></label>' if several else ""
     return f'<nav aria-label="Sections">{links}{choice}</nav>'
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.analyses.variability.percentiles import percentiles as percentiles_of
 from stickslip.plots.response_percentiles import response_percentiles
+from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
-from stickslip.report.pictures import picture
 from stickslip.results.view import peak_unit
 
 if TYPE_CHECKING:
@@ -26,10 +26,10 @@ NOTE = (
 )
 
 
-def percentiles(datasets: Mapping[str, xr.Dataset]) -> str:
+def percentiles(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Figure and table of every result whose samples share their frequencies."""
     found = {label: dataset for label, dataset in datasets.items() if has_percentiles(dataset)}
-    return section("percentiles", "Percentiles", NOTE, *(_part(k, *item) for k, item in enumerate(found.items())))
+    return section("percentiles", "Percentiles", NOTE, *(_part(charts, k, *item) for k, item in enumerate(found.items())))
 
 
 def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -44,9 +44,9 @@ def percentiles_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _part(place: int, label: str, dataset: xr.Dataset) -> str:
+def _part(charts: Charts, place: int, label: str, dataset: xr.Dataset) -> str:
     heads = ["force", "frequency in Hz", "start states", *(f"{p:g} % in {peak_unit(dataset).name}" for p in PERCENT)]
-    figure = picture(response_percentiles(dataset), "Percentiles of the response")
+    figure = charts.drawn(f"chart-percentiles-{place}", response_percentiles(dataset), "Percentiles of the response")
     return figure + table(f"percentiles-{place}", f"{label}: percentiles of the amplitude", heads, _rows(dataset))
 
 

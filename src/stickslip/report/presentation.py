@@ -30,7 +30,7 @@ class Presentation:
     failures: a sentence for each case that failed; empty if none.
     figures: by name of the file.
     tables: by caption, columns with their units; for the report and for `stickslip export`.
-    interactive: whether its report is that of response curves, which a script draws; all others show figures and tables.
+    responses: whether its report is that of response curves, section by section; all others show figures and tables.
     """
 
     title: str
@@ -38,7 +38,7 @@ class Presentation:
     failures: Callable[[xr.Dataset], Sequence[str]]
     figures: Callable[[xr.Dataset], Figures]
     tables: Callable[[xr.Dataset], Mapping[str, pd.DataFrame]]
-    interactive: bool = False
+    responses: bool = False
 
 
 def presentation_of(dataset: xr.Dataset) -> Presentation:

@@ -162,4 +162,4 @@ def figures(dataset: xr.Dataset) -> Figures:
     return figures_of(dataset)
 
 
-PRESENTATION = Presentation("Forced response", sentences, failures, figures, tables, interactive=True)
+PRESENTATION = Presentation("Forced response", sentences, failures, figures, tables, responses=True)

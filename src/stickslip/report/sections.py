@@ -4,22 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.checks import Array, counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
-from stickslip.report.chart_data import MOST_SHOWN
-from stickslip.report.conclusions import headline, level_sentence
+from stickslip.plots.chart import Chart
+from stickslip.plots.contacts import contact_states, loops_at, loops_of
+from stickslip.plots.energy import dissipation, loss_factor
+from stickslip.plots.response_curves import compared_peaks, response_curves
+from stickslip.report.charts import Charts, Choice, Opening
+from stickslip.report.conclusions import bounds_headline, headline, level_sentence
 from stickslip.report.failures import failures_of, warnings_of
-from stickslip.report.markup import cell, chart, radios, section, select, table, text
-from stickslip.report.numbers import energy, hertz, number
-from stickslip.results.representative import representatives
+from stickslip.report.markup import cell, section, table, text
+from stickslip.report.numbers import hertz, number
+from stickslip.results.representative import representatives, spread
 from stickslip.results.view import (
+    ContactRow,
     Length,
+    contact_rows,
     converged_points,
+    energy_text,
     highest_peak,
+    largest_loops,
+    length_unit,
     level_text,
     levels_in_newtons,
     measure_in,
@@ -35,47 +46,85 @@ Datasets = Mapping[str, "xr.Dataset"]
 ENERGY_RESIDUAL_LIMIT, SLIP_WORK_LIMIT = 1e-8, 1e-3
 """What a trustworthy point stays below: consistency of the solution, and the physics of slip at enough samples."""
 CYCLE_NOTE = (
-    '<p class="note">Loops at the computed point nearest to the click, redrawn from the harmonics that the result keeps: corners '
-    "are rounded, and the force may overshoot. Exact loops at the highest peak stand below.</p></div>"
+    "Loops at the kept point nearest to the click, redrawn from the harmonics that the result keeps: corners are rounded, and "
+    "the force may overshoot. Exact loops at the highest peak stand below."
 )
+MOST_SHOWN = 12
+"""Cases whose loops and states are drawn, and that the overview lists."""
+LOOPS_OF_A_POINT = 8
+"""Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
+NUMBERS_OF_LOOPS, SAMPLES_OF_MANY = 120_000, 64
+"""Numbers of the loops at the peaks that a page takes as they are; the samples of each loop where there would be more."""
+OPENED, SAMPLES_OF_A_LOOP = 150, 64
+"""Points of all curves together whose loops the page holds, about a megabyte, and the samples of each loop."""
 LIMITS = {"energy_residual": ENERGY_RESIDUAL_LIMIT, "slip_work_error": SLIP_WORK_LIMIT, "residual": np.inf}
 
 
-def overview(datasets: Datasets) -> str:
-    """Conclusions in sentences, and where the peaks go over the force level."""
-    parts = [_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items()]
-    trend = ""
-    if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
-        trend = chart("chart-trend", "Highest peak over the force level: amplitude per force and frequency.")
-    return section("overview", "Overview", *parts, trend)
+def overview(datasets: Datasets, charts: Charts) -> str:
+    """The answer, in one or two sentences."""
+    return section(
+        "overview", "Overview", *(_overview_of(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    )
 
 
-def curves(datasets: Datasets) -> str:
+def curves(datasets: Datasets, charts: Charts) -> str:
     """The response curves with their choices."""
-    controls = radios("scale", "Scale", [("log", "logarithmic"), ("linear", "linear")])
-    first = measure_in(next(iter(datasets.values()))).quantity.name
-    controls += radios("quantity", "Show", [(name, name) for name in dict.fromkeys((first, *QUANTITIES))])
-    controls += radios("normal", "Amplitude", [("absolute", "|X₁|"), ("perForce", "|X₁| / F")])
-    controls += select("output", "Output")
+    html = ""
+    for label, dataset in datasets.items():
+        first = measure_in(dataset).quantity.name
+        choices = [
+            Choice("Output", _outputs(dataset)),
+            Choice("Scale", ("logarithmic", "linear")),
+            Choice("Show", list(dict.fromkeys((first, *QUANTITIES)))),
+            Choice("Amplitude", ("absolute", "per force")),
+        ]
+        html += charts.place("chart-curves", partial(_responses, dataset), choices, label, _loops_of_points(dataset))
     note = (
         '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks of what is '
-        "shown, crosses at the foot points without convergence. Click a point for what happens there.</p>"
-        '<p id="point" aria-live="polite"></p>'
+        "shown, crosses at the foot points without convergence. Click a point for its loops.</p>"
     )
-    note += (
-        '<div id="cycle" hidden>' + chart("chart-cycle", "Contact force against displacement at the point clicked.") + CYCLE_NOTE
-    )
-    description = "Response curves of all force levels beside the linear curves; the numbers of the peaks are in the next table."
-    return section("curves", "Response curves", chart("chart-curves", description, controls), note)
+    return section("curves", "Response curves", html, note)
 
 
-def peaks(datasets: Datasets) -> str:
-    """Every local maximum of every curve, with tables for each quantity that peaks are of."""
+def _responses(dataset: xr.Dataset, output: str, scale: str, quantity: str, size: str) -> Chart:
+    return response_curves(dataset, output, scale == "logarithmic", size == "per force", quantity)
+
+
+def _outputs(*datasets: xr.Dataset) -> list[str]:
+    return list(dict.fromkeys(str(name) for dataset in datasets for name in dataset.output.values))
+
+
+def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
+    """Loops at points spread over the curves, the peaks among them, as many as `OPENED` allows over all force levels."""
+    rows = contact_rows(dataset)
+    if not rows:
+        return None
+    shown = largest_loops(dataset, rows, LOOPS_OF_A_POINT)
+    found: list[Chart] = []
+    points_of = {}
+    for case in range(dataset.sizes["case"]):
+        kept, peak = converged_points(dataset, case), highest_peak(dataset, case)
+        some = kept[spread(kept.size, max(OPENED // dataset.sizes["case"], 1))] if kept.size else kept
+        some = np.unique(np.append(some, peak.point)) if peak is not None else some
+        places: list[int | None] = [None] * points(dataset, case).size
+        for point in some:
+            places[int(np.searchsorted(points(dataset, case), point))] = len(found)
+            found.append(loops_at(dataset, case, int(point), shown, SAMPLES_OF_A_LOOP))
+        points_of[level_text(dataset, case)] = places
+    return Opening(found, points_of, CYCLE_NOTE)
+
+
+def peaks(datasets: Datasets, charts: Charts) -> str:
+    """The highest peak over the force level, and all peaks in tables, one for each quantity that they are of."""
     alike: dict[Measure, dict[str, xr.Dataset]] = {}
     for label, dataset in datasets.items():
         alike.setdefault(replace(measure_in(dataset), per_force=False), {})[label] = dataset
     parts = [_peaks_of(measure, f"-{k + 1}" if k else "", some, datasets) for k, (measure, some) in enumerate(alike.items())]
-    return section("peaks-section", "Peaks", *parts)
+    trend = ""
+    if any(dataset.sizes["case"] > 1 for dataset in datasets.values()):
+        trend = charts.place("chart-trend", partial(compared_peaks, datasets), [Choice("Output", _outputs(*datasets.values()))])
+    levels = (_each_level(label, dataset, len(datasets) > 1) for label, dataset in datasets.items())
+    return section("peaks-section", "Peaks", trend, *levels, *parts)
 
 
 def _peaks_of(measure: Measure, place: str, datasets: Datasets, every: Datasets) -> str:
@@ -112,34 +161,39 @@ def _largest(measure: Measure, place: str, datasets: Datasets, every: Datasets) 
     return table(f"largest{place}", caption, heads, rows) if rows else ""
 
 
-def loops(datasets: Datasets) -> str:
+def loops(datasets: Datasets, charts: Charts) -> str:
     """Hysteresis loops at the peak."""
-    controls = select("contact", "Contact")
-    controls += radios("size", "Loops", [("own", "each to its own size"), ("shared", "on one scale")])
+    html = ""
+    for label, dataset in datasets.items():
+        rows = {row.label: row for row in contact_rows(dataset)}
+        if rows:
+            first = largest_loops(dataset, [*rows.values()], 1)[0].label
+            many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
+            step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
+            sizes = f"in N and {length_unit(dataset).name}", "each to its own size"
+            choices = Choice("Contact", list(dict.fromkeys([first, *rows]))), Choice("Loops", sizes)
+            html += charts.place("chart-loops", partial(_loops, dataset, rows, sizes[1], step), choices, label)
     note = (
         '<p class="note">One period at the highest peak of the first output. '
         "Double-click a level in the legend to see it alone.</p>"
     )
-    return section(
-        "loops",
-        "Hysteresis loops",
-        chart("chart-loops", "Contact force against displacement.", controls),
-        note + _representative_note(datasets),
-    )
+    return section("loops", "Hysteresis loops", html, note)
 
 
-def states(datasets: Datasets) -> str:
+def _loops(dataset: xr.Dataset, rows: Mapping[str, ContactRow], own: str, step: int, contact: str, size: str) -> Chart:
+    return loops_of(dataset, rows[contact], MOST_SHOWN, size == own, step)
+
+
+def states(datasets: Datasets, charts: Charts) -> str:
     """Contact states along the curves."""
-    key = "".join(
-        f'<span class="key"><i class="{state}"></i>{word}</span>'
-        for state, word in (("stick", "stick"), ("half", "half stick, half slip"), ("slip", "slip"), ("open", "open"))
+    note = '<p class="note">Colours mix by the shares of the period. Gaps: no convergence.</p>'
+    html = "".join(
+        charts.drawn("chart-states", contact_states(dataset, MOST_SHOWN), "", label) for label, dataset in datasets.items()
     )
-    note = f'<p class="note">Colours mix by the shares of the period: {key} Gaps: no convergence.</p>'
-    description = "Shares of the period in stick, slip and open, per contact and frequency."
-    return section("states", "Contact states", note + _representative_note(datasets), chart("chart-states", description))
+    return section("states", "Contact states", note, html)
 
 
-def energies(datasets: Datasets) -> str:
+def energies(datasets: Datasets, charts: Charts) -> str:
     """Where the energy goes, and the numbers that say whether to trust it."""
     rows = [row for label, dataset in datasets.items() for row in _energy_rows(label, dataset, len(datasets) > 1)]
     heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
@@ -148,13 +202,15 @@ def energies(datasets: Datasets) -> str:
         "Energy per cycle by friction at the highest peak, and accuracy over all converged points: the energy balance of the "
         f"solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below {SLIP_WORK_LIMIT:g})."
     )
-    charts = chart("chart-shares", "Share of each contact in the energy dissipated at the peak.")
-    charts += chart("chart-loss", "Loss factor against frequency.")
-    charts += chart("chart-energy", "Energy dissipated against frequency.")
-    return section("energy", "Energy", f'<div class="pair">{charts}</div>', table("energies", caption, heads, rows))
+    html = ""
+    for label, dataset in datasets.items():
+        html += charts.drawn("chart-energy", dissipation(dataset), "", label)
+    for label, dataset in datasets.items():
+        html += charts.drawn("chart-loss", loss_factor(dataset), "", label)
+    return section("energy", "Energy", html, table("energies", caption, heads, rows))
 
 
-def failures(datasets: Datasets) -> str:
+def failures(datasets: Datasets, charts: Charts) -> str:
     """What failed and why, grouped by cause."""
     parts = []
     for label, dataset in datasets.items():
@@ -168,7 +224,7 @@ def failures(datasets: Datasets) -> str:
     return section("failures", "What failed, and why", *parts)
 
 
-def study(datasets: Datasets) -> str:
+def study(datasets: Datasets, charts: Charts) -> str:
     """The text of the study file."""
     parts = []
     for label, dataset in datasets.items():
@@ -180,7 +236,7 @@ def study(datasets: Datasets) -> str:
     return section("study", "Study", *parts)
 
 
-def versions(datasets: Datasets) -> str:
+def versions(datasets: Datasets, charts: Charts) -> str:
     """What computed it, and how."""
     names = sorted({str(name) for dataset in datasets.values() for name in dataset.attrs} - {"study", "title"})
     rows = []
@@ -194,16 +250,20 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     head = f"<h3>{text(label)}</h3>" if several else ""
     cases = range(dataset.sizes["case"])
     count, good = sum(points(dataset, c).size for c in cases), sum(converged_points(dataset, c).size for c in cases)
-    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
-    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
-    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
-    if several and items:
-        sentences = f"<details><summary>Each force level</summary>{sentences}</details>"
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
     seconds = f"{float(dataset.attrs['cpu_seconds']):.3g} s of processor time"
     chosen = str(dataset.attrs.get("harmonics_chosen", ""))
     note = f"{whole}; {seconds}." + (f" Chosen by “auto”: {chosen}." if chosen else "")
-    return f'{head}<p class="headline">{text(headline(dataset))}</p>{sentences}<p class="note">{text(note)}</p>'
+    answers = [*([bounds_headline(detached(dataset))] if has_bounds(dataset) else []), headline(dataset)]
+    return head + "".join(f'<p class="headline">{text(answer)}</p>' for answer in answers) + f'<p class="note">{text(note)}</p>'
+
+
+def _each_level(label: str, dataset: xr.Dataset, several: bool) -> str:
+    """The highest peak of each force level in words."""
+    shown = representatives(dataset, MOST_SHOWN).cases if dataset.sizes["case"] > 1 else []
+    items = "".join(f"<li>{text(level_sentence(dataset, case))}</li>" for case in shown)
+    sentences = f"{_representative_note({label: dataset})}<ul>{items}</ul>" if items else ""
+    return f"<details><summary>{text(label)}: each force level</summary>{sentences}</details>" if several and items else sentences
 
 
 def _representative_note(datasets: Datasets) -> str:
@@ -262,7 +322,7 @@ def _energy_rows(label: str, dataset: xr.Dataset, several: bool) -> Iterator[str
             yield f'<tr>{result}<td colspan="4">no point converged</td></tr>'
             continue
         total = float(np.sum(dataset.dissipated.values[case, peak.point]))
-        cells = cell(energy(total), total)
+        cells = cell(energy_text(total), total)
         for name, limit in LIMITS.items():
             values = np.abs(dataset[name].values[case, kept])
             worst = float(np.nanmax(values)) if np.any(np.isfinite(values)) else float("nan")

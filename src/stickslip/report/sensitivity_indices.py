@@ -56,7 +56,9 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
             ("low_end", "at the low end"),
             ("high_end", "at the high end"),
         ):
-            columns[f"{quantity}, {words}"] = dataset[key].values[:, q]
+            units = dataset["middle"].attrs["units"].split(" and ")[q]
+            shown = f" [{units}]" if key.endswith("_end") else ""
+            columns[f"{quantity}, {words}{shown}"] = dataset[key].values[:, q]
             if key in ("first_order", "total"):
                 for bound, end in enumerate(("from", "to")):
                     columns[f"{quantity}, {words}, 95 % {end}"] = dataset[f"{key}_interval"].values[:, q, bound]

@@ -9,9 +9,9 @@ import numpy as np
 
 from stickslip.analyses.stress import has_stress
 from stickslip.plots.stress import MPa, stress_curves
+from stickslip.report.charts import Charts
 from stickslip.report.markup import cell, section, table
 from stickslip.report.numbers import hertz, number
-from stickslip.report.pictures import picture
 from stickslip.results.view import level_text
 
 if TYPE_CHECKING:
@@ -70,15 +70,15 @@ def stress_sentences(dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def stress(datasets: Mapping[str, xr.Dataset]) -> str:
+def stress(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Figure and table of every result that holds stress."""
     found = {label: dataset for label, dataset in datasets.items() if has_stress(dataset)}
-    return section("stress", "Stress", NOTE, *(_part(k, *item) for k, item in enumerate(found.items())))
+    return section("stress", "Stress", NOTE, *(_part(charts, k, *item) for k, item in enumerate(found.items())))
 
 
-def _part(k: int, label: str, dataset: xr.Dataset) -> str:
+def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset) -> str:
     heads = ["force level", "place", "frequency in Hz", "von Mises in MPa", "component", "vibrating in MPa", "mean in MPa"]
-    figure = picture(stress_curves(dataset), "Von Mises stress along the curves")
+    figure = charts.drawn(f"chart-stress-{k}", stress_curves(dataset), "Von Mises stress along the curves")
     return figure + table(f"stress-{k}", f"{label}: largest stress at each place", heads, _rows(dataset))
 
 

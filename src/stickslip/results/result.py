@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from stickslip.checks import fault, nearest
+from stickslip.checks import InputError, fault, nearest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,7 +16,8 @@ class Result:
     """A result with figures, which its class names: `class Curve(Result, figure="curve:draw", loops="loops:draw")`.
 
     figure: that of `plot()`, as module of `stickslip.plots` and function; others by the name that `plot` takes. Functions get the
-    `dataset` of a result, or a result without one. A module is imported when its figure is drawn: matplotlib loads slowly.
+    `dataset` of a result, or a result without one, and return a chart, or a matplotlib figure that is a drawing. A module is
+    imported when its figure is drawn.
     """
 
     figures: ClassVar[Mapping[str, str]]
@@ -27,9 +28,20 @@ class Result:
 
     def plot(self, figure: str = "", **options: Any) -> Figure:
         """The figure of the result, or another one by its name in `figures`; options are those of its function."""
+        found = self._figure(figure, options)
+        drawn: Figure = found.plot() if hasattr(found, "plot") else found
+        return drawn
+
+    def to_plotly(self, figure: str = "", *, dark: bool = False, **options: Any) -> Any:
+        """The same as an interactive plotly figure: `.show()` or `.write_html(path)`; dark: for a dark background."""
+        found = self._figure(figure, options)
+        if not hasattr(found, "to_plotly"):
+            raise InputError(f"The figure {figure or 'of this result'} is a drawing without curves: plot() draws it.")
+        return found.to_plotly(dark)
+
+    def _figure(self, figure: str, options: Mapping[str, Any]) -> Any:
+        """The chart of a figure, or the drawing."""
         if figure not in self.figures:
             raise fault("figure", "must be a known one", figure, nearest(figure, filter(None, self.figures)))
         module, function = self.figures[figure].split(":")
-        draw = getattr(import_module(f"stickslip.plots.{module}"), function)
-        drawn: Figure = draw(getattr(self, "dataset", self), **options)
-        return drawn
+        return getattr(import_module(f"stickslip.plots.{module}"), function)(getattr(self, "dataset", self), **options)

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+SAME = 0.01
+"""Share of a frequency by which a peak may lie beyond the linear resonance of its mode, from harmonics or steps of the band."""
+
+
 @dataclass(frozen=True)
 class Peak:
     """The highest peak of one case and output: Hz, and the point of the curve that it is.
@@ -100,6 +104,19 @@ def size_text(size: float, units: str) -> str:
     """A size in SI with its unit, "12.3 µm", "12.3 µm/N" or "4.56 m/s²"."""
     unit = shown_unit(units, abs(size))
     return f"{size / unit.metres:.4g} {unit.name}"
+
+
+def energy_unit(largest: float) -> tuple[float, str]:
+    """J, mJ, µJ or nJ, the unit in which an energy has digits before the point: its size in J and its name."""
+    return next((unit for unit in ((1.0, "J"), (1e-3, "mJ"), (1e-6, "µJ")) if abs(largest) >= unit[0]), (1e-9, "nJ"))
+
+
+def energy_text(value: float) -> str:
+    """An energy with a prefix."""
+    if not np.isfinite(value):
+        return "–"
+    factor, unit = energy_unit(value)
+    return f"{value / factor:.3g} {unit}" if value else "0 J"
 
 
 def level_text(dataset: xr.Dataset, case: int) -> str:
@@ -217,19 +234,23 @@ def nearest_point(dataset: xr.Dataset, case: int, output: int, frequency: float,
     return int(candidates[np.nanargmin(distance)])
 
 
-def linear_peak(dataset: xr.Dataset, which: str, case: int, output: int = 0) -> tuple[float, float] | None:
-    """Frequency, Hz, and size of the highest maximum of the "free" or "stuck" curve, as the peaks are measured but of the first
-    harmonic alone; None when it is at an end.
+def linear_peak(dataset: xr.Dataset, which: str, case: int, frequency: float, output: int = 0) -> tuple[float, float] | None:
+    """Frequency, Hz, and size of the resonance of the "free" or "stuck" curve that belongs to a peak at a frequency, as the peaks
+    are measured but of the first harmonic alone; None where the band holds none.
+
+    A contact that slips is softer than a stuck one and stiffer than none: the peak lies below its resonance with stuck contacts
+    and above the one without. Of several maxima it is the next one on that side, or the nearest where that side has none.
     """
-    amplitude = measure_in(dataset).of_harmonic(
-        dataset[f"{which}_amplitude"].values[case, :, output], 2.0 * np.pi * dataset.linear_frequency.values
-    )
-    if amplitude.size < 3 or not np.any(np.isfinite(amplitude)):
+    hertz = dataset.linear_frequency.values
+    size = measure_in(dataset).of_harmonic(dataset[f"{which}_amplitude"].values[case, :, output], 2.0 * np.pi * hertz)
+    maxima = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    if not maxima.size:
         return None
-    index = int(np.nanargmax(amplitude))
-    if index in (0, amplitude.size - 1):
-        return None
-    return float(dataset.linear_frequency.values[index]), float(amplitude[index])
+    side = 1.0 if which == "stuck" else -1.0
+    beyond = maxima[side * (hertz[maxima] - frequency) > -SAME * frequency]
+    candidates = beyond if beyond.size else maxima
+    best = int(candidates[np.argmin(np.abs(hertz[candidates] - frequency))])
+    return float(hertz[best]), float(size[best])
 
 
 def contact_rows(dataset: xr.Dataset) -> list[ContactRow]:

@@ -308,7 +308,7 @@ def test_zeros_by_load_removal(truths):
         identify(loops, UNKNOWN_RIG, load_removal=[*removals, removals[0]])
     shown = found.dataset.right_motion
     assert list(shown.motion.values) == ["rolling dr", "translation ds", "slip ds - dr"]
-    assert "measured motion at the right contact, peak to peak, um" in PRESENTATION.tables(found.dataset)
+    assert "measured motion at the right contact, peak to peak, µm" in PRESENTATION.tables(found.dataset)
 
 
 def test_load_removal_from_the_command_line(truths, tmp_path, monkeypatch, capsys):

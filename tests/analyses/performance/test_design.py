@@ -71,7 +71,7 @@ def test_where_no_design_is_allowed_all_are_kept_and_there_is_no_optimum(constra
     assert all(np.isnan(dataset[name].values).all() for name in ("optimum", "optimum_peak", "sensitivity", "near_low"))
     assert sentences(dataset) == [f"{dataset.sizes['design']} designs, {dataset.sizes['design']} of them break a constraint"]
     assert "must meet all constraints" in failures(dataset)[0]
-    labels = [text.get_text() for text in found.plot().axes[0].get_legend().get_texts()]
+    labels = [text.get_text() for text in found.plot().legends[0].get_texts()]
     assert labels == ["breaks a constraint"]
 
 
@@ -250,8 +250,8 @@ def test_known_designs_are_computed_first_and_compared():
     assert found.sizes["design"] > 9
     compared = next(line for line in sentences(found) if "known design load = 7" in line)
     assert f"{100.0 * (1.0 - float(found.optimum_peak / found.worst_peak[0])):.0f} % lower" in compared
-    labels = [text.get_text() for text in design_space(found).axes[0].get_legend().get_texts()]
-    assert "known" in labels
+    labels = list(design_space(found).entries)
+    assert "known design" in labels
 
 
 @pytest.mark.parametrize(
@@ -365,7 +365,7 @@ def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monk
     compared = next(line for line in sentences(found) if "known design load = 7" in line)
     assert f"the best is {100.0 * (1.0 - over_all[best] / over_all[1]):.0f} % lower" in compared
     assert "over all start states" in compared
-    assert "over all start states, where searched" in tables(found)["designs"]
+    assert "over all start states, where searched [m]" in tables(found)["designs"]
 
 
 def made_up_at(limit):

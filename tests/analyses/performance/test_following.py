@@ -144,9 +144,7 @@ def test_a_peak_on_an_isola_is_reported_and_marked(wedge_that_lifts):
     said = f"{where}: higher peaks, up to {highest:.4g} µm/N, lie on an isola that sweeps miss"
     assert any(said in words for words in sentences(curve))
     assert np.isfinite(tables(curve)["performance curves"]["on an isola [m/N]"]).sum() == apart.sum()
-    legend = performance_curves(curve).axes[0].get_legend()
-    words = ["as built", "on an isola", "another peak is the highest"]
-    assert sorted(text.get_text() for text in legend.get_texts()) == sorted(words)
+    assert {"as built", "on an isola", "another peak is the highest"} < {*performance_curves(curve).entries}
 
 
 def test_what_happened_to_peaks_is_gathered_in_a_line_and_listed_one_by_one_in_the_table(wedge_that_lifts):

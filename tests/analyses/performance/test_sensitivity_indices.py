@@ -71,7 +71,7 @@ def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
 def test_both_bars_are_seen_where_both_ends_move_the_peak_the_same_way(linear):
     same = linear.copy(deep=True)
     same.low_end[:], same.high_end[:] = 1.1 * same.middle, 1.2 * same.middle
-    bars = [bar.get_bbox() for bar in tornado(same).axes[0].patches]
+    bars = [bar.get_bbox() for bar in tornado(same).plot().axes[0].patches]
     assert not any(a.overlaps(b) and min(a.y1, b.y1) > max(a.y0, b.y0) + 1e-9 for a in bars for b in bars if a is not b)
 
 

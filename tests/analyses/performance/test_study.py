@@ -169,7 +169,7 @@ def test_performance_curves_are_reported_after_a_round_trip_to_disk(tmp_path):
     assert "friction 0.5: lowest resonance" in report.sentences(dataset)[0]
     assert report.failures(dataset) == []
     assert len(report.tables(dataset)["performance curves"]) == 8
-    assert {name: len(draw(dataset).axes) for name, draw in report.figures(dataset).items()} == {
+    assert {name: len(draw(dataset).plot().axes) for name, draw in report.figures(dataset).items()} == {
         "performance_curve": 3,
         "performance_inertance": 3,
         "dissipation": 2,
@@ -184,7 +184,7 @@ def test_a_band_is_reported_after_a_round_trip_to_disk(tmp_path):
     assert "band widest at F_C/F_E = " in report.sentences(dataset)[0]
     assert report.failures(dataset) == []
     assert report.tables(dataset)["band of the performance curve"]["F_C/F_E"].tolist() == [4.0, 8.0]
-    assert len(report.figures(dataset)["performance_band"](dataset).axes) == 2
+    assert len(report.figures(dataset)["performance_band"](dataset).panels) == 2
     failed = dataset.assign(outcome=dataset["outcome"] * 0 + 2)
     assert len(report.failures(failed)) == 2
 
@@ -199,7 +199,7 @@ def test_sensitivity_indices_are_reported_after_a_round_trip_to_disk(tmp_path):
     report = presentation_of(dataset := open_results(path))
     assert "total indices: kt" in report.sentences(dataset)[0]
     assert report.tables(dataset)["parameters"]["parameter"].tolist() == ["kt", "limit"]
-    assert report.figures(dataset)["tornado"](dataset).axes
+    assert report.figures(dataset)["tornado"](dataset).plot().axes
 
 
 def test_a_design_is_reported_after_a_round_trip_to_disk(tmp_path):
@@ -213,7 +213,7 @@ def test_a_design_is_reported_after_a_round_trip_to_disk(tmp_path):
     report = presentation_of(dataset := open_results(path))
     assert "worst-case resonance of the best design" in report.sentences(dataset)[0]
     assert len(report.tables(dataset)["designs"]) == dataset.sizes["design"]
-    assert report.figures(dataset)["design_space"](dataset).axes
+    assert report.figures(dataset)["design_space"](dataset).plot().axes
 
 
 def test_figures_of_curves_without_any_peak_are_drawn(tmp_path):
@@ -224,9 +224,9 @@ def test_figures_of_curves_without_any_peak_are_drawn(tmp_path):
     report = presentation_of(lost := stamped(lost, "performance_curve"))
     assert report.sentences(lost) == ["friction 0.5: no resonance was found"]
     for name, draw in report.figures(lost).items():
-        draw(lost).savefig(tmp_path / f"{name}.png")
+        draw(lost).plot().savefig(tmp_path / f"{name}.png")
     band = ss.performance_band(ss.rigs.single_mass(kt=0.5), [0.8, 1.5], cloud=0, starts=0, harmonics=1, samples=64).dataset
     lost = band.assign({name: band[name] * np.nan for name in band.data_vars if band[name].dtype == float})
     report = presentation_of(lost := stamped(lost, "performance_band"))
     assert report.sentences(lost)
-    report.figures(lost)["performance_band"](lost).savefig(tmp_path / "band.png")
+    report.figures(lost)["performance_band"](lost).plot().savefig(tmp_path / "band.png")

@@ -68,7 +68,7 @@ def test_percentiles_say_of_how_many_and_are_drawn():
     found = response_samples(three_mass_wedge(), [221.0, 222.0], [0.5, 1.0], 7)
     table = found.percentiles()
     np.testing.assert_array_equal(table["solved"].values, np.full((2, 2), 7))
-    axes = response_percentiles(found.dataset).axes
+    axes = response_percentiles(found.dataset).plot().axes
     assert len(axes) == 2
     np.testing.assert_allclose(axes[1].lines[0].get_ydata(), 1e6 * table.sel(force_level=1.0, percent=50.0))
     with pytest.raises(InputError, match="percent must lie"):

@@ -95,7 +95,7 @@ class Identification(
         rows = []
         for name, value in self.values.items():
             low, high = self.intervals[name]
-            factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/um")
+            factor, unit = (1.0, "") if name.startswith(("mu", "gaps")) else (1e-6, " N/µm")
             known = f"{low * factor:.4g} to {high * factor:.4g}{unit}" if np.isfinite(low) else "no interval"
             rows.append(f"{name:<6} {value * factor:.4g}{unit}  ({known})")
         rows += [f"law    {self.law}, of {errors_by_law(self.held_out)}"] if self.held_out else []

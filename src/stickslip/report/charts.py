@@ -1,0 +1,137 @@
+"""The charts of a page: places in the HTML, and the data from which report.js draws them.
+
+A place shows one of several charts, by the choices of the reader (output, quantity, scale): every choice is a chart of its own,
+described in `plots/`. What several charts share stands in the page once, numbers up to a factor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.plots.chart import Chart
+from stickslip.plots.interactive import colour_names, description, escaped
+from stickslip.plots.look import colour
+from stickslip.report.markup import text
+from stickslip.report.pictures import picture
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DIGITS = 7
+"""Of the numbers in the page; exact values stand in its tables and in results.nc."""
+SHORT, LONG, WORDY = 4, 200, 60
+"""Arrays of so few numbers stand where they are used, and parts and texts of not more characters."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One thing that the reader may choose in a chart; charts of one page with a choice of the same name change together."""
+
+    name: str
+    options: Sequence[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """Charts that a click on a curve opens: by the label of the curve the index of the chart of each point, or None."""
+
+    charts: Sequence[Chart]
+    points: Mapping[str, Sequence[int | None]]
+    note: str
+
+
+Draw = Callable[..., Chart]
+
+
+@dataclass(eq=False)
+class Charts:
+    """Gathers the charts of a page while its sections are written."""
+
+    results: Sequence[str]
+    places: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    parts: list[Any] = field(default_factory=list)
+    known: dict[str, int] = field(default_factory=dict)
+    colours: set[str] = field(default_factory=set)
+
+    def place(
+        self, name: str, draw: Draw, choices: Iterable[Choice] = (), result: str = "", opening: Opening | None = None
+    ) -> str:
+        """HTML of a place for the charts that `draw` gives for every combination of choices.
+
+        result: the result that they show; a place of several results shows the one that is chosen for the whole page.
+        """
+        shown = [choice for choice in choices if choice.options]
+        drawn = [draw(*options) for options in product(*(choice.options for choice in shown))]
+        offered = [{"name": choice.name, "options": list(choice.options)} for choice in shown if len(choice.options) > 1]
+        entry: dict[str, Any] = {"result": result, "choices": offered, "charts": [self._encoded(chart) for chart in drawn]}
+        if opening is not None:
+            charts = [self._encoded(chart) for chart in opening.charts]
+            entry["opening"] = {"charts": charts, "points": {escaped(label): list(at) for label, at in opening.points.items()}}
+        first = name not in self.places
+        self.places.setdefault(name, []).append(entry)
+        return _html(name, drawn[0], opening) if first else ""
+
+    def drawn(self, name: str, found: Chart | Figure, description: str, result: str = "") -> str:
+        """HTML of one chart without choices, or of a drawing as a picture."""
+        return self.place(name, lambda: found, result=result) if isinstance(found, Chart) else picture(found, description)
+
+    def data(self) -> dict[str, Any]:
+        """Everything that report.js draws."""
+        schemes = {
+            scheme: {name: colour(name, scheme == "dark") for name in sorted(self.colours)} for scheme in ("light", "dark")
+        }
+        return {"results": list(self.results), "places": self.places, "parts": self.parts, "colours": schemes}
+
+    def _encoded(self, chart: Chart) -> dict[str, Any]:
+        found = description(chart)
+        words = {"title": found.pop("title"), "note": found.pop("note")}
+        self.colours |= colour_names(found)
+        return {**words, **self._part(found)}
+
+    def _part(self, part: Any) -> Any:
+        if isinstance(part, np.ndarray):
+            return self._array(part)
+        if isinstance(part, Mapping):
+            encoded = {key: self._part(value) for key, value in part.items()}
+            return self._shared(encoded) if len(repr(encoded)) > LONG else encoded
+        if isinstance(part, str) and len(part) > WORDY:
+            return self._shared(part)
+        return [self._part(value) for value in part] if isinstance(part, list) else part
+
+    def _array(self, values: Array) -> Any:
+        """Numbers in the page, or a factor times numbers that other charts have too."""
+        if values.size <= SHORT or not np.isfinite(values).any():
+            return rounded(values)
+        factor = float(np.nanmax(np.abs(values[np.isfinite(values)]))) or 1.0
+        return {**self._shared(rounded(values / factor)), "factor": factor}
+
+    def _shared(self, part: Any) -> dict[str, Any]:
+        """The place of a part that stands in the page once."""
+        key = repr(part)
+        if key not in self.known:
+            self.known[key] = len(self.parts)
+            self.parts.append(part)
+        return {"part": self.known[key]}
+
+
+def rounded(values: Array) -> list[float | None]:
+    """Numbers with `DIGITS` digits; None for what is not a number."""
+    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
+
+
+def _html(name: str, chart: Chart, opening: Opening | None) -> str:
+    axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in chart.panels if panel.y.label and panel.x.label]
+    words = ". ".join(dict.fromkeys([chart.title, *axes]))
+    frame = f'<figure class="place" data-place="{text(name)}"><figcaption></figcaption><div class="controls"></div>'
+    drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(words)}"></div></figure>'
+    if opening is None:
+        return frame + drawing
+    opened = f'<figure><figcaption aria-live="polite"></figcaption><div class="chart" id="{text(name)}-opened"></div></figure>'
+    return f'{frame}{drawing}<div data-opened="{text(name)}" hidden>{opened}<p class="note">{text(opening.note)}</p></div>'
