@@ -27,6 +27,9 @@ TOLERANCE = 1e-6
 LONGEST = 300
 """Points of the longest curve that is traced for its peak; a virgin one takes about forty."""
 
+APART = 1e-3
+"""Relative distance in frequency from where on two peaks of one curve are different ones."""
+
 KNOWN = 30
 """Peaks remembered to climb from."""
 
@@ -85,15 +88,18 @@ class AtPeak:
         return self.traced(variables)[0]
 
     def confirmed(self, found: Extreme, sign: float) -> Extreme | None:
-        """The highest peak of the whole curve: the one that was followed may not be it.
+        """The highest peak of the whole curve: the one that was followed may not be it. Then that one is climbed to from now on.
 
         Where the curve is lost, its highest peak is at least the followed one: a search of the largest takes that, one of the
         smallest nothing.
         """
         try:
-            return self.sample(found.variables)
+            highest = self.sample(found.variables)
         except UnsolvedError:
             return found if sign > 0.0 else None
+        if abs(highest.evaluation.point.omega - found.evaluation.point.omega) > APART * found.evaluation.point.omega:
+            self.known = self.known[-1:]
+        return highest
 
     def traced(self, variables: Array) -> tuple[Extreme, Array]:
         """The same by tracing the whole curve; raises `UnsolvedError`."""

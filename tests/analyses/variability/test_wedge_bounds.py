@@ -6,6 +6,7 @@ Values at m = −1, 0, 1 and 222 Hz: independent script of this project.
 import numpy as np
 import pytest
 
+from stickslip.analyses.variability import bounds_search
 from stickslip.analyses.variability.bounds import response_bounds
 from stickslip.analyses.variability.bounds_search import BoundsSearch
 from stickslip.analyses.variability.samples import response_samples
@@ -17,7 +18,7 @@ from stickslip.solve.continuation import TURNED_BACK
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.starts import extreme_peak
 from stickslip.starts.extreme_peak import AtPeak, highest_peak
-from stickslip.starts.extremes import AtFrequency, size_of
+from stickslip.starts.extremes import AtFrequency, Extreme, size_of
 from stickslip.starts.solutions import UnsolvedError
 from stickslip.starts.states import explored_space
 from stickslip.units import hertz
@@ -122,6 +123,34 @@ def test_a_followed_peak_whose_curve_is_lost_bounds_from_above_alone(monkeypatch
     assert place.confirmed(found, -1.0) is None
     assert whole._first(0, 0).value == whole.samples[0][0].value
     assert whole._first(0, 1).value >= whole.samples[0][0].value
+
+
+class TwoPeaks:
+    """A stand-in for a place: the followed peak of a start state is low, and another of its curve is higher."""
+
+    def __init__(self, follow):
+        self.follow, self.space = follow, None
+
+    def value(self, variables):
+        return self.followed(variables), np.zeros(1)
+
+    def followed(self, variables):
+        return Extreme(variables, self.follow[float(variables[0])][0], None, None)
+
+    point = followed
+
+    def confirmed(self, found, sign):
+        return Extreme(found.variables, self.follow[float(found.variables[0])][1], None, None)
+
+
+def test_the_best_of_the_confirmed_peaks_is_the_bound(monkeypatch):
+    """A start state whose side peak is followed to the lowest value does not hide one whose highest peak is lower."""
+    place = TwoPeaks({0.5: (1.0, 9.0), -0.5: (4.0, 4.0)})
+    monkeypatch.setattr(bounds_search, "leapt", lambda place, toward, best, rng, effort: best)
+    monkeypatch.setattr(bounds_search, "extreme", lambda place, toward, begins, effort: place.followed(begins[0]))
+    search = BoundsSearch([place], np.zeros((1, 1)), 1, None, 0)
+    assert search._found(0, -1.0, [np.array([0.5]), np.array([-0.5])]).value == 4.0
+    assert search._found(0, 1.0, [np.array([0.5]), np.array([-0.5])]).value == 9.0
 
 
 def test_a_curve_that_turns_back_has_no_highest_peak(monkeypatch):

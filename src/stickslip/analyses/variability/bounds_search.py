@@ -25,6 +25,12 @@ LOWER, UPPER = 0, 1
 NEIGHBOUR_GAIN = 1e-5
 """A neighbour's optimum begins another search where it is better by this share."""
 
+CONFIRMATIONS = 4
+"""Searches in a row from one start state, each with the peak that turned out to be the highest in the last."""
+
+SAME_PEAK = 1e-3
+"""Relative difference up to which a followed peak is the highest one of the whole curve."""
+
 MOST_UNSOLVED = 0.5
 """Where more than this share of the sampled start states has no solution there are no bounds: the rest are a biased few."""
 
@@ -94,15 +100,30 @@ class BoundsSearch:
         return _best(toward, own, trial, self._found(k, toward, [trial.variables]))
 
     def _found(self, k: int, toward: float, begins: Sequence[Array]) -> Extreme | None:
-        """What the search finds from several start states."""
+        """What the searches from several start states find, and leaps away from the best of it; all of it confirmed."""
         place = self.places[k]
-        try:
-            found = extreme(place, toward, begins, self.effort)
-        except UnsolvedError:
+        best = _best(toward, *(self._confirmed(place, toward, begin) for begin in begins))
+        if best is None:
             return None
-        leap = leapt(place, toward, found, self.rng, self.effort)
-        trials = (leap,) if leap is found else (leap, found)
-        return next(filter(None, (place.confirmed(trial, toward) for trial in trials)), None)
+        leap = leapt(place, toward, best, self.rng, self.effort)
+        return best if leap is best else _best(toward, best, place.confirmed(leap, toward))
+
+    def _confirmed(self, place: Searched, toward: float, begin: Array) -> Extreme | None:
+        """What the search from a start state finds: where the peak that it followed is not the highest one in the end, the search
+        goes on with that."""
+        best: Extreme | None = None
+        for _ in range(CONFIRMATIONS):
+            try:
+                found = extreme(place, toward, [begin], self.effort)
+            except UnsolvedError:
+                break
+            known = place.confirmed(found, toward)
+            if known is None or (best is not None and toward * (known.value - best.value) <= 0.0):
+                break
+            best, begin = known, known.variables
+            if abs(known.value - found.value) <= SAME_PEAK * abs(found.value):
+                break
+        return best
 
     def _sample(self, k: int, variables: Array) -> Extreme | None:
         try:
