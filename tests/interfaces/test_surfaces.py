@@ -59,6 +59,30 @@ def test_normals_point_to_the_body_opposite():
     np.testing.assert_allclose(below.normals, -above.normals, atol=1e-12)
 
 
+def test_what_touches_a_surface_does_not_say_on_which_side_it_lies():
+    """A point in the surface, to rounding, whatever the rotation: refused, not guessed."""
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        flat = surface(grid([0.0, 1.0, 2.0], [0.0, 1.0]) @ turn.T)
+        with pytest.raises(InputError, match="must be given, since what lies opposite touches it"):
+            flat.facing(flat.points.mean(axis=0))
+
+
+def test_holes_are_noticed():
+    full = grid(np.arange(9.0), np.arange(7.0))
+    recess = full[~((full[:, 0] > 3.5) & (full[:, 1] > 2.5))]
+    assert not surface(full).has_holes
+    assert surface(recess).has_holes
+    assert surface(np.vstack([full, full + np.array([20.0, 0.0, 0.0])])).has_holes
+
+
+def test_a_line_beside_a_body_faces_it():
+    line = structure_of([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+    found = ss.NodeSurface.of(line, "pad", opposite=(5.0, 0.0, -2.0))
+    np.testing.assert_allclose(found.normals, np.tile([0.0, 0.0, -1.0], (2, 1)), atol=1e-12)
+
+
 def test_interpolation_is_exact_for_linear_motion_and_ends_at_the_edge():
     rng = np.random.default_rng(4)
     points = np.vstack([grid([0.0, 1.0], [0.0, 1.0]), np.hstack([rng.uniform(0.0, 1.0, (20, 2)), np.zeros((20, 1))])])
@@ -146,12 +170,22 @@ def test_surfaces_of_two_meshes_that_do_not_match():
     ("make", "words"),
     [
         (lambda: ss.NodeSurface.of(structure_of(grid([0, 1], [0, 1])), "pads"), "'pads' does not exist. Did you mean 'pad'"),
-        (lambda: surface([(0, 0, 0), (1, 0, 0)]), "must be given where nodes lie on a line"),
-        (lambda: surface(grid([0, 1], [0, 1]), (1.0, 0.0, 0.0)), "must not lie in it"),
+        (lambda: surface([(0, 0, 0), (1, 0, 0)]), "a line or one node, has no normal of its own"),
+        (lambda: surface([(0, 0, 0), (1, 0, 0)], (1, 0, 0)), "must not be zero or lie in it"),
+        (lambda: surface(grid([0, 1], [0, 1]), (1.0, 0.0, 0.0)), "must not be zero or lie in it"),
+        (lambda: surface(grid([0, 1], [0, 1]), (0.0, 0.0, 0.0)), "must not be zero or lie in it"),
+        (lambda: surface([(0, 0, 0), (1, 0, 0), (0, 0, 0)], (0, 0, 1)), "must have different places, but is 'pad/3"),
+        (
+            lambda: ss.NodeSurface.of(ss.Structure(np.eye(1), np.eye(1), ("a.x",), sets={"p": ()}), "p"),
+            "must have nodes that can move",
+        ),
+        (lambda: ss.surface_contacts("p", LAW, surface(grid([0, 1], [0, 1])), 3.0), "against must be a NodeSurface"),
+        (lambda: ss.assemble({"a": ss.RigidBody(1.0, np.eye(3))}), "Body 'a' must be a Structure"),
+        (lambda: structure_of([(0, 0, 0)]).shifted((1.0, 2.0)), "by must"),
         (lambda: surface(grid(np.linspace(-1, 1, 21), [0, 1], lambda x, y: 40.0 * x**2)), "must be flat or gently curved"),
         (
             lambda: ss.surface_contacts("p", LAW, surface(grid([0, 1], [0, 1]), (0, 0, 1)), tangent=(0, 0, 1)),
-            "must not be the normal",
+            "must be a direction that is not the normal",
         ),
         (lambda: ss.surface_contacts("p", 3.0, surface(grid([0, 1], [0, 1]))), "law must be a Law"),
         (lambda: ss.surface_contacts("p", LAW, "pad"), "surface must be a NodeSurface"),

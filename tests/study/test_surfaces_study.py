@@ -170,7 +170,28 @@ def test_nodes_of_one_deck_that_face_each_other(folder):
     (note,) = [note for note in found.notes if note.startswith("j: ")]
     assert "12 contacts" in note
     assert "3 nodes have nothing opposite" in note
+
     assert all(len(contact.normal) == 4 for contact in found.sweep.problem.contacts)
+
+
+def test_a_stop_without_friction_and_what_is_likely_a_slip(folder):
+    """A gap law takes surfaces too; a body 20 m away, mm typed for m, is said to be far."""
+    stop = '[[contact]]\nlaw = "gap"\nsurface = "left/PLATR"\nagainst = "damper"\nkn = 1e4\ngap = 0.01\n'
+    found = study(folder, STUDY.replace("[[force]]", stop + "[[force]]"))
+    stops = [contact for contact in found.sweep.problem.contacts if contact.name.startswith("contact 3 ")]
+    assert {contact.direction_names for contact in stops} == {("n",)}
+    assert sum(contact.law.kn for contact in stops) == pytest.approx(1e7)
+    far = study(folder, STUDY.replace("centre = [20.0, 52.0, 1.0]", "centre = [20.0, 20000.0, 1.0]").replace("PLATL", "PLATR"))
+    assert any("times the size: check units" in note for note in far.notes)
+
+
+def test_a_node_of_a_surface_may_be_kept_under_a_name_of_its_own(folder):
+    """The reduction has it once; the surface counts it all the same."""
+    text = STUDY.replace("keep = { tip = [0.0, 122.0, 0.0] }", "keep = { tip = [0.0, 122.0, 0.0], corner = 166 }")
+    found = study(folder, text).sweep.problem
+    assert len([contact for contact in found.contacts if contact.name.startswith("L ")]) == 15
+    assert "left/corner.x" in found.structure.dofs
+    assert "left/PLATR/166.x" not in found.structure.dofs
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,10 @@ class Gap(Law):
     def has_normal(self) -> bool:
         return True
 
+    @property
+    def has_friction(self) -> bool:
+        return False
+
     def elements(self, tangential: int, normal: bool) -> Elements:
         if tangential or not normal:
             raise fault("A gap contact", "must have a normal and no tangential direction", f"{tangential} tangential")

@@ -93,6 +93,11 @@ class Law(ABC):
     def elements(self, tangential: int, normal: bool) -> Elements:
         """The table of springs and sliders; refuses a number of directions that the law does not suit."""
 
+    @property
+    def has_friction(self) -> bool:
+        """Whether the law acts along tangential directions."""
+        return True
+
     def parameter_scales(self, force: float, width: float) -> Array:
         """What a whole change of each of the law's `Elements.parameters` is, for forces [N] and motions [m] of a size."""
         return np.zeros(0)

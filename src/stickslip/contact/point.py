@@ -162,5 +162,5 @@ def contact_in_space(
     if float(np.max(np.abs(axes @ axes.T - np.eye(3)))) > 1e-9:
         raise fault(f"Contact {name}, frame", "must have orthonormal rows t1, t2, n", axes.tolist())
     t1, t2, n = (difference(a(axis), b(axis)) for axis in axes)
-    tangential = (t1, t2) if law.elements(2, law.has_normal).friction else ()
+    tangential = (t1, t2) if law.has_friction else ()
     return Contact(name, law, tangential, n if law.has_normal else None, start or SliderOffset())

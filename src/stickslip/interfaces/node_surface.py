@@ -27,6 +27,17 @@ STEEPEST = 0.2
 OUTSIDE = 0.01
 """How far beyond the edge of a surface, relative to its size, a point still lies opposite it: edges that do not quite meet."""
 
+TOUCHING = 1e-3
+"""Distance, relative to the size of a surface, up to which a point does not say on which side of it it lies."""
+
+LEVEL = 0.1
+"""Cosine up to which a direction lies in a surface."""
+
+LARGER = 2.5
+"""Ratio of the longest edge of a triangle to the usual one from where on it spans a hole or a recess."""
+
+GIVE = "Give it as `towards`, in a study as `facing`."
+
 ROUNDING = 1e-9
 """Share of a corner that counts as none."""
 
@@ -45,26 +56,42 @@ class NodeSurface:
     area: float
 
     @classmethod
-    def of(cls, structure: Structure, name: str, towards: Sequence[float] | None = None) -> NodeSurface:
+    def of(
+        cls,
+        structure: Structure,
+        name: str,
+        towards: Sequence[float] | None = None,
+        opposite: Sequence[float] | None = None,
+    ) -> NodeSurface:
         """The surface of a set of nodes of a structure; `name` as in `Structure.sets`.
 
-        towards: a direction (x, y, z) to the outside, which says on which side of the nodes the body does not lie. Nodes on a
-        line, or a single one, have no normal of their own: it is theirs then.
+        towards: a direction (x, y, z) to the outside, which says on which side of the nodes the body does not lie; or opposite: a
+        point [m] on the outside, such as the mass centre of what it touches. Nodes on a line, or a single one, have no normal of
+        their own: they take that direction.
         """
         nodes = nodes_of(structure, name)
         points = np.array([structure.nodes[each] for each in nodes])
-        return cls._of_points(name, nodes, points, None if towards is None else vector("towards", towards, 3))
+        return cls._of_points(name, nodes, points, towards, opposite)
 
     @classmethod
-    def _of_points(cls, name: str, nodes: tuple[str, ...], points: Array, towards: Array | None) -> NodeSurface:
+    def _of_points(
+        cls,
+        name: str,
+        nodes: tuple[str, ...],
+        points: Array,
+        towards: Sequence[float] | None,
+        opposite: Sequence[float] | None,
+    ) -> NodeSurface:
         plane = _Plane.of(points)
-        if plane.rank < 2:
-            if towards is None or not np.linalg.norm(towards):
+        out = None if towards is None else vector("towards", towards, 3)
+        if out is None and opposite is not None:
+            out = vector("opposite", opposite, 3) - points.mean(axis=0)
+            if plane.rank == 2 and abs(plane.axes[2] @ out) < TOUCHING * np.ptp(points, axis=0).max():
                 raise InputError(
-                    f"Surface {name!r}: `towards` must be given where nodes lie on a line or in one place, but is not."
+                    f"The direction out of surface {name!r} must be given, since what lies opposite touches it. {GIVE}"
                 )
-            weights = np.ones(1) if plane.rank == 0 else _line_weights(plane.flat[:, 0])
-            return cls(name, nodes, points, np.tile(towards / np.linalg.norm(towards), (len(nodes), 1)), weights, 0.0)
+        if plane.rank < 2:
+            return cls._on_a_line(name, nodes, points, plane, out)
         normals = plane.normals(points) if plane.covers_once else np.zeros_like(points)
         steepness = normals @ plane.axes[2]
         if steepness.min() < STEEPEST:
@@ -72,18 +99,38 @@ class NodeSurface:
             raise fault(f"Surface {name!r}", rule, "too steep for one plane", remedy)
         areas = plane.cells() / steepness
         sign = 1.0
-        if towards is not None:
-            across = float(plane.axes[2] @ towards)
-            if abs(across) < 0.1 * np.linalg.norm(towards):
-                what, remedy = f"The direction out of surface {name!r}", "Give another: `towards`, in a study `facing`."
-                raise fault(what, "must not lie in it", np.round(towards, 6).tolist(), remedy)
+        if out is not None:
+            across = float(plane.axes[2] @ out)
+            if abs(across) <= LEVEL * np.linalg.norm(out):
+                raise _no_way_out(name, out)
             sign = float(np.sign(across))
         return cls(name, nodes, points, sign * normals, areas / areas.sum(), float(areas.sum()))
 
+    @classmethod
+    def _on_a_line(cls, name: str, nodes: tuple[str, ...], points: Array, plane: _Plane, out: Array | None) -> NodeSurface:
+        """Nodes on a line, or a single one: the normal is the direction out, as far as it lies across the line."""
+        if out is None:
+            raise InputError(f"Surface {name!r}, a line or one node, has no normal of its own. {GIVE}")
+        across = out - (out @ plane.axes[0]) * plane.axes[0] if plane.rank else out
+        size = float(np.linalg.norm(across))
+        if size <= LEVEL * np.linalg.norm(out):
+            raise _no_way_out(name, out)
+        weights = _line_weights(plane.flat[:, 0]) if plane.rank else np.ones(1)
+        return cls(name, nodes, points, np.tile(across / size, (len(nodes), 1)), weights, 0.0)
+
     def facing(self, point: Sequence[float]) -> NodeSurface:
         """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
-        towards = vector("point", point, 3) - self.weights @ self.points
-        return self._of_points(self.name, self.nodes, self.points, towards)
+        return self._of_points(self.name, self.nodes, self.points, None, point)
+
+    @property
+    def size(self) -> float:
+        """The largest extent of the surface along an axis [m]."""
+        return float(np.ptp(self.points, axis=0).max())
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether the nodes seem to leave out part of their convex hull, whose area counts: triangles far larger than others."""
+        return self._plane.rank == 2 and self._plane.has_holes
 
     def at(self, point: Sequence[float]) -> Motion | None:
         """The motion of the surface opposite a point [m], by interpolation between three nodes; None beyond its edge."""
@@ -114,12 +161,18 @@ class NodeSurface:
         return np.asarray(self._plane.axes[0])
 
 
+def _no_way_out(name: str, out: Array) -> InputError:
+    return fault(f"The direction out of surface {name!r}", "must not be zero or lie in it", np.round(out, 6).tolist(), GIVE)
+
+
 def nodes_of(structure: Structure, name: str) -> tuple[str, ...]:
     """The nodes of a set of a structure; each must have coordinates and three displacements."""
     if name not in structure.sets:
         known = nearest(name, structure.sets) if structure.sets else "The structure has none: keep the set, or read its names."
         raise InputError(f"Set of nodes {name!r} does not exist. {known}")
-    nodes, dofs = structure.sets[name], set(structure.dofs)
+    nodes, dofs = tuple(dict.fromkeys(structure.sets[name])), set(structure.dofs)
+    if not nodes:
+        raise fault(f"Set of nodes {name!r}", "must have nodes that can move", "empty, or all of them are fixed")
     for each in nodes:
         if each not in structure.nodes:
             remedy = "Give them with the model, or in a mapping file."
@@ -127,6 +180,10 @@ def nodes_of(structure: Structure, name: str) -> tuple[str, ...]:
         missing = [axis for axis in "xyz" if f"{each}.{axis}" not in dofs]
         if missing:
             raise fault(f"Nodes of the surface {name!r}", "must have displacements x, y, z", f"{each} without {missing[0]}")
+    places = {structure.nodes[each]: each for each in reversed(nodes)}
+    twice = [each for each in nodes if places[structure.nodes[each]] != each]
+    if twice:
+        raise fault(f"Nodes of the surface {name!r}", "must have different places", f"{twice[0]} where another one is")
     return nodes
 
 
@@ -155,6 +212,12 @@ class _Plane:
     @cached_property
     def triangles(self) -> Delaunay:
         return Delaunay(self.flat)
+
+    @property
+    def has_holes(self) -> bool:
+        corners = self.flat[self.triangles.simplices]
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        return bool(longest.max() > LARGER * np.median(longest))
 
     @property
     def covers_once(self) -> bool:

@@ -40,6 +40,10 @@ def surface_contacts(
     """
     of_kind("law", law, Law)  # type: ignore[type-abstract]
     of_kind("surface", surface, NodeSurface)
+    given: object = against
+    if not (given is None or isinstance(given, NodeSurface) or callable(given)):
+        remedy = 'Of a rigid body give `lambda point: body.at(point, "NAME")`, NAME as in `assemble`.'
+        raise fault("against", "must be a NodeSurface, the motion of a point, or None", type(given).__name__, remedy)
     along = surface.long_axis if tangent is None else vector("tangent", tangent, 3)
     contacts = []
     for each, point, normal, weight in zip(surface.nodes, surface.points, surface.normals, surface.weights, strict=True):
@@ -67,5 +71,5 @@ def _frame(name: str, normal: Array, along: Array) -> Array:
     t1 = along - (along @ normal) * normal
     size = float(np.linalg.norm(t1))
     if size < 1e-3 * float(np.linalg.norm(along)) or not size:
-        raise fault(f"The tangent of {name}", "must not be the normal", along.tolist())
+        raise fault(f"The tangent of {name}", "must be a direction that is not the normal", along.tolist())
     return np.stack([t1 / size, np.cross(normal, t1 / size), normal])

@@ -52,11 +52,14 @@ def describe(model: Model, number: int = 10) -> Description:
 def translation_mass(model: Model) -> Array:
     """rᵀMr of unit translations along x, y, z, kg, (3,); nodes that the file leaves out, as fixed ones, do not count.
 
-    Nodes with negative numbers are internal ones of Abaqus: they move relative to the others.
+    Nodes with negative numbers are internal ones of Abaqus, and those without a place beside others that have one the
+    incompatible modes of CalculiX: they move relative to the others.
     """
     found = []
+    internal = {node for node in model.directions if node.startswith("-") or (model.nodes and node not in model.nodes)}
     for axis in "xyz":
-        r = np.array([float(name.rpartition(".")[2] == axis and not name.startswith("-")) for name in model.dofs])
+        pairs = (name.rpartition(".") for name in model.dofs)
+        r = np.array([float(direction == axis and node not in internal) for node, _, direction in pairs])
         found.append(float(r @ (model.M @ r)) if r.any() else np.nan)
     return np.array(found)
 

@@ -36,10 +36,11 @@ class Place:
         return f"{self.name}: node{'s' if len(self.nodes) > 1 else ''} {listed}{away}"
 
 
-def places_of(model: Model, keep: Keep, metres: float = 1.0) -> tuple[Place, ...]:
+def places_of(model: Model, keep: Keep, metres: float = 1.0, surfaces: Sequence[str] = ()) -> tuple[Place, ...]:
     """Every place of `keep`, {name: where} or a list of ids, sets and degrees of freedom; coordinates in units of `metres`.
 
     A named node gives NAME.x, NAME.y, ...; a named set NAME/NODE.x, ...; what stands in a list keeps the names of the model.
+    surfaces: sets kept besides, of which nodes may stand elsewhere too: these have the names that they have there.
     """
     named = keep.items() if isinstance(keep, Mapping) else [("", where) for where in several("keep", keep)]
     found, faults = [], []
@@ -55,6 +56,12 @@ def places_of(model: Model, keep: Keep, metres: float = 1.0) -> tuple[Place, ...
         faults.append(str(fault("keep", "must name each degree of freedom once", repeated[:5] or "repeated names")))
     if faults:
         raise Faults(faults)
+    taken = {node for place in found for node in place.nodes}
+    for name in surfaces:
+        whole = _place(model, name, name, metres)
+        fresh = {node: f"{name}/{node}" for node in whole.nodes if node not in taken}
+        taken |= set(fresh)
+        found.append(Place(name, whole.nodes, _dofs(model, fresh)))
     return tuple(found)
 
 

@@ -65,7 +65,9 @@ def reduced(
         progress(1.0, f"reduction found in {file}")
     C = matrices["C"] if matrices["C"].size else None
     dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
-    return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=_kept_nodes(model, kept), sets=_kept_sets(places))
+    return Structure(
+        matrices["M"], matrices["K"], dofs, C, damping, nodes=_kept_nodes(model, kept), sets=_kept_sets(model, places)
+    )
 
 
 def _kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
@@ -74,9 +76,10 @@ def _kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
     return {name: model.nodes[node] for name, node in names.items() if node in model.nodes}
 
 
-def _kept_sets(places: tuple[Place, ...]) -> dict[str, tuple[str, ...]]:
+def _kept_sets(model: Model, places: tuple[Place, ...]) -> dict[str, tuple[str, ...]]:
     """The nodes of each place by their names in the reduced model."""
-    return {place.name: tuple(dict.fromkeys(name.rpartition(".")[0] for name in place.dofs)) for place in places}
+    rows = {model.dofs[row].rpartition(".")[0]: name.rpartition(".")[0] for place in places for name, row in place.dofs.items()}
+    return {place.name: tuple(dict.fromkeys(rows[node] for node in place.nodes if node in rows)) for place in places}
 
 
 def _mode_names(number: int) -> tuple[str, ...]:

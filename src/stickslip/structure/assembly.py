@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import linalg
 
-from stickslip.checks import Array, InputError, fault, finite, not_negative
+from stickslip.checks import Array, InputError, fault, finite, not_negative, of_kind
 from stickslip.structure.matrices import Structure
 
 
@@ -47,6 +47,7 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
     if not bodies:
         raise fault("bodies", "must hold at least one structure", "none")
     for name, body in bodies.items():
+        of_kind(f"Body {name!r}", body, Structure)
         if body.damping is not None:
             raise InputError(
                 f"Body {name!r} must not bring a damping rule into an assembly, but has {body.damping!r}. "

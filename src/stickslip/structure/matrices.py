@@ -7,7 +7,20 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, InputError, counted, fault, nearest, several, square, storable, symmetric, unique
+from stickslip.checks import (
+    SMALLEST,
+    Array,
+    InputError,
+    counted,
+    fault,
+    nearest,
+    several,
+    square,
+    storable,
+    symmetric,
+    unique,
+    vector,
+)
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 
 Point = tuple[float, float, float]
@@ -79,7 +92,7 @@ class Structure:
 
     def shifted(self, by: Sequence[float]) -> Structure:
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
-        x, y, z = by
+        x, y, z = vector("by", by, 3).tolist()
         return replace(self, nodes={name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()})
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:

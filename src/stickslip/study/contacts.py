@@ -77,7 +77,9 @@ class SurfaceTable(ContactTable):
         Vector | None, Field(description="t1, as far as it lies in the surface; unless given, along its greatest length")
     ] = None
     mean_pressure: Annotated[
-        NotNegative, PRESSURE, Field(description="on the surface, beside `preload`, with the structure at rest; needs `kn`")
+        NotNegative,
+        PRESSURE,
+        Field(description="N0 per area, beside `preload`; needs `kn`"),
     ] = 0.0
 
 

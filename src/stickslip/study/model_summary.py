@@ -43,7 +43,9 @@ def _loads(problem: Problem) -> list[str]:
     """Normal loads at rest of contacts where they vary; those that are open by name."""
     loads = normal_loads_at_rest(problem)
     if not loads:
-        return []
+        if not any(contact.normal is not None for contact in problem.contacts):
+            return []
+        return ["Normal loads at rest: none found. Do the static loads press the contacts on, and does friction hold them?"]
     open_ = [name for name, load in loads.items() if load == 0.0]
     closed = [f"{name} {load:.4g}" for name, load in loads.items() if load > 0.0]
     return [

@@ -13,7 +13,7 @@ from stickslip.models.content import Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
 from stickslip.models.named_rows import with_mapping
-from stickslip.models.places import Keep, places_of
+from stickslip.models.places import places_of
 from stickslip.models.read import read_content
 from stickslip.models.reduction import Progress, structure_of
 from stickslip.structure.damping import Damping
@@ -38,16 +38,13 @@ def structure(
     """
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
-    places = None if table.keep is None else places_of(model, _with_surfaces(table.keep, surfaces, model), own.system.metres)
+    places = None
+    if table.keep is not None:
+        besides = [name for name in surfaces if name in model.sets and name not in table.keep]
+        places = places_of(model, table.keep, own.system.metres, besides)
     notes = (*map(str, places or ()), *model.notes, *implausible(model))
     made = structure_of(model, places, table.modes, damping, progress)
     return made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift]), notes
-
-
-def _with_surfaces(keep: Keep, surfaces: Sequence[str], model: Model) -> Keep:
-    """What a study keeps, and the sets of its contact surfaces where it does not name them."""
-    missing = [name for name in surfaces if name in model.sets and name not in keep]
-    return {**keep, **{name: name for name in missing}} if isinstance(keep, Mapping) else [*keep, *missing]
 
 
 def _model(table: StructureTable, folder: Path, units: Units) -> Model:

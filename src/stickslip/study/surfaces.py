@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import InputError, counted, fault, nearest
+from stickslip.checks import Array, InputError, counted, fault, nearest
 from stickslip.contact.law import Law
 from stickslip.contact.point import GROUND, Contact
 from stickslip.interfaces.node_surface import NodeSurface
@@ -17,6 +17,9 @@ from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
 from stickslip.study.parts import Parts
 from stickslip.study.starts import start_rules
 from stickslip.study.units import Units, in_si
+
+FAR, SMALLEST = 10.0, 1e-4
+"""Distance of what lies opposite from where on it is likely a slip, over the size of the surface or this length [m]."""
 
 
 def surfaces_in(tables: Iterable[ContactTable | None]) -> list[str]:
@@ -31,11 +34,12 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
     against = _opposite(table, parts)
     surface = _surface(table, against, parts)
     law = _pressed(table.make_law(units), in_si(table, units)["mean_pressure"], surface)
-    friction = law.elements(2, law.has_normal).friction
-    start = start_rules(table.start, units, 2, friction[0].stiffness.size) if isinstance(table, FrictionTable) else None
+    start = None
+    if isinstance(table, FrictionTable):
+        start = start_rules(table.start, units, 2, law.elements(2, law.has_normal).friction[0].stiffness.size)
     balanced = getattr(table, "balanced", False)
     contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, start=start, balanced=balanced)
-    return contacts, _note(name, surface, len(contacts), table)
+    return contacts, _note(name, surface, len(contacts), table, _middle(table, against, parts))
 
 
 def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:
@@ -58,8 +62,17 @@ def _surface(table: SurfaceTable, against: Opposite, parts: Parts) -> NodeSurfac
         return NodeSurface.of(parts.structure, name, table.facing)
     if against is None:
         raise InputError("facing must be given where a surface lies against the ground, but is missing.")
-    opposite = against.weights @ against.points if isinstance(against, NodeSurface) else parts.bodies[str(table.against)].centre
-    return NodeSurface.of(parts.structure, name).facing(np.asarray(opposite).tolist())
+    middle = _middle(table, against, parts)
+    return NodeSurface.of(parts.structure, name, opposite=None if middle is None else middle.tolist())
+
+
+def _middle(table: SurfaceTable, against: Opposite, parts: Parts) -> Array | None:
+    """Where what lies opposite has its middle; None for the ground."""
+    if against is None:
+        return None
+    if isinstance(against, NodeSurface):
+        return np.asarray(against.weights @ against.points)
+    return np.asarray(parts.bodies[str(table.against)].centre)
 
 
 def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
@@ -75,10 +88,23 @@ def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
     return pressed
 
 
-def _note(name: str, surface: NodeSurface, count: int, table: SurfaceTable) -> str:
+def _note(name: str, surface: NodeSurface, count: int, table: SurfaceTable, opposite: Array | None) -> str:
+    """What was found, and what is likely a slip."""
     middle = surface.weights @ surface.normals
     normal = ", ".join(f"{axis:.3g}" for axis in np.round(middle / np.linalg.norm(middle), 6) + 0.0)
     area = f", {1e6 * surface.area:.4g} mm2" if surface.area else ""
-    found = f"{name}: {counted(count, 'contact')} on {table.surface} against {table.against}{area}; mean normal {normal}"
+    found = [f"{name}: {counted(count, 'contact')} on {table.surface} against {table.against}{area}; mean normal {normal}"]
     left = len(surface.nodes) - count
-    return found + (f". {counted(left, 'node has', 'nodes have')} nothing opposite and no contact." if left else "")
+    if left:
+        found.append(
+            f"{counted(left, 'node has', 'nodes have')} nothing opposite and no contact: their share of kt and kn is lost"
+        )
+    if surface.has_holes:
+        found.append("The nodes seem to leave out a hole or a recess, whose area counts: divide the set")
+    if opposite is not None:
+        away = float(np.linalg.norm(opposite - surface.weights @ surface.points))
+        if away > FAR * max(surface.size, SMALLEST):
+            found.append(
+                f"{table.against} is {away:.3g} m away, {away / max(surface.size, SMALLEST):.0f} times the size: check units"
+            )
+    return ". ".join(found)

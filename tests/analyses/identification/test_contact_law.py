@@ -152,7 +152,15 @@ def test_many_cycles_are_averaged_over_neighbours():
 
 def test_little_motion_and_a_poor_fit_are_said():
     small = ss.contact_law(record("iwan", amplitude=1e-6, cycles=4, zero=0.0), laws="iwan")
-    assert "No loop reaches gross slip" in " ".join(small.warnings)
+    assert "The contact hardly slips" in " ".join(small.warnings)
+
+
+@pytest.mark.parametrize(("amplitude", "slips"), [(0.5, False), (0.95, False), (3.0, True)])
+def test_friction_of_a_contact_that_hardly_slips_is_a_lower_bound(amplitude, slips):
+    """Amplitudes below and beyond the elastic travel mu N/kt of the slider."""
+    found = ss.contact_law(record(amplitude=amplitude * MU * N / KT, gain=0.0, zero=0.0, noise=(0.0, 0.0)), laws="jenkins")
+    assert any("mu is a lower bound" in warning for warning in found.warnings) != slips
+    assert found.mu <= 1.01 * MU
 
 
 def test_wrong_arguments_are_refused():

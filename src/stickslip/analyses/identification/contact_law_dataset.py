@@ -19,9 +19,9 @@ TRAVEL = 3e-6
 """Elastic travel mu N/kt [m] from which kt is likely the rig's. In Hertzian contact it is at most the approach of the bodies, in
 rough contact about the height of the roughness: about 1 µm or less for metals."""
 
-REACH, POOR, WIDE = 0.95, 0.1, 0.2
-"""Force over mu N below which mu is extrapolated; misfit from which a law is called poor; relative half width of an interval
-from which a parameter is hardly known."""
+SLIPS, POOR, WIDE = 0.1, 0.1, 0.2
+"""Energy of a loop over that of slip all the way below which mu is a lower bound; misfit from which a law is poor; relative half
+width of an interval from which a parameter is hardly known."""
 
 PLATEAU = 0.1
 """Share of a cycle that lies above the plateau of the force, and below the other one: smoothing overshoots at their corners."""
@@ -99,12 +99,21 @@ def _energy_of_law(loop: Any, law: str, theta: Array) -> float:
     return float(np.sum(force * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
 
 
+def _share_in_slip(loop: Any, mu: float) -> float:
+    """Energy of a loop over 4 mu N A, that of a contact which slips all the way."""
+    amplitude = 0.5 * float(np.ptp(np.asarray(loop.displacement)))
+    return energy_of(loop) / (4.0 * mu * float(np.mean(np.asarray(loop.normal))) * amplitude)
+
+
 def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[str]:
     """What to check before the result is used."""
     found = []
-    reach = max(0.5 * float(np.ptp(np.asarray(x.force))) / (fit.mu * float(np.max(np.asarray(x.normal)))) for x in work.loops)
-    if reach < REACH:
-        found.append(f"No loop reaches gross slip ({reach:.0%} of mu N): mu is extrapolated.")
+    slipping = max(_share_in_slip(loop, fit.mu) for loop in work.loops)
+    if slipping < SLIPS:
+        found.append(
+            f"The contact hardly slips: no loop dissipates more than {max(slipping, 0.0):.0%} of what mu N would. "
+            "mu is a lower bound then, whatever its interval. Measure with larger amplitudes or a smaller normal load."
+        )
     if fit.misfit > POOR:
         found.append(f"The {fit.law} law misses the loops by {fit.misfit:.0%} of their rms force.")
     travel = fit.mu * work.normal / fit.kt
