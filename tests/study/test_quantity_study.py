@@ -1,10 +1,9 @@
 """The quantity that peaks are of, from the study file to tables, report and export."""
 
-import re
-
 import numpy as np
 import pandas as pd
 import pytest
+from report.pages import Page
 from typer.testing import CliRunner
 
 import stickslip as ss
@@ -77,8 +76,8 @@ def test_a_study_reports_the_peaks_of_its_quantity(inertance):
     page = (folder / "out" / "report.html").read_text()
     assert "Peaks: local maxima of the amplitude of the first harmonic of the acceleration along the curve" in page
     assert "peaks in acceleration at" in page
-    shown = re.search(r'name="quantity" value="(\w+)" checked', page)
-    assert shown.group(1) == "acceleration"
+    (curves,) = Page(page).data()["places"]["chart-curves"]
+    assert next(choice["options"][0] for choice in curves["choices"] if choice["name"] == "Show") == "acceleration"
     assert f'data-value="{expected.amplitude}"' in page
 
 

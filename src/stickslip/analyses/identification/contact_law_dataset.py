@@ -19,9 +19,11 @@ TRAVEL = 3e-6
 """Elastic travel mu N/kt [m] from which kt is likely the rig's. In Hertzian contact it is at most the approach of the bodies, in
 rough contact about the height of the roughness: about 1 µm or less for metals."""
 
-SLIPS, POOR, WIDE = 0.1, 0.1, 0.2
-"""Energy of a loop over that of slip all the way below which mu is a lower bound; misfit from which a law is poor; relative half
-width of an interval from which a parameter is hardly known."""
+SLIPS = 0.1
+"""Energy of a loop over that of slip all the way below which mu is a lower bound."""
+
+POOR, WIDE = 0.1, 0.2
+"""Misfit from which a law is called poor; relative half width of an interval from which a parameter is hardly known."""
 
 PLATEAU = 0.1
 """Share of a cycle that lies above the plateau of the force, and below the other one: smoothing overshoots at their corners."""

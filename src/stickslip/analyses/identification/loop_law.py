@@ -29,6 +29,9 @@ ARRAY_ELEMENTS = 5
 SMOOTHED = 30
 """Harmonics of the displacement that Dahl's law is led along: it yields to every reversal, and noise would make many."""
 
+UNKNOWN = 300.0
+"""Logarithm of the factor from which on an interval says nothing more."""
+
 CLOSE = 1.1
 """A law with fewer parameters is kept while its held-out error is below this times the smallest."""
 
@@ -197,8 +200,9 @@ class LawFit:
 
 
 def _interval(value: float, error: float) -> tuple[float, float]:
-    """95 % of a logarithmic normal distribution."""
-    return value * float(np.exp(-1.96 * error)), value * float(np.exp(1.96 * error))
+    """95 % of a logarithmic normal distribution; from 0 on without end where nothing is known."""
+    factor = float(np.exp(min(1.96 * error, UNKNOWN)))
+    return value / factor, value * factor
 
 
 def force_of(loop: ContactLoop, law: str, theta: Array) -> Array:
