@@ -173,3 +173,15 @@ def test_a_lost_curve_without_damping_or_of_a_body_that_friction_alone_holds_say
     floating = message(chain, ss.ModalDamping(0.01), 1.0, (0.3, 3.0))
     assert "A body is held by friction alone" in floating
     assert "no damping" not in floating
+
+
+@pytest.mark.parametrize("force", [0.1, 1.0, 5.0])
+def test_a_body_that_drifts_ends_the_curve_at_once(force):
+    """A free mass on a sliding one, in slip: its mean is anywhere. The curve went 8000 points along that family of solutions."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 0.0]), ("1.x", "2.x"), damping=ss.ModalDamping(0.01))
+    contact = ss.Contact("c", ss.Macroslip(kt=1.0, mu=0.5, normal_load=1.0), (ss.between("1.x", "2.x"),))
+    problem = ss.Problem(structure, (contact,), (ss.Force("1.x", 1.0),), ("2.x",))
+    response = ss.forced_response(problem, ss.radians_per_second(0.5, 2.5), force, harmonics=1, samples=64).dataset
+    assert response.sizes["point"] < 100
+    assert "A body drifts: all contacts that hold it slip" in str(response.case_message.values[0])
+    assert "Hold it by mean_springs" in str(response.case_message.values[0])

@@ -24,6 +24,14 @@ from stickslip.solve.newton import NEAR, Correction, correct, fixed
 CLOSED = "The curve closed on itself."
 TURNED_BACK = "The curve turned back and left the band through its start."
 
+DRIFTS = "A body drifts: all contacts that hold it slip, and nothing else does."
+
+DRIFT_STEPS = 10
+"""Steps in a row in which means alone move, after which a body drifts."""
+
+STILL = 1e-6
+"""Share of a step up to which everything but the means stands still."""
+
 BEYOND = (1e-3, 1e-2, 1e-4)
 SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
 """Steps along the tangent from beyond a kink, in the order in which they are tried; `SHORT` where each must be reversible."""
@@ -115,7 +123,7 @@ class _Tracer:
         current = self._starting_point(first)
         yield current
         bend: tuple[Array, float] | None = None
-        mark, renewal = current, 64
+        mark, renewal, drifting = current, 64, 0
         for count in range(self.control.points):
             if self._remaining(current) <= 0.0:
                 return
@@ -127,8 +135,11 @@ class _Tracer:
             if self.direction * (value - self.start) < 0.0:
                 raise LostCurveError(TURNED_BACK)
             bend = self._bend(current, following)
+            drifting = drifting + 1 if self._means_alone_move(current, following) else 0
             current = following
             yield current
+            if drifting == DRIFT_STEPS:
+                raise LostCurveError(DRIFTS)
             if self._meets(mark, current):
                 raise LostCurveError(CLOSED)
             if count == renewal:
@@ -137,6 +148,16 @@ class _Tracer:
 
     def _remaining(self, current: CurvePoint) -> float:
         return self.direction * (self.end - current.point.value(self.parameter))
+
+    def _means_alone_move(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether a step changes harmonic 0 and nothing else: a family of solutions along which a body lies elsewhere."""
+        change = following.point.value(self.parameter) - current.point.value(self.parameter)
+        if abs(change) > STILL * self.scale:
+            return False
+        motion = following.evaluation.w - current.evaluation.w
+        whole = current.metric.length(motion, change)
+        motion[:, 0] = 0.0
+        return current.metric.length(motion, change) < STILL * whole
 
     def _meets(self, mark: CurvePoint, current: CurvePoint) -> bool:
         """Whether the curve is back where it was, in the same direction: then it goes round for ever (Brent's test)."""
