@@ -174,6 +174,15 @@ def test_nodes_of_one_deck_that_face_each_other(folder):
     assert all(len(contact.normal) == 4 for contact in found.sweep.problem.contacts)
 
 
+def test_laws_without_a_start_state_are_not_warned_of_one(folder):
+    """Nobody gave a start state: neither on a surface nor in a single contact."""
+    single = '[[contact]]\nlaw = "dahl"\nbetween = ["left/tip.z", "ground"]\nkt = 1.0\nmu = 0.3\nnormal_load = 1.0\n'
+    found = study(folder, STUDY.replace('"iwan"', '"dahl"').replace("[[force]]", single + "[[force]]", 1))
+    assert not any("Start states without effect" in note for note in found.notes)
+    given = study(folder, STUDY.replace('"iwan"', '"dahl"\nstart = { slider_offset = 1e-3 }'))
+    assert any("Start states without effect" in note for note in given.notes)
+
+
 def test_a_stop_without_friction_and_what_is_likely_a_slip(folder):
     """A gap law takes surfaces too; a body 20 m away, mm typed for m, is said to be far."""
     stop = '[[contact]]\nlaw = "gap"\nsurface = "left/PLATR"\nagainst = "damper"\nkn = 1e4\ngap = 0.01\n'

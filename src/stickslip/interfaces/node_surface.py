@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import Delaunay
 
-from stickslip.checks import Array, InputError, fault, nearest, vector
+from stickslip.checks import Array, Index, InputError, fault, nearest, vector
 from stickslip.contact.point import Motion, node
 from stickslip.structure.matrices import Structure
 
@@ -37,6 +38,12 @@ LARGER = 2.5
 """Ratio of the longest edge of a triangle to the usual one from where on it spans a hole or a recess."""
 
 GIVE = "Give it as `towards`, in a study as `facing`."
+
+SLIVER = 1e-3
+"""Height of a triangle over its longest side below which its corners lie on one line."""
+
+PAIRS = ((1, 2), (2, 0), (0, 1))
+"""The corners of the side opposite each corner."""
 
 ROUNDING = 1e-9
 """Share of a corner that counts as none."""
@@ -61,7 +68,7 @@ class NodeSurface:
         structure: Structure,
         name: str,
         towards: Sequence[float] | None = None,
-        opposite: Sequence[float] | None = None,
+        opposite: ArrayLike | None = None,
     ) -> NodeSurface:
         """The surface of a set of nodes of a structure; `name` as in `Structure.sets`.
 
@@ -80,7 +87,7 @@ class NodeSurface:
         nodes: tuple[str, ...],
         points: Array,
         towards: Sequence[float] | None,
-        opposite: Sequence[float] | None,
+        opposite: ArrayLike | None,
     ) -> NodeSurface:
         plane = _Plane.of(points)
         out = None if towards is None else vector("towards", towards, 3)
@@ -210,28 +217,46 @@ class _Plane:
         return cls(centre, axes, (points - centre) @ axes[:2].T, rank)
 
     @cached_property
-    def triangles(self) -> Delaunay:
+    def delaunay(self) -> Delaunay:
         return Delaunay(self.flat)
+
+    @cached_property
+    def triangles(self) -> Index:
+        """Corners of the Delaunay triangles (t, 3), without the slivers that rounding makes along straight edges."""
+        corners: Index = self.delaunay.simplices.astype(np.int64)
+        longest, area = self._longest(corners), _twice_area(self.flat[corners])
+        return np.asarray(corners[np.abs(area) > SLIVER * longest**2])
+
+    @cached_property
+    def edge(self) -> Index:
+        """The sides (e, 2) that belong to one triangle only."""
+        sides = np.sort(np.concatenate([self.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+        single, count = np.unique(sides, axis=0, return_counts=True)
+        return np.asarray(single[count == 1])
+
+    def _longest(self, corners: Index) -> Array:
+        """The longest side of each triangle."""
+        points = self.flat[corners]
+        return np.asarray(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2).max(axis=1))
 
     @property
     def has_holes(self) -> bool:
-        corners = self.flat[self.triangles.simplices]
-        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        longest = self._longest(self.triangles)
         return bool(longest.max() > LARGER * np.median(longest))
 
     @property
     def covers_once(self) -> bool:
         """Whether no two points lie in one place of the plane."""
-        return np.unique(self.triangles.simplices).size == len(self.flat)
+        return np.unique(self.triangles).size == len(self.flat)
 
     def normals(self, points: Array) -> Array:
         """Unit normals of the nodes, on the side of the plane's normal: the mean of the triangles around, by their area."""
-        corners = points[self.triangles.simplices]
+        corners = points[self.triangles]
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         across *= np.sign(across @ self.axes[2])[:, None]
         total = np.zeros_like(points)
         for corner in range(3):
-            np.add.at(total, self.triangles.simplices[:, corner], across)
+            np.add.at(total, self.triangles[:, corner], across)
         return np.asarray(total / np.linalg.norm(total, axis=1)[:, None])
 
     def cells(self) -> Array:
@@ -239,27 +264,34 @@ class _Plane:
 
         They do not depend on how a rectangle is divided into triangles, which rounding decides.
         """
-        hull = self.flat[_counter_clockwise(self.triangles)]
-        first, others = self.triangles.vertex_neighbor_vertices
+        hull = self.flat[_counter_clockwise(self.delaunay)]
+        first, others = self.delaunay.vertex_neighbor_vertices
         return np.array([_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))])
 
     def shares(self, point: Array) -> dict[int, float] | None:
         """The corners of the triangle at a point's projection, or the edge near it, with their shares; None beyond it."""
         place = (point - self.centre) @ self.axes[:2].T
-        two = np.einsum("tij,tj->ti", self.triangles.transform[:, :2], place - self.triangles.transform[:, 2])
-        every = np.column_stack([two, 1.0 - two.sum(axis=1)])
+        points = self.flat[self.triangles]
+        opposite = [np.stack([np.broadcast_to(place, points[:, 0].shape), points[:, i], points[:, j]], axis=1) for i, j in PAIRS]
+        every = np.column_stack([_twice_area(part) for part in opposite]) / _twice_area(points)[:, None]
         best = int(np.argmax(every.min(axis=1)))
-        corners, shares = self.triangles.simplices[best], every[best]
+        corners, shares = self.triangles[best], every[best]
         if shares.min() < -ROUNDING:
-            first, second = (self.flat[side] for side in self.triangles.convex_hull.T)
+            first, second = (self.flat[side] for side in self.edge.T)
             along = second - first
             f = np.clip(np.sum((place - first) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
             away = np.linalg.norm(first + f[:, None] * along - place, axis=1)
             best = int(np.argmin(away))
             if away[best] > OUTSIDE * np.ptp(self.flat, axis=0).max():
                 return None
-            corners, shares = self.triangles.convex_hull[best], np.array([1.0 - f[best], f[best]])
+            corners, shares = self.edge[best], np.array([1.0 - f[best], f[best]])
         return {int(corner): float(share) for corner, share in zip(corners, shares, strict=True) if share > ROUNDING}
+
+
+def _twice_area(corners: Array) -> Array:
+    """Twice the signed areas of triangles (t, 3, 2), positive counter-clockwise."""
+    (x1, y1), (x2, y2) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return np.asarray(x1 * y2 - y1 * x2)
 
 
 def _counter_clockwise(triangles: Delaunay) -> Array:

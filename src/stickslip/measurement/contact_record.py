@@ -15,7 +15,7 @@ import numpy as np
 
 from stickslip.checks import LARGEST, Array, fault, nearest, positive
 from stickslip.measurement.number_table import NumberTable, matlab_tables, text_table
-from stickslip.measurement.records import LONGEST_CLIP, UNITS, longest_run
+from stickslip.measurement.records import LONGEST_CLIP, UNITS, longest_run, to_si
 
 QUANTITIES = {"time": "s", "displacement": "m", "force": "N", "normal": "N"}
 """Columns of a record, and the SI unit of each. `force` is the friction force, `normal` the normal load."""
@@ -228,7 +228,7 @@ def _record(
         if unit is None:
             unit = assumed[name]
             notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
-        values[name] = table.numbers[:, index] * _factor(table.name, name, unit)
+        values[name] = table.numbers[:, index] * to_si(f"The unit of {name} in {table.name}", unit, QUANTITIES[name])
     normal: Array | float = values.get("normal", np.zeros(0))
     if normal_load is not None:
         notes += _compared_load(table.name, values.get("normal"), normal_load)
@@ -321,17 +321,6 @@ def _unit_of_motion(file: str, span: float) -> str:
     rule = "must be stated where the motion is not between 0.5 um and 0.5 mm in any of m, mm and um"
     shown = f"missing, with a range of {span:.4g}"
     raise fault(f"The unit of displacement in {file}", rule, shown, "Give units={'displacement': 'um'}.")
-
-
-def _factor(file: str, name: str, unit: str) -> float:
-    """To SI; refused where the unit is unknown or of another quantity."""
-    what, wanted = f"The unit of {name} in {file}", QUANTITIES[name]
-    if unit not in UNITS:
-        raise fault(what, "must be a known one", unit, nearest(unit, UNITS))
-    base, factor = UNITS[unit]
-    if base != wanted:
-        raise fault(what, f"must be one of {', '.join(key for key, (b, _) in UNITS.items() if b == wanted)}", unit)
-    return factor
 
 
 def _compared_load(file: str, column: Array | None, given: float) -> list[str]:

@@ -176,7 +176,11 @@ def read_columns(
             continue
         if name in found:
             raise fault(f"Columns of {path.name}", "must have different names", header)
-        found[name] = rows[:, index] * _factor(path.name, name, (units or {}).get(name) or _unit(title))
+        unit = (units or {}).get(name) or _unit(title)
+        if unit is None:
+            remedy = f"Name the column `{name} [{QUANTITIES[name]}]`, or give it in `units`."
+            raise fault(f"The unit of {name} in {path.name}", "must be stated", "missing", remedy)
+        found[name] = rows[:, index] * to_si(f"The unit of {name} in {path.name}", unit, QUANTITIES[name])
     if strange:
         warnings.append(f"{path.name}: columns without a known meaning are left out: {', '.join(strange)}.")
     if "time" not in found:
@@ -232,11 +236,8 @@ def _unit(title: str) -> str | None:
     return match.group(1).strip() if match else None
 
 
-def _factor(file: str, name: str, unit: str | None) -> float:
-    """To SI; refused where the unit is missing, unknown or of another quantity."""
-    what, wanted = f"The unit of {name} in {file}", QUANTITIES[name]
-    if unit is None:
-        raise fault(what, "must be stated", "missing", f"Name the column `{name} [{wanted}]`, or give it in `units`.")
+def to_si(what: str, unit: str, wanted: str) -> float:
+    """The factor of a unit to the SI unit `wanted`; refused where it is unknown or of another quantity."""
     if unit not in UNITS:
         raise fault(what, "must be a known one", unit, nearest(unit, UNITS))
     base, factor = UNITS[unit]

@@ -79,7 +79,11 @@ def _largest_friction(contact: Contact) -> float:
 
 def _starts(problem: Problem) -> str:
     """Contacts with a start state that their law does not have."""
-    given = [contact for contact in problem.contacts if contact.start != SliderOffset() and contact.has_no_start]
+    given = [
+        contact
+        for contact in problem.contacts
+        if contact.has_no_start and any(start != SliderOffset() for start in contact.starts)
+    ]
     if not given:
         return ""
     laws = " and ".join(sorted({type(contact.law).__name__ for contact in given}))

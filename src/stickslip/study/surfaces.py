@@ -62,8 +62,7 @@ def _surface(table: SurfaceTable, against: Opposite, parts: Parts) -> NodeSurfac
         return NodeSurface.of(parts.structure, name, table.facing)
     if against is None:
         raise InputError("facing must be given where a surface lies against the ground, but is missing.")
-    middle = _middle(table, against, parts)
-    return NodeSurface.of(parts.structure, name, opposite=None if middle is None else middle.tolist())
+    return NodeSurface.of(parts.structure, name, opposite=_middle(table, against, parts))
 
 
 def _middle(table: SurfaceTable, against: Opposite, parts: Parts) -> Array | None:

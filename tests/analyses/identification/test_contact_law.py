@@ -246,4 +246,6 @@ def test_the_virgin_first_stroke_explains_the_other_misfit(tribometer, tmp_path)
 
 def test_figures_are_drawn(tribometer):
     for name in ("", "cycles", "laws"):
-        tribometer.plot(name).draw_without_rendering()
+        figure = tribometer.plot(name)
+        figure.draw_without_rendering()
+        assert all(axes.has_data() for axes in figure.axes)
