@@ -37,7 +37,7 @@ def test_outcome_carries_its_meanings(dataset, tmp_path):
 
 def test_every_variable_has_units_and_long_name(dataset):
     assert all({"units", "long_name"} <= set(variable.attrs) for variable in dataset.variables.values())
-    assert list(dataset.data_vars) == [variable.name for variable in SCHEMA]
+    assert ["frequency", *dataset.data_vars] == [variable.name for variable in SCHEMA]  # frequency is a coordinate
 
 
 def test_file_is_plain_hdf5_without_pickle(dataset, tmp_path):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ContactStiffness(Result, figure="contact_stiffness:stiffness_over_load"):
     """`dataset`: normal_stiffness (formula, load), tangential_across, tangential_along (load) [N/m], half_width (load) [m]."""
 

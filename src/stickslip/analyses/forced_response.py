@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from stickslip.structure.stress import StressRecovery
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ForcedResponse(
     Result,
     figure="response_curves:response_curves",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 STATES = ("free", "stuck")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NodalDiameters(Result, figure="disk:nodal_diameter_diagram"):
     """`dataset`: disk_frequency (state, nodal_diameter, mode) [Hz], without contacts and with all of them stuck."""
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TimeResponse(Result, figure="time_response:last_period"):
     """The last period of a time integration: `dataset` (labelled, with units), the problem and the cycle that made them."""
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, band
 from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
+from stickslip.plots.notebook import NotebookFigure
 from stickslip.plots.response_curves import force_axis
 from stickslip.results.representative import representatives
 from stickslip.results.view import level_text
@@ -57,7 +58,7 @@ def disk_mode(dataset: xr.Dataset) -> Figure:
     corners, sizes = placed_sectors(dataset)
     order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
     with house_style():
-        figure = Figure(figsize=(7.0, 6.2), layout="constrained")
+        figure = NotebookFigure(figsize=(7.0, 6.2), layout="constrained")
         axes: Any = figure.add_subplot(projection="3d")
         colours = colormaps["viridis"](sizes)
         axes.add_collection3d(Poly3DCollection(corners, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.15))
@@ -90,7 +91,7 @@ def damper_ring(dataset: xr.Dataset) -> Figure:
     dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
     columns = min(levels, 4)
     with house_style():
-        figure = Figure(figsize=(max(2.6 * columns + 0.4, 7.0), 2.9 * -(-levels // columns) + 0.4), layout="constrained")
+        figure = NotebookFigure(figsize=(max(2.6 * columns + 0.4, 7.0), 2.9 * -(-levels // columns) + 0.4), layout="constrained")
         panels = figure.subplots(-(-levels // columns), columns, squeeze=False).ravel()
         for case, axes in enumerate(panels):
             axes.set_axis_off()

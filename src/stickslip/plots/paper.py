@@ -16,6 +16,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Layer, Line, Panel, Rule, Shades, labelled, wrapped
 from stickslip.plots.look import PAGE, WIDTH, Style, colour, headed, house_style, plain
+from stickslip.plots.notebook import NotebookFigure
 
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2)), "dot": (0, (1.2, 1.6)), "dashdot": "-.", "none": ""}
 MARKERS = {"": "", "circle": "o", "ring": "o", "cross": "x", "diamond": "D", "square": "s", "star": "*"}
@@ -30,7 +31,7 @@ LONGEST_NAMES = 12
 def drawn(chart: Chart) -> Figure:
     """The figure of a chart."""
     with house_style():
-        figure = Figure(figsize=_size(chart), layout="constrained")
+        figure = NotebookFigure(figsize=_size(chart), layout="constrained")
         heights = [max(panel.height for panel in row) for row in chart.rows]
         grid = figure.add_gridspec(len(chart.rows), chart.columns, height_ratios=heights)
         upper: list[Axes] = []

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Faults, InputError, fault
 from stickslip.files import replacing
-from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped
+from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped, with_frequency
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,7 +164,7 @@ def _plain(dataset: xr.Dataset) -> xr.Dataset:
         if variable.dtype.kind in "OT":
             dataset[name] = (variable.dims, variable.values.astype(np.str_), variable.attrs)
     dataset.attrs = {key: _scalar(value) for key, value in dataset.attrs.items()}
-    return dataset.drop_encoding()
+    return with_frequency(dataset.drop_encoding())
 
 
 def _scalar(value: Any) -> Any:

@@ -26,6 +26,14 @@ class Result:
         super().__init_subclass__()
         cls.figures = {"": figure, **others}
 
+    def __repr__(self) -> str:
+        return "\n".join(import_module("stickslip.report.summary").summary(self))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what came out in sentences, and the figure of `plot()`."""
+        page: str = import_module("stickslip.report.summary").summary_page(self)
+        return page
+
     def plot(self, figure: str = "", **options: Any) -> Figure:
         """The figure of the result, or another one by its name in `figures`; options are those of its function."""
         found = self._figure(figure, options)

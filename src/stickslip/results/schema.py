@@ -143,9 +143,14 @@ def labelled(variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Map
         {v.name: (v.dims, arrays[v], _attributes(v)) for v in COORDINATES},
         dict(attrs),
     )
-    dataset = stamped(dataset)
+    dataset = with_frequency(stamped(dataset))
     check_schema(dataset)
     return dataset
+
+
+def with_frequency(dataset: xr.Dataset) -> xr.Dataset:
+    """Curves with the frequency of their points as a coordinate, as xarray's own plots need it: `.plot.line(x="frequency")`."""
+    return dataset.set_coords("frequency") if "frequency" in dataset.data_vars else dataset
 
 
 def stamped(dataset: xr.Dataset, analysis: str = RESPONSES[0]) -> xr.Dataset:

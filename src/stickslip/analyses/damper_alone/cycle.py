@@ -32,7 +32,7 @@ LARGEST_ROTATION = 0.1
 """Rotation of the damper, peak to peak [rad], up to which directions and arms may be those at rest: arms change by 0.5 %."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DamperCycle(Result, figure="damper_cycle:damper_cycle"):
     """One cycle: `dataset` (labelled, with units), the rig, the motion, the march that made it."""
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
     """The distinct steady cycles that were found, the most frequent first, and how many of the starts led to each; starts that
     led to none: `failed`."""
@@ -44,7 +44,7 @@ class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
         return together(self.cycles).assign(starts=("cycle", list(self.counts), words)).assign_attrs(failed=self.failed)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DamperEvolution(Result, figure="damper_cycles:damper_cycles"):
     """The last cycle with each set of friction coefficients, in their order."""
 

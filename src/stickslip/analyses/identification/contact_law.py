@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.identification.contact_law_dataset import contact_law_dataset, sentences
+from stickslip.analyses.identification.contact_law_dataset import contact_law_dataset
 from stickslip.analyses.identification.loop_law import (
     CLOSE,
     EXACT,
@@ -84,9 +84,6 @@ class ContactLaw(Result, figure="contact_law:loops_and_fit", cycles="contact_law
     def mu(self) -> float:
         """Friction coefficient of the chosen law."""
         return self.fits[self.best].mu
-
-    def __repr__(self) -> str:
-        return "\n".join(sentences(self.dataset))
 
 
 def contact_law(

@@ -58,7 +58,7 @@ AGAIN = 0.02
 """Relative difference of misfits from which they count as one."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification(
     Result,
     figure="identification:loops_and_fit",

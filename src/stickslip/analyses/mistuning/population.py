@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MistunedPopulation(
     Result,
     figure="mistuning:all_blades",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PerformanceBand(Result, figure="performance_curve:performance_band"):
     """`dataset`: amplitude_per_force, frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
     bound); virgin_amplitude_per_force and solves by point.

@@ -36,7 +36,7 @@ RESAMPLES = 300
 QUANTITIES = ("peak amplitude", "peak frequency")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SensitivityIndices(Result, figure="sensitivity_indices:tornado"):
     """`dataset`, axes (parameter, quantity): first_order and total indices of Sobol'; low_end and high_end: the quantity at both
     ends of a range, the others in the middle; spread: its standard deviation; slope: d ln(amplitude) over the range by the slope

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ResponseBounds(
     Result,
     figure="response_bounds:response_bounds",

@@ -30,7 +30,7 @@ UP_AND_DOWN = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0, 80.0, 50.0, 20.0, 5.0, 1.0)
 """The history of the published experiment, N: from 1 to 100 N and back."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ResponseHistory(Result, figure="response_history:before_and_after"):
     """`dataset`: one run per force level in the order of time: amplitude, response and contact cycles of every point by
     (run, frequency, ...), the frequency and amplitude of each run's largest point, slider positions at its end.

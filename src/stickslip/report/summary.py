@@ -1,0 +1,40 @@
+"""A result in a few lines: what `print` and notebooks show of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stickslip.report.markup import text
+from stickslip.report.pictures import picture
+from stickslip.report.presentation import presentation_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.results.result import Result
+
+
+def summary(result: Result) -> list[str]:
+    """The title, and what came out in sentences; where the analysis has no report, what the result holds."""
+    dataset: xr.Dataset | None = getattr(result, "dataset", None)
+    if dataset is None or "analysis" not in dataset.attrs:
+        return [_titled(type(result).__name__, dataset), *([] if dataset is None else [_content(dataset)])]
+    presentation = presentation_of(dataset)
+    return [_titled(presentation.title, dataset), *presentation.sentences(dataset)]
+
+
+def summary_page(result: Result) -> str:
+    """The same as HTML, with the figure of the result."""
+    head, *lines = summary(result)
+    return f"<p><b>{text(head)}</b></p><pre>{text(chr(10).join(lines))}</pre>{picture(result.plot(), head, 'png')}"
+
+
+def _titled(name: str, dataset: xr.Dataset | None) -> str:
+    title = "" if dataset is None else str(dataset.attrs.get("title", ""))
+    return f"{name}: {title}" if title else name
+
+
+def _content(dataset: xr.Dataset) -> str:
+    """Variables with their dimensions."""
+    names = (f"{name} ({', '.join(map(str, variable.dims))})" for name, variable in dataset.data_vars.items())
+    return f"dataset: {', '.join(names)}"
