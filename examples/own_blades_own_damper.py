@@ -31,6 +31,7 @@ contacts = [
 ]
 forces = [ss.Force("left/tip.x", 1.0), ss.Force("right/tip.x", -1.0), *damper.forces()]
 problem = ss.Problem(structure, contacts, forces, ["left/tip.x"], "Two blades and a wedge damper")
+problem.plot().savefig("own_blades_model.png")  # or problem.to_plotly().show(), which can be turned
 print(problem, "\nstuck", problem.frequencies(stuck=True)[:2], "Hz")
 
 response = ss.forced_response(problem, ss.hertz(400, 750), force=[1.0, 5.0, 20.0, 60.0], harmonics=5)

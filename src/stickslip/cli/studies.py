@@ -15,6 +15,7 @@ from stickslip.cli.app import guarded
 from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
 from stickslip.console import INCOMPLETE, progress, say, warn
+from stickslip.files import write_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,7 +95,11 @@ def new(
 
 
 @guarded
-def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The study file.")]) -> None:
+def check(
+    ctx: typer.Context,
+    study: Annotated[Path, typer.Argument(help="The study file.")],
+    show: Annotated[bool, typer.Option("--show", help="Draw the model into STUDY_model.html: mesh, contacts, forces.")] = False,
+) -> None:
     """Check a study without running it, and list all its faults."""
     from stickslip.study.model_summary import model_summary
 
@@ -103,6 +108,16 @@ def check(ctx: typer.Context, study: Annotated[Path, typer.Argument(help="The st
     say(f"{study} is valid: {job.plan.summary}.")
     for sentence in model_summary(job.sweep) if job.sweep else []:
         say(sentence)
+    if show:
+        say(f"Wrote {written_model(job, study)}: open it in a browser.")
+
+
+def written_model(job: Job, study: Path) -> Path:
+    """A page with the model of a study, in the folder where the command runs."""
+    if job.sweep is None:
+        raise InputError(f"--show draws a structure with contacts, but {study} has none: its analysis takes a damper or records.")
+    page: str = job.sweep.problem.to_plotly().to_html(include_plotlyjs=True)
+    return write_text(Path(f"{study.stem}_model.html"), page)
 
 
 @guarded

@@ -65,9 +65,8 @@ def reduced(
         progress(1.0, f"reduction found in {file}")
     C = matrices["C"] if matrices["C"].size else None
     dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
-    return Structure(
-        matrices["M"], matrices["K"], dofs, C, damping, nodes=_kept_nodes(model, kept), sets=_kept_sets(model, places)
-    )
+    nodes, sets, mesh = _kept_nodes(model, kept), _kept_sets(model, places), model.located[1]
+    return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh)
 
 
 def _kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -69,6 +71,17 @@ class Problem:
             f"outputs {', '.join(self.output_names[:4])}{', ...' if len(self.outputs) > 4 else ''}",
         )
         return f"{type(self).__name__} {self.title!r}: {', '.join(sizes)}"
+
+    def plot(self) -> Any:
+        """A drawing of the model in space, a matplotlib figure: mesh, nodes, bodies, frames of the contacts, forces, outputs."""
+        return self._view().plot()
+
+    def to_plotly(self, *, dark: bool = False) -> Any:
+        """The same as an interactive plotly figure that can be turned: `.show()` or `.write_html(path)`."""
+        return self._view().to_plotly(dark)
+
+    def _view(self) -> Any:
+        return import_module("stickslip.plots.model_view").model_view(self)
 
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist; resolving the rows raises otherwise."""

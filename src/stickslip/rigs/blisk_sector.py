@@ -20,7 +20,7 @@ from stickslip.checks import Array, InputError, between, fault, finite, not_nega
 from stickslip.structure.cyclic import MOST_SECTORS
 from stickslip.structure.cyclic_reduction import CyclicReduction, Sector, cyclic_craig_bampton, rotation, sector_of
 from stickslip.structure.sector_surface import SectorSurface, sector_surface
-from stickslip.structure.solid import Material, Solid, box_mesh, solid
+from stickslip.structure.solid import Material, Solid, box_mesh, located, solid
 from stickslip.structure.spin import spinning
 
 POINTS = 5
@@ -246,5 +246,6 @@ def surface(sector: BliskSector, modes: int) -> SectorSurface:
 @lru_cache(maxsize=8)
 def _reduced(sector: BliskSector, modes: int) -> tuple[Sector, CyclicReduction]:
     meshed = sector.sector()
-    kept = meshed.solid.named(sector.contact_nodes() | {"tip": sector.tip()})
-    return meshed, cyclic_craig_bampton(meshed, kept, modes)
+    places = sector.contact_nodes() | {"tip": sector.tip()}
+    reduction = cyclic_craig_bampton(meshed, meshed.solid.named(places), modes)
+    return meshed, replace(reduction, structure=located(reduction.structure, meshed.solid, places))

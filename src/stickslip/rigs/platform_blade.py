@@ -6,7 +6,7 @@ Axes: x lateral (bending), y radial outward from the root, z depth. Steel.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from math import radians, tan
@@ -16,7 +16,7 @@ import numpy as np
 
 from stickslip.checks import Array, fault, finite, positive
 from stickslip.structure.craig_bampton import Reduction, craig_bampton
-from stickslip.structure.solid import STEEL, Material, Solid, box_mesh, solid
+from stickslip.structure.solid import STEEL, Material, Solid, box_mesh, located, solid
 
 Place = tuple[float, float, float]
 
@@ -100,9 +100,10 @@ def reduced_blade(blade: PlatformBlade, pads: tuple[tuple[str, Place], ...], mod
     """Craig-Bampton reduction that keeps the named pad nodes (x, y, z), "force.x" and "tip.x"; kept in memory."""
     body = blade.clamped()
     force = (0.5 * blade.thickness, blade.force_height, 0.0)
-    kept = body.named(dict(pads))
-    kept |= body.named({"force": force, "tip": (0.0, blade.length, 0.0)}, "x")
-    return craig_bampton(body.M, body.K, kept, modes)
+    others = {"force": force, "tip": (0.0, blade.length, 0.0)}
+    kept = body.named(dict(pads)) | body.named(others, "x")
+    reduction = craig_bampton(body.M, body.K, kept, modes)
+    return replace(reduction, structure=located(reduction.structure, body, dict(pads) | others))
 
 
 def _pieces(stations: Sequence[float], size: float) -> Array:

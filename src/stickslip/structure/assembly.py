@@ -66,7 +66,8 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
         for name, body in bodies.items()
         for key, members in body.sets.items()
     }
-    return Structure(M, K, dofs, C=_damping(bare, parts, springs), nodes=nodes, sets=sets)
+    mesh = np.concatenate([body.mesh_points for body in parts])
+    return Structure(M, K, dofs, C=_damping(bare, parts, springs), nodes=nodes, sets=sets, mesh_points=mesh)
 
 
 def _damping(bare: Structure, parts: Sequence[Structure], springs: Sequence[Spring]) -> Array | None:

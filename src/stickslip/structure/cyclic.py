@@ -134,7 +134,8 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
         return np.array([linalg.block_diag(wave, free) for wave in own])
 
     masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
-    return cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses)
+    whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses)
+    return replace(whole, nodes={**disk.nodes, **added.nodes}, mesh_points=disk.mesh_points)
 
 
 def circulant(waves: Waves, sectors: int) -> Array:

@@ -34,6 +34,7 @@ class Structure:
     M, K: (n, n), symmetric, M without negative eigenvalues; C: (n, n) or None; dofs: n names "NODE.DIRECTION".
     damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
     nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
+    mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
     """
 
     M: Array
@@ -43,6 +44,7 @@ class Structure:
     damping: Damping | None = None
     nodes: Mapping[str, Point] = field(default_factory=dict, kw_only=True)
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict, kw_only=True)
+    mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", several("dofs", self.dofs))
@@ -92,8 +94,10 @@ class Structure:
 
     def shifted(self, by: Sequence[float]) -> Structure:
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""
-        x, y, z = vector("by", by, 3).tolist()
-        return replace(self, nodes={name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()})
+        step = vector("by", by, 3)
+        x, y, z = step.tolist()
+        nodes = {name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()}
+        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step)
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""

@@ -56,7 +56,8 @@ class RigidBody:
         M = np.zeros((6, 6))
         M[:3, :3] = self.mass * np.eye(3)
         M[3:, 3:] = self.inertia
-        return Structure(M, np.zeros((6, 6)), tuple(f"{self.node}.{axis}" for axis in SPACE))
+        x, y, z = np.asarray(self.centre).tolist()
+        return Structure(M, np.zeros((6, 6)), tuple(f"{self.node}.{axis}" for axis in SPACE), nodes={self.node: (x, y, z)})
 
     def at(self, point: ArrayLike, body: str = "") -> Motion:
         """The motion of the body's point [m]; `body` is its name in an assembly, where dofs read "body/node.x"."""
@@ -90,7 +91,8 @@ class PlanarBody:
     def structure(self) -> Structure:
         """The free body, without stiffness: M = diag(m, m, J)."""
         M = np.diag([self.mass, self.mass, self.inertia])
-        return Structure(M, np.zeros((3, 3)), tuple(f"{self.node}.{axis}" for axis in PLANE))
+        x, y = np.asarray(self.centre).tolist()
+        return Structure(M, np.zeros((3, 3)), tuple(f"{self.node}.{axis}" for axis in PLANE), nodes={self.node: (x, y, 0.0)})
 
     def at(self, point: ArrayLike, body: str = "") -> Motion:
         """The motion of the body's point (2,) [m]; `body` is its name in an assembly."""

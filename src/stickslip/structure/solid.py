@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from stickslip.checks import Array, InputError, fault, finite, positive, vector
+from stickslip.structure.matrices import Structure
 
 Indices = NDArray[np.int64]
+Placed = TypeVar("Placed", bound=Structure)
 GAUSS_DEGREE = 5
 """Polynomial degree integrated exactly per direction (3 points): exact for M and K of 20-node bricks with parallel faces."""
 
@@ -98,6 +100,12 @@ class Solid:
         if clamped:
             raise fault("Named places", "must not be clamped", clamped)
         return rows
+
+
+def located(structure: Placed, body: Solid, places: Mapping[str, ArrayLike]) -> Placed:
+    """A reduction of a body with the coordinates of its named places and of the mesh, for drawings and contact surfaces."""
+    nodes = {name: (float(x), float(y), float(z)) for name, (x, y, z) in ((n, vector(n, p, 3)) for n, p in places.items())}
+    return replace(structure, nodes=nodes, mesh_points=body.points)
 
 
 def box_mesh(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Any:
