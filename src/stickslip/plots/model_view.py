@@ -92,7 +92,8 @@ class ModelView:
     def plot(self) -> Figure:
         """As a matplotlib figure."""
         order = [(self.upright + k) % 3 for k in (1, 2, 3)]  # a cyclic one, since another would mirror the model
-        figure = NotebookFigure(figsize=(8.0, 6.4), layout="constrained")
+        figure = NotebookFigure(figsize=(8.0, 6.4))
+        figure.subplots_adjust(left=0.02, right=0.68, bottom=0.08, top=0.94)
         with house_style():
             axes: Any = figure.add_subplot(projection="3d")
             for points in self.points:
@@ -106,8 +107,9 @@ class ModelView:
             axes.set(xlabel=names[0], ylabel=names[1], zlabel=names[2], title=self.title)
             axes.set_aspect("equal")
             axes.set_proj_type("ortho")
+            axes.view_init(azim=-60.0 if self.sides[order[0]] > self.sides[order[1]] else 30.0)
             axes.locator_params(nbins=4)
-            figure.legend(loc="outside right center")
+            figure.legend(loc="center right")
         return figure
 
     def to_plotly(self, dark: bool = False) -> Any:
