@@ -16,7 +16,7 @@ from typing import Any
 
 import lazy_loader
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _RENAMED = {
     "Design": "DamperDesign",

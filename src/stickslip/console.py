@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from types import FrameType
 
 from rich.console import Console
@@ -102,7 +104,9 @@ def _deferred_interrupts() -> Iterator[None]:
     report_dropped = sys.unraisablehook
 
     def interrupt_later() -> None:
-        again = threading.Timer(RETRY_SECONDS, os.kill, (os.getpid(), signal.SIGINT))
+        # On Windows `os.kill` ends the process, whatever the signal; elsewhere it alone wakes a thread that waits.
+        send = _thread.interrupt_main if os.name == "nt" else partial(os.kill, os.getpid(), signal.SIGINT)
+        again = threading.Timer(RETRY_SECONDS, send)
         again.daemon = True
         again.start()
 
