@@ -4,6 +4,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+from latex2mathml.converter import convert
+
 import stickslip
 
 HERE = Path(__file__).parent
@@ -13,12 +16,15 @@ author = "The stickslip developers"
 copyright = "The stickslip developers"
 release = version = stickslip.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_design"]
 myst_enable_extensions = ["dollarmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "gallery", "variability_numbers.md"]
 html_theme = "furo"
 html_title = "stickslip"
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
 nitpicky = True
 nitpick_ignore = [("py:class", "collections.abc.Callable")]
 
@@ -41,6 +47,18 @@ def without_markers(app: Any, name: str, source: list[str]) -> None:
     source[0] = re.sub(r" ?<!--.*?-->", "", source[0], flags=re.S)
 
 
+def inline_formula(page: Any, node: Any) -> None:
+    """A formula as MathML, which browsers show by themselves: no script, nothing from another host."""
+    page.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def displayed_formula(page: Any, node: Any) -> None:
+    page.body.append(f'<div class="formula">{convert(node.astext(), display="block")}</div>')
+    raise nodes.SkipNode
+
+
 def setup(app: Any) -> None:
+    app.add_html_math_renderer("mathml", (inline_formula, None), (displayed_formula, None))
     app.connect("source-read", without_markers)
     app.connect("autodoc-process-docstring", as_plain_text)

@@ -1,0 +1,12 @@
+"""The figure of the first pages, the single blade at six force levels: `python docs/figures/single_blade.py`, some seconds."""
+
+from pathlib import Path
+
+import stickslip as ss
+
+HERE = Path(__file__).parent
+
+if __name__ == "__main__":
+    levels = [1.0, 5.0, 20.0, 50.0, 80.0, 100.0]
+    response = ss.forced_response(ss.rigs.single_blade(preload_mass=4.6), ss.hertz(390, 600), levels, quantity="receptance")
+    response.plot().savefig(HERE / "single_blade.svg", metadata={"Date": None})
