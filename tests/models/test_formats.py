@@ -129,7 +129,7 @@ def test_both_matrices_from_one_file(chain, tmp_path):
         ({"keep": {"a": ("x", 0, 0)}}, "keep, a: Coordinates must hold numbers"),
         ({"dofs": 17}, "dofs must be a tuple or list"),
         ({"dofs": range(6)}, "A name in dofs must be a text, but is 0"),
-        ({"names": 5}, "The mapping file must be the path of a file, but is 5"),
+        ({"names": 5}, "The file of names must be the path of a file, but is 5"),
         ({"damping": 0.02, "own_damping": False}, "damping must be a rule, ModalDamping"),
         ({"own_damping": "no"}, "own_damping must be True or False, but is 'no'"),
     ],

@@ -19,7 +19,7 @@ def info(
     ctx: typer.Context,
     model: Annotated[Path, typer.Argument(help="A finite-element model; of a pair of files that of the stiffness.")],
     units: Annotated[str, typer.Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
-    names: Annotated[Path | None, typer.Option(help="Mapping file (CSV) of nodes and directions.")] = None,
+    names: Annotated[Path | None, typer.Option(help="Names, coordinates, sets: a deck or a table (CSV).")] = None,
     modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
 ) -> None:
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""

@@ -182,7 +182,7 @@ def nodes_of(structure: Structure, name: str) -> tuple[str, ...]:
         raise fault(f"Set of nodes {name!r}", "must have nodes that can move", "empty, or all of them are fixed")
     for each in nodes:
         if each not in structure.nodes:
-            remedy = "Give them with the model, or in a mapping file."
+            remedy = "Give them with the model, or in a file of names."
             raise fault(f"Nodes of the surface {name!r}", "must have coordinates", f"{each} without", remedy)
         missing = [axis for axis in "xyz" if f"{each}.{axis}" not in dofs]
         if missing:

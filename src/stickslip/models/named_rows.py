@@ -1,26 +1,36 @@
-"""Names of rows: from arrays `dofs` and `nodes` beside the matrices, from a list, or from a mapping file.
+"""Names of rows: from arrays `dofs` and `nodes` beside the matrices, from a list, or from a file of names.
 
-A mapping file is a table (CSV) with a line for each row of the matrices, in their order: columns `node` and `direction`
-(x, y, z, rx, ry, rz or 1 to 6), and if wanted `x`, `y`, `z` (in the unit of the model) and `set` (several, split by blanks).
+A file of names is a deck of the program (coordinates and sets of nodes), or a table (CSV) with columns `node`, and if wanted `x`,
+`y`, `z` (in the unit of the model) and `set` (several, split by blanks): a line for each node, or with a column `direction`
+(x, y, z, rx, ry, rz or 1 to 6) one for each row of the matrices, in their order.
 """
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stickslip.checks import fault, nearest
+from stickslip.checks import InputError, fault, nearest
+from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
+from stickslip.models.deck import Deck, read_deck
+from stickslip.models.nastran_dmig import read_grid
 from stickslip.models.numbers import whole
 from stickslip.structure.matrices import Point
 
 COLUMNS = ("node", "direction", "x", "y", "z", "set")
+DECKS: Mapping[str, Callable[[Path], Deck]] = {
+    ".cdb": read_archive,
+    ".inp": read_deck,
+    **dict.fromkeys((".bdf", ".dat", ".nas"), read_grid),
+}
+"""Readers of the decks of programs, by the ending of the file."""
 LONGEST_NAME = 200
 """Characters of a node's or set's name."""
 
@@ -62,16 +72,51 @@ def _nodes(array: Any) -> dict[str, Point]:
     return located((str(node), (x, y, z)) for node, (x, y, z) in zip(ids, rows[:, 1:].astype(float).tolist(), strict=True))
 
 
-def with_mapping(content: Content, path: Path) -> Content:
-    """The content with the names, coordinates and sets of a mapping file."""
+def with_names(content: Content, path: Path) -> Content:
+    """The content with the names, coordinates and sets of a file of names."""
+    reader = DECKS.get(path.suffix.lower())
+    if reader is not None:
+        return with_nodes(content, _deck(reader, path), path.name)
     rows = _table(path)
-    dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
     nodes = located((row["node"], _point(row)) for row in rows if row.get("x"))
-    sets: dict[str, dict[str, None]] = {}
+    members: dict[str, dict[str, None]] = {}
     for row in rows:
         for name in (row.get("set") or "").split():
-            sets.setdefault(name, {})[row["node"]] = None
-    return replace(content, dofs=dofs, nodes=nodes or content.nodes, sets={name: tuple(found) for name, found in sets.items()})
+            members.setdefault(name, {})[row["node"]] = None
+    deck = Deck(nodes, {name: tuple(found) for name, found in members.items()})
+    if "direction" in rows[0]:
+        dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
+        content = replace(content, dofs=dofs, nodes={}, sets={})
+    return with_nodes(content, deck, path.name)
+
+
+def with_nodes(content: Content, deck: Deck, file: str) -> Content:
+    """The content with coordinates and sets of a deck, which must speak of its nodes."""
+    if not content.dofs:
+        remedy = "Give a table with columns node and direction and a line for each row."
+        raise fault(file, "must name the rows of the matrices, whose own file does not", "a file of nodes", remedy)
+    known = {name.rpartition(".")[0] for name in content.dofs}
+    stated = deck.nodes.keys() | {node for members in deck.sets.values() for node in members}
+    if stated and not known & stated:
+        few = f"{', '.join(sorted(known)[:3])}{', ...' if len(known) > 3 else ''}"
+        raise fault(file, f"must hold nodes of the model ({few})", sorted(stated)[:3])
+    wild = next((node for node, point in deck.nodes.items() if not np.all(np.isfinite(point))), None)
+    if wild is not None:
+        raise fault(f"{file}: the coordinates of node {wild}", "must be finite numbers", list(deck.nodes[wild]))
+    nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
+    return replace(content, nodes=nodes, sets=sets, notes=(*content.notes, *deck.notes))
+
+
+def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
+    """A deck by its reader; what that raises on a damaged one becomes an `InputError`."""
+    try:
+        return reader(path)
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
+    except FileNotFoundError:
+        raise fault("The file of names", "must exist", str(path)) from None
+    except (OSError, ValueError, IndexError) as error:
+        raise fault("The file of names", "must be readable", path.name, f"It is damaged ({str(error)[:200]}).") from None
 
 
 def _table(path: Path) -> list[dict[str, str]]:
@@ -81,14 +126,17 @@ def _table(path: Path) -> list[dict[str, str]]:
             rows = list(reader)
             columns = list(reader.fieldnames or ())
     except FileNotFoundError:
-        raise fault("The mapping file", "must exist", str(path)) from None
+        raise fault("The file of names", "must exist", str(path)) from None
     except (UnicodeDecodeError, csv.Error, OSError) as error:
-        raise fault("The mapping file", "must be a table in UTF-8", f"{path.name} ({error})") from None
+        raise fault("The file of names", "must be a table in UTF-8", f"{path.name} ({error})") from None
     for column in columns:
         if column not in COLUMNS:
             raise fault(f"{path.name}, column", "must be a known one", column, nearest(str(column), COLUMNS))
-    if not {"node", "direction"} <= set(columns) or not rows:
-        raise fault(path.name, "must have columns node and direction and a line for each row", columns)
+    if (
+        not ({"node", "direction"} <= set(columns) or {"node", "x"} <= set(columns) or {"node", "set"} <= set(columns))
+        or not rows
+    ):
+        raise fault(path.name, "must have columns node and direction and a line for each row, or node, x, y, z", columns)
     if not all(row["node"].strip() for row in rows):
         raise fault(f"{path.name}, node,", "must be given in each line", "missing")
     if any("more" in row for row in rows):
@@ -101,7 +149,7 @@ def _direction(text: str) -> str:
         return text
     if text.isdecimal() and int(text) in DIRECTIONS:
         return DIRECTIONS[int(text)]
-    raise fault("A direction of the mapping file", "must be x, y, z, rx, ry, rz or 1 to 6", text)
+    raise fault("A direction of the table", "must be x, y, z, rx, ry, rz or 1 to 6", text)
 
 
 def _point(row: Mapping[str, str]) -> Point:

@@ -18,11 +18,14 @@ from scipy import sparse
 
 from stickslip.checks import fault
 from stickslip.models.content import Content, dof, located
+from stickslip.models.deck import Deck
 from stickslip.models.limits import within_memory
 from stickslip.structure.matrices import Point
 from stickslip.structure.sparse import both_triangles
 
 SYMMETRIC, SQUARE = 6, 1
+BASIC = ("", "0")
+"""How an entry names the basic coordinate system."""
 RECTANGULAR = (2, 9)
 COMPLEX = (3, 4)
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
@@ -58,6 +61,26 @@ def read(path: Path) -> Content:
     return Content("Nastran DMIG", assembled, dofs, nodes, notes=notes)
 
 
+def read_grid(path: Path) -> Deck:
+    """Coordinates of the grid points of a bulk data file, in the basic system; those in others are left out, with a note."""
+    within_memory(path.name, 20 * path.stat().st_size)
+    points: list[tuple[str, Point]] = []
+    others = 0
+    with path.open(encoding="ascii", errors="replace") as file:
+        for entry in _entries(file):
+            points += _grid_point(entry)
+            others += entry[0] == "GRID" and entry[2] not in BASIC
+    notes = (f"{others} grid points of {path.name} in coordinate systems of their own are left out.",) if others else ()
+    return Deck(located(points), notes=notes)
+
+
+def _grid_point(entry: list[str]) -> list[tuple[str, Point]]:
+    """The number and place of a grid point in the basic system; nothing of another entry."""
+    if entry[0] != "GRID" or entry[2] not in BASIC:
+        return []
+    return [(str(_integer(entry[1])), (_number(entry[3]), _number(entry[4]), _number(entry[5])))]
+
+
 def _taken(path: Path) -> tuple[dict[str, Matrix], dict[str, Point]]:
     """The matrices by name, and the coordinates of grid points in the basic system."""
     matrices: dict[str, Matrix] = {}
@@ -66,8 +89,7 @@ def _taken(path: Path) -> tuple[dict[str, Matrix], dict[str, Point]]:
         for entry in _entries(file):
             if entry[0] == "DMIG":
                 _take(entry, matrices)
-            elif entry[0] == "GRID" and entry[2] in ("", "0"):
-                points.append((str(_integer(entry[1])), (_number(entry[3]), _number(entry[4]), _number(entry[5]))))
+            points += _grid_point(entry)
     return matrices, located(points)
 
 

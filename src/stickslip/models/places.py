@@ -98,7 +98,7 @@ def nearest_node(model: Model, point: ArrayLike, metres: float = 1.0) -> tuple[s
     names, points = model.located
     if not names:
         raise fault(
-            "Coordinates", "must go with a model that has coordinates", asked.tolist(), "Name nodes, or give a mapping file."
+            "Coordinates", "must go with a model that has coordinates", asked.tolist(), "Name nodes, or give a file of names."
         )
     distances = np.linalg.norm(points - place, axis=1)
     index = int(distances.argmin())

@@ -31,7 +31,7 @@ from stickslip.models import (
 from stickslip.models.content import NEEDED, SYNONYMS, Content, chosen
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
-from stickslip.models.named_rows import with_mapping
+from stickslip.models.named_rows import with_names
 from stickslip.models.places import Keep, places_of
 from stickslip.models.reduction import Progress, quiet, structure_of
 from stickslip.structure.damping import Damping
@@ -89,9 +89,9 @@ def read_structure(
 
     path: a file, or {"M": file, "K": file}; units: those of the file, "SI", "mm-t-s", ...; keep: places that stay, {name: id of
     a node, name of a set or coordinates (x, y, z) in the file's unit}, or a list of ids and sets; all else becomes `modes`
-    fixed-interface modes (30), and without `keep` the model is taken whole. names: a mapping file (CSV); dofs: the names
-    themselves; variables: {"K": "KELAST"} where the matrices have unusual names; damping: a rule where the file has no C, or
-    own_damping=False leaves that out;
+    fixed-interface modes (30), and without `keep` the model is taken whole. names: a deck (.cdb, .inp, .bdf) or a table (CSV)
+    with names of rows, coordinates and sets; dofs: the names themselves; variables: {"K": "KELAST"} where the matrices have
+    unusual names; damping: a rule where the file has no C, or own_damping=False leaves that out;
     progress(share, text) is called during long work, and with the places found.
     """
     system = unit_system(units)
@@ -122,7 +122,7 @@ def read_model(
     chosen_names = dict(variables or {})
     content, file = read_content(path, chosen_names)
     if names is not None:
-        content = with_mapping(content, _path("The mapping file", names))
+        content = with_names(content, _path("The file of names", names))
     model = model_of(content, unit_system(units), chosen_names, several("dofs", dofs), file, own_damping)
     for sentence in implausible(model):
         warnings.warn(f"{file}: {sentence}", stacklevel=2)

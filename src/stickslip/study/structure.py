@@ -12,7 +12,7 @@ from stickslip.checks import Array, fault
 from stickslip.models.content import Content
 from stickslip.models.describe import implausible
 from stickslip.models.model import Model, model_of
-from stickslip.models.named_rows import with_mapping
+from stickslip.models.named_rows import with_names
 from stickslip.models.places import places_of
 from stickslip.models.read import read_content
 from stickslip.models.reduction import Progress, structure_of
@@ -55,7 +55,7 @@ def _model(table: StructureTable, folder: Path, units: Units) -> Model:
     variables = table.variables or {}
     content, file = _content(table, folder, variables)
     if table.names is not None:
-        content = with_mapping(content, folder / table.names)
+        content = with_names(content, folder / table.names)
     return model_of(content, units.system, variables, table.dofs or (), file, table.own_damping)
 
 

@@ -99,7 +99,10 @@ class StructureTable(Table):
         ModelFile | None,
         Field(description="a finite-element model (beside the study): a file of any format of the page on models"),
     ] = None
-    names: Annotated[str | None, Field(description="for a model without names: a table (CSV) of nodes and directions")] = None
+    names: Annotated[
+        str | None,
+        Field(description="coordinates, sets and names of rows that the model lacks: a deck (.cdb, .inp, .bdf) or a table (CSV)"),
+    ] = None
     variables: Annotated[
         dict[Literal["M", "K", "C"], str] | None, Field(description="names of the matrices in the file"), Words("table of names")
     ] = None
