@@ -230,3 +230,31 @@ def test_surfaces_of_two_meshes_that_do_not_match():
 def test_wrong_input(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def facing_surfaces(shape):
+    """Two grids of nodes that face each other along z, the upper one at `shape` above the lower one."""
+    x, y = np.linspace(0.0, 4e-3, 5), np.linspace(0.0, 3e-3, 4)
+    structure = ss.assemble({"a": structure_of(grid(x, y), "low"), "b": structure_of(grid(x, y, shape), "up")})
+    return ss.NodeSurface.of(structure, "a/low", (0, 0, 1)), ss.NodeSurface.of(structure, "b/up", (0, 0, -1))
+
+
+@pytest.mark.parametrize("law", [ss.Gap(kn=1e6, gap=2e-6), ss.Macroslip(kt=1e6, mu=0.3, kn=1e6, gap=2e-6)])
+def test_gaps_of_the_mesh_add_to_that_of_the_law(law):
+    """The upper surface is tilted, its gap from -1 to 5 um; the force under a rigid approach is that of all gaps together."""
+    low, up = facing_surfaces(lambda x, y: -1e-6 + 1.5e-3 * x)
+    contacts = ss.surface_contacts("s", law, low, up, mesh_gap=True)
+    expected = 2e-6 - 1e-6 + 1.5e-3 * low.points[:, 0]
+    np.testing.assert_allclose(
+        [contact.law.gap for contact in contacts], expected, rtol=1e-4
+    )  # the foot on a surface askew by 1.5e-3
+    closing = sum(float(contact.elements.normal.forces(4e-6).sum()) for contact in contacts)
+    assert closing == pytest.approx(1e6 * np.sum(low.weights * np.maximum(4e-6 - expected, 0.0)), rel=1e-4)
+
+
+def test_gaps_of_the_mesh_need_a_mesh_opposite_and_a_law_with_a_gap():
+    low, up = facing_surfaces(lambda x, y: 1e-6 + 0.0 * x)
+    array = ss.MicroslipArray((1e6,), 0.3, (1e6,), (0.0,))
+    for law, against in ((ss.Gap(kn=1e6), None), (array, up), (ss.Macroslip(kt=1e6, mu=0.3, normal_load=1.0), up)):
+        with pytest.raises(InputError, match="mesh_gap must go with a surface opposite and a law that has a gap and kn"):
+            ss.surface_contacts("s", law, low, against, mesh_gap=True)

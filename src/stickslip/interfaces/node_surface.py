@@ -141,10 +141,7 @@ class NodeSurface:
 
     def at(self, point: Sequence[float]) -> Motion | None:
         """The motion of the surface opposite a point [m], by interpolation between three nodes; None beyond its edge."""
-        plane = self._plane
-        if plane.rank < 2:
-            raise InputError(f"Surface {self.name!r} must have nodes that do not lie on a line, to have places between them.")
-        shares = plane.shares(vector("point", point, 3))
+        shares = self._shares(point)
         if shares is None:
             return None
         places = [(node(self.nodes[corner]), share) for corner, share in shares.items()]
@@ -157,6 +154,20 @@ class NodeSurface:
             return total
 
         return motion
+
+    def gap(self, point: Sequence[float], normal: Sequence[float]) -> float:
+        """How far the surface stands off a point along a direction [m]; negative where it has passed it, NaN beyond its edge."""
+        shares = self._shares(point)
+        if shares is None:
+            return float("nan")
+        away = sum(share * self.points[corner] for corner, share in shares.items()) - vector("point", point, 3)
+        return float(vector("normal", normal, 3) @ away)
+
+    def _shares(self, point: Sequence[float]) -> dict[int, float] | None:
+        """The nodes around a place opposite a point with their shares; None beyond the edge."""
+        if self._plane.rank < 2:
+            raise InputError(f"Surface {self.name!r} must have nodes that do not lie on a line, to have places between them.")
+        return self._plane.shares(vector("point", point, 3))
 
     @cached_property
     def _plane(self) -> _Plane:

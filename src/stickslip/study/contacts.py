@@ -76,6 +76,9 @@ class SurfaceTable(ContactTable):
     tangent: Annotated[
         Vector | None, Field(description="t1, as far as it lies in the surface; unless given, along its greatest length")
     ] = None
+    mesh_gap: Annotated[
+        bool, Field(description="add to `gap` how far the set of nodes opposite stands off each node of the mesh")
+    ] = False
     mean_pressure: Annotated[
         NotNegative,
         PRESSURE,

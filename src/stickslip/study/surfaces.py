@@ -34,11 +34,11 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
     against = _opposite(table, parts)
     surface = _surface(table, against, parts)
     law = _pressed(table.make_law(units), in_si(table, units)["mean_pressure"], surface)
-    start = None
+    start: Any = None
     if isinstance(table, FrictionTable):
         start = start_rules(table.start, units, 2, law.elements(2, law.has_normal).friction[0].stiffness.size)
-    balanced = getattr(table, "balanced", False)
-    contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, start=start, balanced=balanced)
+    more: dict[str, Any] = {"start": start, "balanced": getattr(table, "balanced", False), "mesh_gap": table.mesh_gap}
+    contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, **more)
     return contacts, _note(name, surface, len(contacts), table, _middle(table, against, parts))
 
 
