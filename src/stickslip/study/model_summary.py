@@ -18,8 +18,17 @@ RIGID = 1e-4
 """Share of the lowest stuck frequency below which a motion without contacts counts as rigid."""
 
 
+LARGE = 0.1
+"""Linear amplitude over the size of the structure from where on a theory of small motions is left."""
+
+LARGE_WITHOUT_SIZE = 1e3
+"""The same in m where no coordinates are known: models of a few masses are often stated without dimensions."""
+
+
 def model_summary(sweep: Sweep) -> list[str]:
-    """Natural frequencies without contacts and with all stuck, which of them the band holds, and normal loads at rest."""
+    """Natural frequencies without contacts and with all stuck, which of them the band holds, normal loads at rest, and a warning
+    of implausible amplitudes.
+    """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     lines = [
         f"Natural frequencies in Hz, without contacts: {_listed(free, stuck[0])}; all contacts stuck: {_listed(stuck, stuck[0])}."
@@ -29,7 +38,34 @@ def model_summary(sweep: Sweep) -> list[str]:
     inside = [f for f in (*free, *stuck) if low <= f <= high]
     if not inside:
         lines.append(f"None of them lies between {low:.6g} and {high:.6g} Hz, where the response is computed.")
-    return lines + _loads(sweep.problem)
+    return lines + _loads(sweep.problem) + _amplitudes(sweep, low, high)
+
+
+def _amplitudes(sweep: Sweep, low: float, high: float) -> list[str]:
+    """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
+    all contacts stuck.
+    """
+    problem, level = sweep.problem, max(sweep.force_levels, key=abs)
+    moved = max(float(np.max(np.abs(_linear(problem, level, 2.0 * np.pi * hertz)))) for hertz in (low, high))
+    places = np.concatenate([problem.structure.mesh_points, np.reshape(list(problem.structure.nodes.values()), (-1, 3))])
+    size = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
+    if moved <= (LARGE * size or LARGE_WITHOUT_SIZE):
+        return []
+    compared = f", {moved / size:.2g} times the size of the structure" if size else ""
+    return [
+        f"Warning: force level {level:g} moves the stuck structure by {moved:.3g} m{compared}. Motions must be small: check the "
+        "units of forces and stiffnesses."
+    ]
+
+
+def _linear(problem: Problem, level: float, omega: float) -> Array:
+    """First harmonic of the outputs with all contacts stuck, m; 0 where it is not finite."""
+    system = problem.systems.at(1)
+    orders = max((harmonic for force in problem.forces for harmonic in force.amplitudes), default=1)
+    load = problem.load(orders, level, omega)
+    dynamic = system.K - omega**2 * system.M + 1j * omega * system.C
+    moved = system.outputs @ np.linalg.lstsq(dynamic, load[:, 1] - 1j * load[:, 2], rcond=None)[0]
+    return np.asarray(np.nan_to_num(moved, posinf=0.0, neginf=0.0))
 
 
 def _listed(frequencies: Array, smallest: float) -> str:
