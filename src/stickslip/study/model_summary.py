@@ -45,7 +45,7 @@ def _amplitudes(sweep: Sweep, low: float, high: float) -> list[str]:
     """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
     all contacts stuck.
     """
-    problem, level = sweep.problem, max(sweep.force_levels, key=abs)
+    problem, level = sweep.problem, max(sweep.force_levels)
     moved = max(float(np.max(np.abs(_linear(problem, level, 2.0 * np.pi * hertz)))) for hertz in (low, high))
     places = np.concatenate([problem.structure.mesh_points, np.reshape(list(problem.structure.nodes.values()), (-1, 3))])
     size = float(np.ptp(places, axis=0).max()) if len(places) else 0.0
