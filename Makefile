@@ -8,6 +8,7 @@
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
 # make verify   every promised number into results/verify.json and docs/verification.md, and the tests that take minutes
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
+# make gallery   what the examples print and draw, for the page of examples
 # make paper   the figure of the first pages and of paper/paper.md
 # make measures   how the source is cut up: lengths of functions, helpers used once, constants, arguments
 # make robustness   seeded problems, traced or the cause reported, and ill-posed ones; goes on where it was interrupted; CASES=25 of each class
@@ -38,7 +39,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) test-oldest paper setup bench demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) test-oldest paper gallery setup bench demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -104,6 +105,9 @@ reference: setup
 
 docs: setup
 	$(BIN)/sphinx-build -b html docs docs/_build/html
+
+gallery: setup
+	$(BIN)/python tools/gallery.py
 
 paper: setup
 	$(BIN)/python docs/figures/single_blade.py

@@ -65,3 +65,16 @@ def test_no_pinned_number_is_left_over():
 def test_the_documentation_shows_every_example():
     shown = (Path(__file__).parents[2] / "docs" / "examples.md").read_text()
     assert [path.name for path in EXAMPLES if f"../examples/{path.name}" not in shown] == []
+
+
+def test_the_page_of_examples_shows_what_each_prints_and_draws():
+    """`make gallery` renews both; pictures are there for all that make a figure."""
+    docs = EXAMPLES[0].parents[1] / "docs"
+    page = (docs / "examples.md").read_text()
+    for path in EXAMPLES:
+        assert f"../examples/{path.name}" in page
+        assert (docs / "gallery" / f"{path.stem}.txt").read_text().strip(), f"make gallery: {path.stem}"
+        assert f"gallery/{path.stem}.txt" in page
+        picture = docs / "gallery" / f"{path.stem}.png"
+        assert picture.exists() == (f"gallery/{path.stem}.png" in page)
+        assert picture.exists() or "plot(" not in path.read_text(), f"make gallery: {path.stem}"
