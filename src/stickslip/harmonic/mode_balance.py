@@ -154,6 +154,7 @@ class ModalStructures:
         self.whole = np.array([part[1] for part in parts])
         self.shapes = np.array([part[2] for part in parts])
         self.damping = _damping([part[3] for part in parts], self.key[1:])
+        self.outputs = len(problem.outputs)
         mean = self.whole[self.key[0]] if self.key[0] >= 0 else np.zeros_like(self.whole[0])
         self.static = np.asarray(mean.conj().T @ problem.static_load, dtype=complex)
 

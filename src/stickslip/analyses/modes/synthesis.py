@@ -1,18 +1,20 @@
 """Forced responses from one nonlinear mode: curves, the peaks of all force levels, phase resonance.
 
-At modal amplitude a the motion of the mode, Q₁ at the first harmonic, obeys its equation at ω with the force 2iζω² M Q₁. Forced at
-Ω with the same motion, projected on Q₁ (m = Q₁ᴴMQ₁, c = Q₁ᴴCQ₁, f = Q₁ᴴP):
+At modal amplitude a the mode moves by aΦ at the first harmonic. Free, this obeys the equation of motion at ω with the force
+2iζω² M aΦ; forced at Ω with the same motion, projected on Φ (m = ΦᴴMΦ, c = ΦᴴCΦ, f = ΦᴴP),
 
-    m (ω² − Ω²) + i (2ζω² m + c (Ω − ω)) = F f e^(−iθ),
+    a (m (ω² − Ω²) + i (2ζω² m + c (Ω − ω))) = F f e^(−iθ),
 
-since friction does not change with the frequency and viscous damping goes with it. The size of both sides gives Ω for each a, their
-angle the phase θ. The other modes of the stuck structure add their linear response to F P (W. Szemplińska-Stupnicka, 1979).
+since friction does not change with the frequency and viscous damping goes with it. The sizes of both sides give Ω for each a,
+their angle the phase θ of the motion. The other modes of the stuck structure add their linear response to F P, as in the
+single-mode method of W. Szemplińska-Stupnicka (Journal of Sound and Vibration 63, 1979).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +25,6 @@ from stickslip.checks import Array, fault
 from stickslip.harmonic.extended_structure import extended_gains
 from stickslip.harmonic.mode_balance import ModalStructures
 from stickslip.loads import Force
-from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 
 if TYPE_CHECKING:
@@ -31,136 +32,77 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ForcePattern = Sequence[Force]
+Complex = NDArray[np.complex128]
 
 FINER = 8
 """Places on a synthesised curve for each interval between two points of the mode."""
 
-Complex = NDArray[np.complex128]
+BISECTIONS = 45
+"""Halvings of the interval between two points that holds a peak: to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Mode:
-    """What the synthesis reads of a mode at places along its curve: ω, ζ, modal mass m, viscous c, modal force f, a, and the
-    first harmonic of the outputs, each (places,) or (places, outputs)."""
+class ModePath:
+    """A mode at places along its curve: ω, ζ, m, c, f, a and Φ at the outputs, each (places,) or (places, outputs).
+
+    force, outputs and the masses belong to unit modal amplitude.
+    """
 
     omega: Array
     zeta: Array
     mass: Array
     viscous: Array
-    force: Complex
     amplitude: Array
+    force: Complex
     outputs: Complex
+
+    @classmethod
+    def of_columns(cls, columns: Array) -> ModePath:
+        """From `columns`."""
+        logarithms, rest = np.exp(columns[:, :3]), columns[:, 3:]
+        outputs = (rest.shape[1] - 4) // 2
+        parts = rest[:, 4 : 4 + outputs] + 1j * rest[:, 4 + outputs :]
+        omega, mass, amplitude = logarithms.T
+        return cls(omega, rest[:, 0], mass, rest[:, 1], amplitude, rest[:, 2] + 1j * rest[:, 3], parts)
+
+    @property
+    def columns(self) -> Array:
+        """What is interpolated along the curve: ln ω, ln m, ln a, ζ, c, f, Φ, (places, columns)."""
+        logarithms = np.log(np.stack([self.omega, self.mass, self.amplitude], axis=1))
+        rest = np.stack([self.zeta, self.viscous, self.force.real, self.force.imag], axis=1)
+        return np.concatenate([logarithms, rest, self.outputs.real, self.outputs.imag], axis=1)
+
+    @property
+    def own_lag(self) -> Array:
+        """2ζω² m − c ω: the quadrature part of the projected equation at Ω = 0."""
+        return np.asarray(2.0 * self.zeta * self.omega**2 * self.mass - self.viscous * self.omega)
 
     @property
     def quadrature(self) -> Array:
-        """Force level of phase resonance: 2ζω² m/|f|."""
-        return np.asarray(2.0 * self.zeta * self.omega**2 * self.mass / np.abs(self.force))
+        """Force level of phase resonance, 2ζω² m a/|f|."""
+        return np.asarray(2.0 * self.zeta * self.omega**2 * self.mass * self.amplitude / np.abs(self.force))
 
     def dynamic(self, omega: Array) -> Complex:
-        """Left side of the projected equation."""
-        lag = 2.0 * self.zeta * self.omega**2 * self.mass + self.viscous * (omega - self.omega)
-        return np.asarray(self.mass * (self.omega**2 - omega**2) + 1j * lag)
+        """Left side of the projected equation at Ω."""
+        return np.asarray(self.amplitude * (self.mass * (self.omega**2 - omega**2) + 1j * (self.own_lag + self.viscous * omega)))
 
     def easiest(self) -> Array:
-        """The frequency at which the smallest force makes the amplitude, rad/s: that of the peak of a force level."""
-        omega, rest = self.omega.copy(), 2.0 * self.zeta * self.omega**2 * self.mass - self.viscous * self.omega
+        """The frequency at which the smallest force makes the amplitude, rad/s: that of the peak of this force."""
+        omega, m, c = self.omega.copy(), self.mass, self.viscous
         for _ in range(30):
-            slope = -4.0 * self.mass**2 * (self.omega**2 - omega**2) * omega + 2.0 * (rest + self.viscous * omega) * self.viscous
-            bend = self.mass**2 * (12.0 * omega**2 - 4.0 * self.omega**2) + 2.0 * self.viscous**2
+            slope = -4.0 * m**2 * (self.omega**2 - omega**2) * omega + 2.0 * (self.own_lag + c * omega) * c
+            bend = m**2 * (12.0 * omega**2 - 4.0 * self.omega**2) + 2.0 * c**2
             change = np.where(bend > 0.0, slope / np.where(bend > 0.0, bend, 1.0), 0.0)
             omega = np.maximum(omega - change, 1e-3 * self.omega)
         return np.asarray(omega)
 
-
-@dataclass(frozen=True, eq=False)
-class Synthesis:
-    """The forced responses of one mode under one pattern of forces."""
-
-    mode: _Mode
-    rest: _Rest
-
-    @classmethod
-    def of(cls, dataset: xr.Dataset, problem: Problem, case: int, forces: ForcePattern | None) -> Synthesis:
-        """Of a case of a dataset; forces: other ones than those of the problem, whose harmonic parts at harmonic 1 count."""
-        loaded = problem if forces is None else replace(problem, forces=tuple(forces))
-        chosen = dataset.isel(case=case, point=np.flatnonzero(np.isfinite(dataset["frequency"][case].to_numpy())))
-        if chosen.sizes["point"] < 2:
-            raise fault("The curve of the mode", "must have two or more points", str(dataset["case_message"][case].item()))
-        load = _first_harmonic(loaded)
-        shape = _complex(chosen["mode_shape"])
-        force = shape.conj() @ load
-        if not np.all(np.abs(force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
-            raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
-        omega = 2.0 * np.pi * chosen["frequency"].to_numpy()
-        names = "damping_ratio", "modal_mass", "modal_damping"
-        numbers = [chosen[name].to_numpy() for name in names]
-        outputs = _complex(chosen["response"].isel(harmonic=1))
-        mode = _Mode(omega, *numbers, force, chosen["modal_amplitude"].to_numpy(), outputs)
-        return cls(mode, _Rest.of(loaded, int(dataset["mode_number"][case]) - 1, load))
-
-    def peaks(self, levels: Array, output: int) -> pd.DataFrame:
-        """The peaks of force levels at an output."""
-        import pandas as pd
-
-        frequencies = self.mode.easiest()
-        forces = np.abs(self.mode.dynamic(frequencies)) / np.abs(self.mode.force)
-        rows = [row for level in levels for row in self._peaks_of(float(level), forces, frequencies, output)]
-        names = ["force_level", "frequency", "amplitude", "modal_amplitude", "damping_ratio"]
-        return pd.DataFrame(rows, columns=names)
-
-    def _peaks_of(self, level: float, forces: Array, frequencies: Array, output: int) -> list[tuple[float, ...]]:
-        """Rows of one force level, the highest peak first."""
-        if not 0.0 < level <= forces.max():
-            rule = f"must be positive and at most {forces.max():.4g}, that of the largest amplitude of the mode"
-            raise fault("force_levels", rule, level, "Compute the mode up to a larger amplitude.")
-        places = _crossings(np.log(forces), np.log(level))
-        share = 1.0
-        if level < forces[0]:
-            places, share = np.append(places, 0.0), level / forces[0]
-        rows = []
-        for place in places:
-            mode = _at(self.mode, np.array([place]))
-            linear = share if place == 0.0 else 1.0
-            omega = _interpolated(frequencies, np.array([place]))
-            moved = linear * self._moved(mode, omega, level / linear, output)[0]
-            numbers = (abs(moved), linear * mode.amplitude[0], mode.zeta[0])
-            rows.append((level, omega[0] / (2.0 * np.pi), *map(float, numbers)))
-        return sorted(rows, key=lambda row: -row[2])
-
-    def _moved(self, mode: _Mode, omega: Array, level: float, output: int) -> Complex:
-        """First harmonic of an output: of the mode with its phase, and the linear response of the others."""
-        turned = level * mode.force / mode.dynamic(omega)
-        turned = turned / np.abs(turned)
-        return np.asarray(mode.outputs[:, output] * turned + level * self.rest.at(omega)[:, output])
-
-    def response(self, level: float, output: int) -> pd.DataFrame:
-        """The curve of a force level."""
-        import pandas as pd
-
-        fine = _at(self.mode, np.linspace(0.0, self.mode.omega.size - 1.0, FINER * (self.mode.omega.size - 1) + 1))
-        low, high = _sides(fine, level)
-        sides = [(np.flatnonzero(np.isfinite(low)), low), (np.flatnonzero(np.isfinite(high))[::-1], high)]
-        where = np.concatenate([places for places, _ in sides])
-        if not where.size:
-            raise fault("force_level", "must reach an amplitude of the mode", level, "Compute the mode down to a smaller amplitude.")
-        omega = np.concatenate([values[places] for places, values in sides])
-        mode = _taken(fine, where)
-        moved = self._moved(mode, omega, level, output)
-        columns = {"frequency": omega / (2.0 * np.pi), "amplitude": np.abs(moved), "phase": np.angle(moved)}
-        columns |= {"modal_amplitude": mode.amplitude, "mode_alone": np.abs(mode.outputs[:, output])}
-        return pd.DataFrame(columns)
-
-    def phase_resonance(self, output: int) -> pd.DataFrame:
-        """Force level, frequency and amplitude of phase resonance at every point."""
-        import pandas as pd
-
-        mode = self.mode
-        columns = {"force_level": mode.quadrature, "frequency": mode.omega / (2.0 * np.pi)}
-        return pd.DataFrame(columns | {"amplitude": np.abs(mode.outputs[:, output]), "damping_ratio": mode.zeta})
+    def level_of_peak(self) -> Array:
+        """The force level whose peak has the amplitude."""
+        return np.asarray(np.abs(self.dynamic(self.easiest())) / np.abs(self.force))
 
 
 @dataclass(frozen=True, eq=False)
-class _Rest:
+class OtherModes:
     """The stuck structure without the followed mode, under the first harmonic of the forces."""
 
     structures: ModalStructures
@@ -168,28 +110,131 @@ class _Rest:
     load: Complex
 
     @classmethod
-    def of(cls, problem: Problem, followed: int, load: Complex) -> _Rest:
+    def of(cls, problem: Problem, followed: int, load: Complex) -> OtherModes:
+        """Load: P₁ of the degrees of freedom."""
         structures = ModalStructures(problem, (1,), 1)
-        return cls(structures, followed, structures.whole[structures.key[1]].conj().T @ load)
+        driven = structures.whole[structures.key[1]].conj().T @ load
+        driven[followed] = 0.0
+        return cls(structures, followed, np.asarray(driven, dtype=complex))
 
     def at(self, omega: Array) -> Complex:
         """First harmonic of the outputs per force level, (places, outputs)."""
-        structure, k = self.structures.extended(self.followed, 1), self.structures.key[1]
-        load = self.load.astype(complex)
-        load[self.followed] = 0.0
-        rows = self.structures.shapes[k]
-        found = []
-        for each in omega:
+        rows = self.structures.shapes[self.structures.key[1]][-self.outputs :]
+        structure = self.structures.extended(self.followed, 1)
+        found = np.empty((omega.size, self.outputs), dtype=complex)
+        for n, each in enumerate(omega):
             gains = extended_gains(structure, float(each), 0.0)[1]
-            found.append(rows @ (gains[0] * load if gains.shape[0] == 1 else gains @ load))
-        return np.array(found, dtype=complex)
+            found[n] = rows @ (gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
+        return found
+
+    @property
+    def outputs(self) -> int:
+        return self.structures.outputs
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """The forced responses of one mode under one pattern of forces."""
+
+    mode: ModePath
+    others: OtherModes
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, problem: Problem, case: int, forces: ForcePattern | None) -> Synthesis:
+        """Of a case of a dataset; forces: other ones than those of the problem, whose parts at harmonic 1 count."""
+        loaded = problem if forces is None else replace(problem, forces=tuple(forces))
+        chosen = dataset.isel(case=case, point=np.flatnonzero(np.isfinite(dataset["frequency"][case].to_numpy())))
+        if chosen.sizes["point"] < 2:
+            raise fault("The curve of the mode", "must have two or more points", str(dataset["case_message"][case].item()))
+        load, amplitude = _first_harmonic(loaded), chosen["modal_amplitude"].to_numpy()
+        shape, outputs = (_complex(each) / amplitude[:, None] for each in (chosen["mode_shape"], chosen["response"][:, :, 1]))
+        force = shape.conj() @ load
+        if not np.all(np.abs(force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
+            raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
+        masses = (chosen[name].to_numpy() / amplitude**2 for name in ("modal_mass", "modal_damping"))
+        numbers = 2.0 * np.pi * chosen["frequency"].to_numpy(), chosen["damping_ratio"].to_numpy(), *masses
+        mode = ModePath(*numbers, amplitude, force, outputs)
+        return cls(mode, OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load))
+
+    @cached_property
+    def _along(self) -> PchipInterpolator:
+        """The columns of the mode between its points, by monotonic cubics over their numbers."""
+        return PchipInterpolator(np.arange(self.mode.omega.size), self.mode.columns)
+
+    @cached_property
+    def _levels(self) -> Array:
+        return self.mode.level_of_peak()
+
+    def peaks(self, levels: Array, output: int) -> pd.DataFrame:
+        """The peaks of force levels at an output, the highest of each level first."""
+        import pandas as pd
+
+        least, most = self._levels[0], self._levels.max()
+        if levels.size == 0 or not (levels.min() > 0.0 and levels.max() <= most):
+            rule = f"must be positive and at most {most:.4g}, that of the largest amplitude of the mode"
+            raise fault("force_levels", rule, levels.tolist(), "Compute the mode up to a larger amplitude.")
+        which, places = _crossed(self._levels, levels)
+        places = self._solved(levels[which], places)
+        low = np.flatnonzero(levels < least)
+        share = np.concatenate([np.ones(which.size), levels[low] / least])
+        which, places = np.concatenate([which, low]), np.concatenate([places, np.zeros(low.size)])
+        mode = ModePath.of_columns(self._along(places))
+        mode = replace(mode, amplitude=share * mode.amplitude)
+        omega = mode.easiest()
+        columns = {"force_level": levels[which], "frequency": omega / (2.0 * np.pi)}
+        columns["amplitude"] = np.abs(self._moved(mode, omega, levels[which], output))
+        columns |= {"modal_amplitude": mode.amplitude, "damping_ratio": mode.zeta}
+        table = pd.DataFrame(columns)
+        return table.iloc[np.lexsort((-table["amplitude"], which))].reset_index(drop=True)
+
+    def _solved(self, levels: Array, intervals: Array) -> Array:
+        """Places inside intervals, each from a point to the next one, whose peaks belong to force levels."""
+        low, high = intervals.astype(float), intervals + 1.0
+        rising = self._levels[intervals + 1] > self._levels[intervals]
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            below = (ModePath.of_columns(self._along(middle)).level_of_peak() < levels) == rising
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return np.asarray(0.5 * (low + high))
+
+    def _moved(self, mode: ModePath, omega: Array, levels: Array | float, output: int) -> Complex:
+        """First harmonic of an output: of the mode with its phase, and the linear response of the others."""
+        turned = mode.force / mode.dynamic(omega)
+        moved = mode.amplitude * mode.outputs[:, output] * turned / np.abs(turned)
+        return np.asarray(moved + levels * self.others.at(omega)[:, output])
+
+    def response(self, level: float, output: int) -> pd.DataFrame:
+        """The curve of a force level."""
+        import pandas as pd
+
+        fine = self._along(np.linspace(0.0, self.mode.omega.size - 1.0, FINER * (self.mode.omega.size - 1) + 1))
+        low, high = _sides(ModePath.of_columns(fine), level)
+        below, above = np.flatnonzero(np.isfinite(low)), np.flatnonzero(np.isfinite(high))[::-1]
+        where = np.concatenate([below, above])
+        if not where.size:
+            remedy = "Compute the mode down to a smaller amplitude."
+            raise fault("force_level", "must move the mode by one of its amplitudes", level, remedy)
+        omega, mode = np.concatenate([low[below], high[above]]), ModePath.of_columns(fine[where])
+        moved = self._moved(mode, omega, level, output)
+        columns = {"frequency": omega / (2.0 * np.pi), "amplitude": np.abs(moved), "phase": np.angle(moved)}
+        alone = mode.amplitude * np.abs(mode.outputs[:, output])
+        return pd.DataFrame(columns | {"modal_amplitude": mode.amplitude, "mode_alone": alone})
+
+    def phase_resonance(self, output: int) -> pd.DataFrame:
+        """Force level, frequency and amplitude of phase resonance at every point."""
+        import pandas as pd
+
+        mode = self.mode
+        columns = {"force_level": mode.quadrature, "frequency": mode.omega / (2.0 * np.pi)}
+        columns["amplitude"] = mode.amplitude * np.abs(mode.outputs[:, output])
+        return pd.DataFrame(columns | {"damping_ratio": mode.zeta})
 
 
 def _first_harmonic(problem: Problem) -> Complex:
     """The harmonic load at level one as P₁, (n,); refused where it goes by the frequency."""
     powers = problem.load_powers(max((h for force in problem.forces for h in force.factors), default=1))
     if len(powers) > 1:
-        raise fault("The forces", "must not go by the frequency in a synthesis from modes", "base motion or unbalance")
+        raise fault("The forces", "must not go by the frequency in a synthesis from modes", "a moving base or an unbalance")
     return np.asarray(powers[0][:, 1] - 1j * powers[0][:, 2])
 
 
@@ -198,52 +243,22 @@ def _complex(array: xr.DataArray) -> Complex:
     return np.asarray(parts[..., 0] + 1j * parts[..., 1])
 
 
-def _sides(mode: _Mode, level: float) -> tuple[Array, Array]:
+def _crossed(values: Array, wanted: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Which wanted values lie in which intervals between neighbouring values."""
+    low, high = np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])
+    which, intervals = np.nonzero((wanted[:, None] > low) & (wanted[:, None] <= high))
+    return which, intervals
+
+
+def _sides(mode: ModePath, level: float) -> tuple[Array, Array]:
     """Frequencies below and above resonance at which a force level makes each amplitude, rad/s; NaN where none does."""
-    peak, rest = mode.easiest(), 2.0 * mode.zeta * mode.omega**2 * mode.mass - mode.viscous * mode.omega
-    m, w, c = mode.mass, mode.omega, mode.viscous
-    constant = m**2 * w**4 + rest**2 - (level * np.abs(mode.force)) ** 2
+    m, w, c, rest = mode.mass, mode.omega, mode.viscous, mode.own_lag
+    constant = m**2 * w**4 + rest**2 - (level * np.abs(mode.force) / mode.amplitude) ** 2
+    reached = mode.level_of_peak() <= level
     sides = np.full((2, w.size), np.nan)
-    for k in range(w.size):
+    for k in np.flatnonzero(reached):
         roots = np.roots([m[k] ** 2, 0.0, c[k] ** 2 - 2.0 * (m[k] * w[k]) ** 2, 2.0 * c[k] * rest[k], constant[k]])
         real = roots.real[(np.abs(roots.imag) <= 1e-9 * w[k]) & (roots.real > 0.0)]
-        if real.size and np.abs(mode.dynamic(peak)[k]) <= level * abs(mode.force[k]):
+        if real.size:
             sides[:, k] = real.min() if real.size > 1 else np.nan, real.max()
     return sides[0], sides[1]
-
-
-def _interpolated(values: NDArray, places: Array) -> NDArray:
-    """Values (points, ...) at places along the curve, between points by monotonic cubics."""
-    steps = np.arange(len(values))
-    if np.iscomplexobj(values):
-        return np.asarray(PchipInterpolator(steps, values.real)(places) + 1j * PchipInterpolator(steps, values.imag)(places))
-    return np.asarray(PchipInterpolator(steps, values)(places))
-
-
-def _crossings(values: Array, wanted: float) -> Array:
-    """Places along the curve at which the interpolated values are `wanted`."""
-    found = PchipInterpolator(np.arange(values.size), values).solve(wanted, extrapolate=False)
-    return np.asarray(found[np.isfinite(found)])
-
-
-_LOGARITHMIC = ("omega", "mass", "amplitude")
-
-
-def _at(mode: _Mode, places: Array) -> _Mode:
-    """The mode at places along its curve."""
-    values = {}
-    for name, given in vars_of(mode).items():
-        if name in _LOGARITHMIC:
-            values[name] = np.exp(_interpolated(np.log(given), places))
-        else:
-            values[name] = _interpolated(given, places)
-    return _Mode(**values)
-
-
-def _taken(mode: _Mode, places: NDArray[np.intp]) -> _Mode:
-    return _Mode(**{name: values[places] for name, values in vars_of(mode).items()})
-
-
-def vars_of(mode: _Mode) -> dict[str, NDArray]:
-    """The arrays of a mode by name."""
-    return {name: getattr(mode, name) for name in _Mode.__dataclass_fields__}
