@@ -77,7 +77,9 @@ def solve_mode(
         if still is None or again[-1].point.level > points[-1].point.level:
             points, lost = again, still
     outcome = Outcome.CONVERGED if lost is None else Outcome.NOT_CONVERGED
-    message = "The curve reached the largest amplitude." if lost is None else f"The curve ended before the largest amplitude: {lost}"
+    message = (
+        "The curve reached the largest amplitude." if lost is None else f"The curve ended before the largest amplitude: {lost}"
+    )
     return ModeCurve(tuple(_dense(balance, points)), outcome, message)
 
 

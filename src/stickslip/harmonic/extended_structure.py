@@ -61,7 +61,10 @@ def extended_gains(structure: ExtendedStructure, omega: float, zeta: float) -> C
             matrix[j, j] = own[j]
             if h == 1 and j != followed:
                 matrix[j, followed] = matrix[followed, j] = 0.0
-        gains[h] = np.linalg.inv(matrix)
+        if np.all(np.isfinite(matrix)):
+            gains[h] = np.linalg.inv(matrix)
+        else:
+            gains[h] = complex(np.nan, np.nan)
     return gains
 
 

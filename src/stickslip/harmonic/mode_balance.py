@@ -35,7 +35,9 @@ class ModeBalance(HarmonicBalance):
     the coordinate a √K_m of the followed mode in √J, with φᴴK'φ = 1.
     """
 
-    def __init__(self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int, followed: int, extended: int = 1) -> None:
+    def __init__(
+        self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int, followed: int, extended: int = 1
+    ) -> None:
         _, samples = fineness(harmonics, samples)
         self.problem = problem
         self.harmonics = harmonics_for(problem, harmonics)
@@ -162,7 +164,9 @@ class ModalStructures:
         """As the kernels read it."""
         imaginary = self.shapes.imag if np.any(self.shapes.imag) else np.empty((0, 0, 0))
         parts = (np.ascontiguousarray(self.shapes.real), np.ascontiguousarray(imaginary), self.squares)
-        return ExtendedStructure(*parts, np.ascontiguousarray(self.damping, dtype=complex), self.static, self.key, followed, extended)
+        return ExtendedStructure(
+            *parts, np.ascontiguousarray(self.damping, dtype=complex), self.static, self.key, followed, extended
+        )
 
 
 def _modes(system: LinearSystem) -> tuple[Array, Array, Array, Array]:

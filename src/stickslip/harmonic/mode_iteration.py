@@ -63,11 +63,17 @@ def _size(values: Array) -> float:
 
 
 @kernel
+def modal_amplitude(level: float) -> float:
+    """a of ln a; a step of Newton's method that leaves the range of numbers is one that no residual accepts."""
+    return np.exp(min(max(level, -300.0), 300.0))  # type: ignore[no-any-return]
+
+
+@kernel
 def evaluate_mode(system: ModeSystem, forces: Array, omega: float, level: float) -> State:
     """Motion, residual and derivatives at a point."""
     system.effort[0] += 1
     rows, columns = forces.shape[0] - 1, forces.shape[1]
-    frequency, zeta, amplitude = omega * forces[rows, 1], forces[rows, 2], np.exp(level)
+    frequency, zeta, amplitude = omega * forces[rows, 1], forces[rows, 2], modal_amplitude(level)
     coupling = rows if np.any(system.table.partner_row >= 0) else 0
     gains = extended_gains(system.structure, frequency, zeta)
     state = coordinates(system.structure, gains, forces[:rows], frequency, amplitude)
@@ -93,7 +99,7 @@ def evaluate_mode(system: ModeSystem, forces: Array, omega: float, level: float)
 
 @kernel
 def _slopes(system: ModeSystem, state: State, omega: float, level: float) -> ModeSlopes:
-    rows, amplitude = state.forces.shape[0] - 1, np.exp(level)
+    rows, amplitude = state.forces.shape[0] - 1, modal_amplitude(level)
     structure, forces = system.structure, state.forces[:rows]
     frequency, zeta = omega * state.forces[rows, 1], state.forces[rows, 2]
     found = coordinates(structure, state.gains, forces, frequency, amplitude)
@@ -158,12 +164,14 @@ def _fill_contacts(
     G = extended_receptance(structure, driven, moved)
     blocks = (state.own, state.coupling, state.cross)
     newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
-    amplitude, first, last = np.exp(level), offsets[rows], offsets[rows + 1]
+    amplitude, first, last = modal_amplitude(level), offsets[rows], offsets[rows + 1]
     k, followed = structure.key[1], structure.followed
     pull = extended_pulled(structure, driven, border.weight) if border.weight.shape[0] else np.empty((0, 0))
     for i in range(active.size):
         r, share = active[i], 0.0j
-        share += complex(structure.real[k, r, followed], -structure.imaginary[k, r, followed] if structure.imaginary.size else 0.0)
+        share += complex(
+            structure.real[k, r, followed], -structure.imaginary[k, r, followed] if structure.imaginary.size else 0.0
+        )
         share -= coupled(structure, frequency, np.ascontiguousarray(driven[:, :, i].T))
         share /= amplitude
         for n in range(offsets[r + 1] - offsets[r]):
@@ -220,7 +228,7 @@ def newton_step_mode(
         moved = seen(structure, change)
         right[0, :contact] += _pushed(system, state, bordered.offsets, moved)
         modal = coupled(structure, frequency, change) + received(structure, step[:rows])[structure.followed, 1]
-        modal /= np.exp(level)
+        modal /= modal_amplitude(level)
         right[0, contact] -= modal.real
         right[0, contact + 1] -= modal.imag
         if border.weight.shape[0]:
@@ -231,9 +239,7 @@ def newton_step_mode(
 
 
 @kernel
-def tangent_mode(
-    system: ModeSystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered
-) -> Direction:
+def tangent_mode(system: ModeSystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
     rows, size = state.forces.shape[0] - 1, bordered.offsets[-1]
     right = np.zeros((1, size + 1))

@@ -65,9 +65,7 @@ def _factorise(system: Any, state: Any, omega: Any, level: Any, border: Any) -> 
 @overload(newton_step, strict=False)
 def _newton_step(system: Any, state: Any, omega: Any, level: Any, border: Any, short: Any, bordered: Any) -> Any:
     part = _chosen(system, *_NEWTON_STEP)
-    return lambda system, state, omega, level, border, short, bordered: part(
-        system, state, omega, level, border, short, bordered
-    )
+    return lambda system, state, omega, level, border, short, bordered: part(system, state, omega, level, border, short, bordered)
 
 
 @overload(tangent, strict=False)

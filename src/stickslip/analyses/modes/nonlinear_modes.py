@@ -45,9 +45,7 @@ class NonlinearModes(Result, figure="nonlinear_modes:over_amplitude", energy="no
     dataset: xr.Dataset
     problem: Problem
 
-    def peaks(
-        self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None
-    ) -> pd.DataFrame:
+    def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
         modal_amplitude, damping_ratio; a row a peak, where a level has several the highest first.
 
@@ -56,17 +54,13 @@ class NonlinearModes(Result, figure="nonlinear_modes:over_amplitude", energy="no
         """
         return self._synthesis(case, forces).peaks(vector("force_levels", force_levels), output_of(self.problem, output))
 
-    def response(
-        self, force_level: float, case: int = 0, output: int = 0, forces: ForcePattern | None = None
-    ) -> pd.DataFrame:
+    def response(self, force_level: float, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """The forced response around the resonance of one force level from one mode: frequency [Hz], amplitude [m] and phase [rad]
         of an output, modal_amplitude, `mode_alone`, the amplitude without the linear response of the other modes; in the order
         of travel, over the peak and through folds."""
         return self._synthesis(case, forces).response(positive("force_level", force_level), output_of(self.problem, output))
 
-    def phase_resonance(
-        self, case: int = 0, output: int = 0, forces: ForcePattern | None = None
-    ) -> pd.DataFrame:
+    def phase_resonance(self, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Phase resonance, the force in quadrature with the motion, at every point of a curve: force_level, frequency [Hz],
         amplitude [m] of an output, damping_ratio."""
         return self._synthesis(case, forces).phase_resonance(output_of(self.problem, output))
@@ -161,7 +155,9 @@ class NonlinearModesWork:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Everything that a curve depends on."""
-        where = "from stuck to slip" if self.ends is None else f"from {self.ends[0]!r} to {self.ends[1]!r} m at output {self.output}"
+        where = (
+            "from stuck to slip" if self.ends is None else f"from {self.ends[0]!r} to {self.ends[1]!r} m at output {self.output}"
+        )
         how = f"{self.harmonics} harmonics, {self.samples} samples, {self.extended} extended, problem {self.problem.fingerprint}"
         return tuple(f"nonlinear mode {mode}, {where}, {how}" for mode in self.modes)
 
