@@ -1,4 +1,4 @@
-"""The curve of one nonlinear mode over its amplitude: from the stuck state on, through folds, with points dense enough to draw."""
+"""The curve of one nonlinear mode over its amplitude, from stuck contacts on, through folds, with points dense enough to draw."""
 
 from __future__ import annotations
 

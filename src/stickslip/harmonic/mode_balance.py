@@ -31,8 +31,8 @@ EQUAL = 1e-9
 class ModeBalance(HarmonicBalance):
     """The balance of one nonlinear mode; followed: its place among the stuck modes, from 0 on.
 
-    λ of a `Point` has one more row, that of ω/omega_m and ζ; its `omega` is the stuck natural frequency omega_m, its `level` ln of
-    the coordinate a √K_m of the followed mode in √J, with φᴴK'φ = 1.
+    λ of a `Point` has one more row, that of ω/omega_m and ζ; its `omega` is the stuck natural frequency omega_m, its `level`
+    ln of the coordinate of the followed mode in √J, with φᴴK'φ = 1.
     """
 
     def __init__(
@@ -55,9 +55,8 @@ class ModeBalance(HarmonicBalance):
         least = 1e-3 * constant_size(problem, table) + np.finfo(float).tiny
         structure, effort = self.structures.extended(followed, extended), np.zeros(2, dtype=np.int64)
         kept = self.kept, self.dropped
-        self.system = ModeSystem(  # type: ignore[assignment]
-            table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort
-        )
+        self.mode_system = ModeSystem(table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort)
+        self.system = self.mode_system  # type: ignore[assignment]
 
     def _refuse_a_pair(self) -> None:
         if not 0 <= self.followed < self.squares.size or self.squares[self.followed] <= 0.0:
@@ -87,7 +86,7 @@ class ModeBalance(HarmonicBalance):
     @property
     def shape(self) -> NDArray[np.complex128]:
         """The stuck mode at contact rows and outputs, per unit of the mass-normalised coordinate, (motion rows,)."""
-        return self.linear_omega * self.structures.shapes[self.structures.key[1]][:, self.followed]
+        return np.asarray(self.linear_omega * self.structures.shapes[self.structures.key[1]][:, self.followed])
 
     def level_of(self, amplitude: float) -> float:
         """The path parameter of a mass-normalised modal amplitude in m √kg."""
@@ -126,7 +125,7 @@ class ModeBalance(HarmonicBalance):
 
     def modal_coordinates(self, evaluation: Evaluation) -> NDArray[np.complex128]:
         """Coordinates η of the stuck modes, φᴴK'φ = 1, of every harmonic (m, H+1), √J."""
-        point, structure = evaluation.point, self.system.structure
+        point, structure = evaluation.point, self.mode_system.structure
         forces = np.ascontiguousarray(point.forces[: self.rows])
         return np.asarray(
             coordinates(structure, evaluation.state.gains, forces, self.omega_of(point), float(np.exp(point.level)))
@@ -142,8 +141,8 @@ class ModeBalance(HarmonicBalance):
 
 
 class ModalStructures:
-    """Stuck modes of every structure that the harmonics see: squares (keys, m), damping (keys, w, m), shapes (keys, motion rows, m),
-    whole (keys, n, m), static (m,), key (H+1,) as in `ExtendedStructure`."""
+    """Stuck modes of every structure that the harmonics see: squares (keys, m), damping (keys, m or 1, m), static (m,), key
+    (H+1,) as in `ExtendedStructure`; shapes at contact rows and outputs (keys, motion rows, m), and whole (keys, n, m)."""
 
     def __init__(self, problem: Problem, held: Sequence[int], H: int) -> None:
         systems = problem.systems

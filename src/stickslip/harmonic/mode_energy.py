@@ -20,7 +20,8 @@ class ModeEnergy:
     contact work of each row per period; viscous: that of C; residual: |dissipated + viscous − fed| / |fed|, fed by −2ζωM.
     modal_mass, modal_damping: Q₁ᴴ M Q₁ [kg m²] and Q₁ᴴ C Q₁ of the first harmonic.
     others: share of the first harmonic's energy in the stuck modes beside the followed one; harmonics: share of the energy in
-    the harmonics above the first; strongest: the harmonic and the stuck mode, from 1 on, with most of it, and `resonant` its share.
+    the harmonics above the first; strongest: the harmonic and the stuck mode, from 1 on, with most of it, whose share is
+    `resonant`.
     """
 
     mechanical: float
@@ -47,8 +48,9 @@ def mode_energy(balance: ModeBalance, evaluation: Evaluation) -> ModeEnergy:
         damping, x = structures.damping[k], state[:, h]
         product = damping[0] * x if damping.shape[0] == 1 else damping @ x
         viscous[h] = float(np.real(np.vdot(x, product)))
+    fed_by = (order > 0) & (order <= balance.mode_system.structure.extended)
     shares = 0.5 * (order * omega) ** 2 * squares
-    fed = 2.0 * np.pi * zeta * omega**2 * float(np.sum((order**2 * squares)[:, 1 : balance.system.structure.extended + 1]))
+    fed = 2.0 * np.pi * zeta * omega**2 * float(np.sum(fed_by * order**2 * squares))
     beyond_springs = (point.forces - evaluation.residual)[: balance.rows]
     dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
     lost = np.pi * omega * float(np.sum(order**2 * viscous))

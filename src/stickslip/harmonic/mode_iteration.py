@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
@@ -118,7 +119,7 @@ def _slopes(system: ModeSystem, state: State, omega: float, level: float) -> Mod
 def factorise_mode(system: ModeSystem, state: State, omega: float, level: float, border: Border) -> Bordered:
     """J on the unknowns of λ, ω and ζ, bordered by the derivative by ln a and the path condition."""
     system.effort[1] += 1
-    rows, columns = state.forces.shape[0] - 1, state.forces.shape[1]
+    rows = state.forces.shape[0] - 1
     offsets, mask = _unknowns(state, system.kept)
     contact, size = offsets[rows], offsets[rows + 1]
     matrix = np.zeros((size + 1, size + 1))
@@ -140,7 +141,7 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
 
 
 @kernel
-def _unknowns(state: State, kept: Index) -> tuple[Index, Array]:
+def _unknowns(state: State, kept: Index) -> tuple[Index, NDArray[np.bool_]]:
     """Where the unknowns of each row start, and which entries of `forces` they are; those of the last row are ω and ζ."""
     rows, columns = state.forces.shape[0] - 1, state.forces.shape[1]
     starts, entries = unknown_entries(state.unknown, kept, columns)

@@ -86,8 +86,8 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
 
 def _met(harmonic: int, mode: int, amplitude: float) -> str:
     return (
-        f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of the "
-        f"stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
+        f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
+        f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
     )
 
 
@@ -142,12 +142,13 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
         for name, (dims, units, words) in VARIABLES.items()
     }
     harmonics = data["response"][1].shape[3]
-    coords: dict[str, Any] = {
-        "output": list(problem.output_names),
-        "contact": [contact.name for contact in problem.contacts],
-        "direction": list(DIRECTION_NAMES),
-        "harmonic": np.arange(harmonics),
-        "part": ["re", "im"],
-        "dof": list(problem.structure.dofs),
+    labels: dict[str, tuple[Any, str]] = {
+        "output": (list(problem.output_names), "output"),
+        "contact": ([contact.name for contact in problem.contacts], "contact"),
+        "direction": (list(DIRECTION_NAMES), "direction of a contact"),
+        "harmonic": (np.arange(harmonics), "harmonic"),
+        "part": (["re", "im"], "real or imaginary part"),
+        "dof": (list(problem.structure.dofs), "degree of freedom"),
     }
+    coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
     return xr.Dataset(data, coords, {"title": problem.title, "study": "", **attrs})

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
+from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
 from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
@@ -39,7 +40,13 @@ LOWEST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class NonlinearModes(Result, figure="nonlinear_modes:over_amplitude", energy="nonlinear_modes:over_energy"):
+class NonlinearModes(
+    Result,
+    figure="nonlinear_modes:over_amplitude",
+    energy="nonlinear_modes:over_energy",
+    peaks="nonlinear_modes:peaks_over_force",
+    states="nonlinear_modes:contact_states",
+):
     """Curves of one or several modes: `dataset` with axes (case, point, ...), a case per mode, and the problem that made them."""
 
     dataset: xr.Dataset
@@ -55,9 +62,9 @@ class NonlinearModes(Result, figure="nonlinear_modes:over_amplitude", energy="no
         return self._synthesis(case, forces).peaks(vector("force_levels", force_levels), output_of(self.problem, output))
 
     def response(self, force_level: float, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
-        """The forced response around the resonance of one force level from one mode: frequency [Hz], amplitude [m] and phase [rad]
-        of an output, modal_amplitude, `mode_alone`, the amplitude without the linear response of the other modes; in the order
-        of travel, over the peak and through folds."""
+        """The forced response around the resonance of one force level from one mode: frequency [Hz], amplitude [m] and phase
+        [rad] of an output, modal_amplitude, and `mode_alone`, the amplitude without the linear response of the other modes; in
+        the order of travel, over the peak and through folds."""
         return self._synthesis(case, forces).response(positive("force_level", force_level), output_of(self.problem, output))
 
     def phase_resonance(self, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
@@ -193,11 +200,12 @@ class NonlinearModesWork:
         arrays = mode_arrays(balance, solve_mode(balance, *self.levels(balance), report))
         return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
 
-    def gathered(self, results: Sequence[Arrays]) -> NonlinearModes:
-        """The modes of the curves of all cases."""
-        attrs = {"harmonics": attribute(self.harmonics), "samples": self.samples, "extended": self.extended}
+    def gathered(self, results: Sequence[Arrays], levels: Sequence[float] = ()) -> NonlinearModes:
+        """The modes of the curves of all cases; levels: of the forces whose peaks the dataset is to hold."""
+        attrs: dict[str, Any] = {"harmonics": attribute(self.harmonics), "samples": self.samples, "extended": self.extended}
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
-        return NonlinearModes(modes_dataset(self.problem, results, attrs), self.problem)
+        dataset = modes_dataset(self.problem, results, attrs)
+        return NonlinearModes(with_peaks(dataset, self.problem, levels), self.problem)
 
 
 def _modes(problem: Problem, mode: Any, frequency: float | None, output: int | None) -> tuple[int, ...]:

@@ -151,9 +151,9 @@ class Synthesis:
         force = shape.conj() @ load
         if not np.all(np.abs(force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
             raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
-        masses = (chosen[name].to_numpy() / amplitude**2 for name in ("modal_mass", "modal_damping"))
-        numbers = 2.0 * np.pi * chosen["frequency"].to_numpy(), chosen["damping_ratio"].to_numpy(), *masses
-        mode = ModePath(*numbers, amplitude, force, outputs)
+        mass, viscous = (chosen[name].to_numpy() / amplitude**2 for name in ("modal_mass", "modal_damping"))
+        omega, zeta = 2.0 * np.pi * chosen["frequency"].to_numpy(), chosen["damping_ratio"].to_numpy()
+        mode = ModePath(omega, zeta, mass, viscous, amplitude, force, outputs)
         return cls(mode, OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load))
 
     @cached_property
@@ -173,8 +173,8 @@ class Synthesis:
         if levels.size == 0 or not (levels.min() > 0.0 and levels.max() <= most):
             rule = f"must be positive and at most {most:.4g}, that of the largest amplitude of the mode"
             raise fault("force_levels", rule, levels.tolist(), "Compute the mode up to a larger amplitude.")
-        which, places = _crossed(self._levels, levels)
-        places = self._solved(levels[which], places)
+        which, intervals = _crossed(self._levels, levels)
+        places = self._solved(levels[which], intervals)
         low = np.flatnonzero(levels < least)
         share = np.concatenate([np.ones(which.size), levels[low] / least])
         which, places = np.concatenate([which, low]), np.concatenate([places, np.zeros(low.size)])
@@ -182,12 +182,12 @@ class Synthesis:
         mode = replace(mode, amplitude=share * mode.amplitude)
         omega = mode.easiest()
         columns = {"force_level": levels[which], "frequency": omega / (2.0 * np.pi)}
-        columns["amplitude"] = np.abs(self._moved(mode, omega, levels[which], output))
+        columns["amplitude"] = np.abs(self.moved(mode, omega, levels[which], output))
         columns |= {"modal_amplitude": mode.amplitude, "damping_ratio": mode.zeta}
         table = pd.DataFrame(columns)
         return table.iloc[np.lexsort((-table["amplitude"], which))].reset_index(drop=True)
 
-    def _solved(self, levels: Array, intervals: Array) -> Array:
+    def _solved(self, levels: Array, intervals: NDArray[np.intp]) -> Array:
         """Places inside intervals, each from a point to the next one, whose peaks belong to force levels."""
         low, high = intervals.astype(float), intervals + 1.0
         rising = self._levels[intervals + 1] > self._levels[intervals]
@@ -197,7 +197,7 @@ class Synthesis:
             low, high = np.where(below, middle, low), np.where(below, high, middle)
         return np.asarray(0.5 * (low + high))
 
-    def _moved(self, mode: ModePath, omega: Array, levels: Array | float, output: int) -> Complex:
+    def moved(self, mode: ModePath, omega: Array, levels: Array | float, output: int) -> Complex:
         """First harmonic of an output: of the mode with its phase, and the linear response of the others."""
         turned = mode.force / mode.dynamic(omega)
         moved = mode.amplitude * mode.outputs[:, output] * turned / np.abs(turned)
@@ -215,7 +215,7 @@ class Synthesis:
             remedy = "Compute the mode down to a smaller amplitude."
             raise fault("force_level", "must move the mode by one of its amplitudes", level, remedy)
         omega, mode = np.concatenate([low[below], high[above]]), ModePath.of_columns(fine[where])
-        moved = self._moved(mode, omega, level, output)
+        moved = self.moved(mode, omega, level, output)
         columns = {"frequency": omega / (2.0 * np.pi), "amplitude": np.abs(moved), "phase": np.angle(moved)}
         alone = mode.amplitude * np.abs(mode.outputs[:, output])
         return pd.DataFrame(columns | {"modal_amplitude": mode.amplitude, "mode_alone": alone})
