@@ -18,8 +18,9 @@ from verify.row import CLOSED, Row, absolute, at_most, relative
 TITLE = "Nonlinear modes"
 ABOUT = (
     "Benchmarks of one mass (B1), the chain of 20 masses with constant (B2a) and with varying normal load (B2b), 7 harmonics, "
-    "256 samples; single blade, 4.6 kg, 5 harmonics. Peaks of the first harmonic from the mode against those of forced responses; "
-    "costs in CPU time, of 100 force levels from a mode that is computed anew against 100 forced responses over a band."
+    "256 samples; single blade, 4.6 kg, 5 harmonics. Peaks of the first harmonic from the mode against those of forced "
+    "responses; costs in CPU time, of 100 force levels from a mode that is computed anew against 100 forced responses over a "
+    "band."
 )
 SWEEPS = "forced responses of this program"
 LEVELS = {"B1": (0.1, 0.5, 1.0, 2.0), "chain": (0.02, 0.05, 0.1, 0.2, 0.5), "blade": (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)}
