@@ -10,10 +10,10 @@ import numpy as np
 
 from stickslip.checks import InputError
 from stickslip.contact.period import SLIPPING
-from stickslip.harmonic.balance import PathCondition
+from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.mode_balance import ModeBalance
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import StepControl, trace
+from stickslip.solve.continuation import StepControl, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Tangent, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 
@@ -28,6 +28,9 @@ APART = 0.2
 
 FINEST, DIVISIONS = 1e-4, 6
 """Difference in ln a below which, and times after which, an interval is not divided."""
+
+SMALLER = (0.0, 2.3, 4.6, 9.2)
+"""How much smaller the amplitude is, in ln a, from which a mode is followed that is not found at the smallest one."""
 
 POINTS = 4000
 
@@ -84,10 +87,40 @@ def solve_mode(
 
 
 def _first(balance: ModeBalance, level: float) -> Correction:
-    """The mode at the smallest amplitude: by descent from the stuck mode, else with the patience to cross kinks."""
-    start = balance.linear_point(level)
-    found = correct(balance, start, fixed("level", level), iterations=40, halvings=12)
-    return found if found.converged else correct(balance, start, fixed("level", level), iterations=40, patience=30)
+    """The mode at the smallest amplitude: from the stuck mode, else from there with the forces at rest, else from a smaller one.
+
+    Where contacts slip or are open at rest, their forces there are far from those of stuck contacts.
+    """
+    found = _solved(balance, balance.linear_point(level))
+    if found.converged:
+        return found
+    rest = solve_cold(HarmonicBalance(balance.problem, balance.harmonics, balance.tables.E.shape[0]), balance.linear_omega, 0.0)
+    forces = rest.evaluation.point.forces
+    for lower in SMALLER:
+        start = balance.linear_point(level - lower)
+        start.forces[: balance.rows, 0] = forces[:, 0]
+        low = _solved(balance, start)
+        if low.converged:
+            return _raised(balance, low, level)
+    return found
+
+
+def _solved(balance: ModeBalance, start: Point) -> Correction:
+    """The mode at an amplitude: by descent from a start, else with the patience to cross kinks."""
+    condition = fixed("level", start.level)
+    found = correct(balance, start, condition, iterations=40, halvings=12)
+    return found if found.converged else correct(balance, start, condition, iterations=40, patience=30)
+
+
+def _raised(balance: ModeBalance, low: Correction, level: float) -> Correction:
+    """The mode at an amplitude, followed from a smaller one."""
+    if low.evaluation.point.level == level:
+        return low
+    try:
+        *_, last = trace(balance, low, "level", level, StepControl(points=400))
+    except LostCurveError:
+        return low
+    return correct(balance, last.point, fixed("level", level), iterations=40, halvings=12)
 
 
 def _traced(
