@@ -20,8 +20,11 @@ from stickslip.solve.newton import Correction, correct, fixed
 BEFORE_SLIP, BEYOND_SLIP = 0.5, 1000.0
 """Where a curve begins and ends, unless given, as multiples of the amplitude at which the first contact slips."""
 
-TINY, MANIFOLD = 1e-12, 60.0
+TINY, RANGE = 1e-12, 60.0
 """Motion of the contacts, m, from which the first slip is sought, and how far, in ln a."""
+
+NODE = 1e-9
+"""Motion below this share of the largest is rounding: contacts at a node of the mode."""
 
 APART = 0.2
 """Difference of neighbouring points in ln a, and twice that in ln ζ, above which a point is solved between them."""
@@ -32,7 +35,7 @@ FINEST, DIVISIONS = 1e-4, 6
 SMALLER = (0.0, 2.3, 4.6, 9.2)
 """How much smaller the amplitude is, in ln a, from which a mode is followed that is not found at the smallest one."""
 
-POINTS = 4000
+POINTS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +50,15 @@ class ModeCurve:
 def slip_level(balance: ModeBalance) -> float:
     """The path parameter at which the stuck mode makes the first contact slip or open."""
     size = float(np.max(np.abs(balance.shape[: balance.rows]), initial=0.0))
-    low = balance.level_of(TINY / size) if size else 0.0
-    if not size or not _stuck(balance, low):
-        why = "slip or are open however small it is" if size else "do not move in this mode"
+    if size <= NODE * balance.largest_motion:
+        raise InputError("amplitude must be given, since the contacts do not move in this mode. Give it as (low, high).")
+    low = high = smallest = balance.level_of(TINY / size)
+    if not _stuck(balance, low):
+        why = "slip or are open however small it is"
         raise InputError(f"amplitude must be given, since the contacts {why}. Give it as (low, high).")
-    high = low
     while _stuck(balance, high):
         low, high = high, high + 1.0
-        if high > low + MANIFOLD or not np.isfinite(np.exp(2.0 * high)):
+        if high > smallest + RANGE:
             raise InputError("amplitude must be given, since no contact slips at any amplitude. Give it as (low, high).")
     while high - low > 1e-3:
         middle = 0.5 * (low + high)

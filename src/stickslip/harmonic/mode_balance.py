@@ -88,6 +88,11 @@ class ModeBalance(HarmonicBalance):
         """The stuck mode at contact rows and outputs, per unit of the mass-normalised coordinate, (motion rows,)."""
         return np.asarray(self.linear_omega * self.structures.shapes[self.structures.key[1]][:, self.followed])
 
+    @property
+    def largest_motion(self) -> float:
+        """The largest motion of a degree of freedom in the stuck mode, per unit of the mass-normalised coordinate."""
+        return float(self.linear_omega * np.max(np.abs(self.structures.whole[self.structures.key[1]][:, self.followed])))
+
     def level_of(self, amplitude: float) -> float:
         """The path parameter of a mass-normalised modal amplitude in m √kg."""
         return float(np.log(self.linear_omega * amplitude))

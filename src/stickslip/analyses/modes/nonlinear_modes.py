@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,12 +17,11 @@ from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
 from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
-from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, slip_level, solve_mode
+from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.mode_balance import ModalStructures, ModeBalance
 from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
 from stickslip.problem import Problem
-from stickslip.results.files import save
 from stickslip.results.result import Result
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
@@ -74,10 +72,6 @@ class NonlinearModes(
 
     def _synthesis(self, case: int, forces: ForcePattern | None) -> Synthesis:
         return Synthesis.of(self.dataset, self.problem, between("case", case, 0, self.dataset.sizes["case"] - 1), forces)
-
-    def save(self, path: str | Path) -> Path:
-        """Write the dataset as NetCDF."""
-        return save(self.dataset, path)
 
 
 def nonlinear_modes(
@@ -183,7 +177,7 @@ class NonlinearModesWork:
             slip = slip_level(balance)
             return slip + float(np.log(BEFORE_SLIP)), slip + float(np.log(BEYOND_SLIP))
         shape = np.abs(balance.shape[balance.rows :])
-        if shape[self.output] <= 1e-9 * np.max(np.abs(balance.shape)):
+        if shape[self.output] <= NODE * balance.largest_motion:
             what = f"Output {self.problem.output_names[self.output]!r}"
             raise fault(what, "must move in the mode, since amplitudes are given at it", float(shape[self.output]))
         low, high = (balance.level_of(end / float(shape[self.output])) for end in self.ends)

@@ -199,7 +199,9 @@ class Synthesis:
 
     def moved(self, mode: ModePath, omega: Array, levels: Array | float, output: int) -> Complex:
         """First harmonic of an output: of the mode with its phase, and the linear response of the others."""
-        turned = mode.force / mode.dynamic(omega)
+        dynamic = mode.dynamic(omega)
+        # Without any damping a resonance needs no force: what is left of it is in quadrature.
+        turned = mode.force / np.where(dynamic == 0.0, 1j, dynamic)
         moved = mode.amplitude * mode.outputs[:, output] * turned / np.abs(turned)
         return np.asarray(moved + levels * self.others.at(omega)[:, output])
 
