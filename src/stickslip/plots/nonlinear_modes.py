@@ -56,6 +56,21 @@ def peaks_over_force(dataset: xr.Dataset, output: int = 0) -> Chart:
     return Chart("Resonance peaks from the mode", panels, shared_x=True)
 
 
+def shape(dataset: xr.Dataset) -> Chart:
+    """How far a mode leaves the shape of the stuck one: energy in other stuck modes, at the first harmonic, and in higher harmonics."""
+    unit = length_unit(dataset)
+    across = Axis(f"amplitude of {dataset['output'].values[0]}", unit.name, log=_any(dataset, "amplitude"))
+    words = {"other_modes": "in other stuck modes", "higher_harmonics": "in higher harmonics"}
+    panels = []
+    for name, title in words.items():
+        lines = [
+            Line(dataset["amplitude"].values[case, :, 0] / unit.metres, 100.0 * dataset[name].values[case], **look)
+            for case, look in enumerate(_looks(dataset))
+        ]
+        panels.append(Panel(across, from_zero(Axis("share of the energy", "%")), lines, f"Energy {title}", 2.3))
+    return Chart("Shape of the mode", panels, shared_x=True)
+
+
 def contact_states(dataset: xr.Dataset) -> Chart:
     """Share of the period in which contacts slip and, dashed, are open, over the amplitude of the first output; of more contacts
     than colours those that dissipate most."""

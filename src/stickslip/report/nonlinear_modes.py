@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
-from stickslip.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force
+from stickslip.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force, shape
 from stickslip.report.numbers import hertz, percent
 from stickslip.report.presentation import Presentation
 from stickslip.results.view import length_text
@@ -42,7 +42,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
-    """A sentence for each mode whose curve ended early, and for each that gives no peaks of force levels."""
+    """A sentence for each mode whose curve ended early, and for each that gives no peaks of some force levels."""
     found = []
     for case, outcome in enumerate(dataset["case_outcome"].values):
         name = f"mode {int(dataset['mode_number'].values[case])}"
@@ -50,6 +50,12 @@ def failures(dataset: xr.Dataset) -> list[str]:
             found.append(f"{name}: {dataset['case_message'].values[case]}")
         if message := str(dataset["synthesis_message"].values[case]):
             found.append(f"{name}: no peaks of force levels. {message}")
+        elif (
+            _has_levels(dataset)
+            and (beyond := dataset["force_level"].values[np.isnan(dataset["level_amplitude"].values[case])]).size
+        ):
+            levels = ", ".join(f"{level:g}" for level in beyond)
+            found.append(f"{name}: force levels {levels} make more than its largest amplitude; compute it up to a larger one")
     return found
 
 
@@ -95,10 +101,11 @@ def _peaks(dataset: xr.Dataset) -> pd.DataFrame:
 
 
 def figures(dataset: xr.Dataset) -> Figures:
-    """Frequency and damping over amplitude and over energy, the peaks of all force levels, what contacts do."""
+    """Frequency and damping over amplitude and over energy, peaks of all force levels, the change of shape, what contacts do."""
     found: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
     if np.isfinite(dataset["peak_force_level"].values).any():
         found = {**found, "peaks_over_force": peaks_over_force}
+    found = {**found, "mode_shape": shape}
     return {**found, "contact_states": contact_states} if dataset.sizes["contact"] else found
 
 

@@ -117,6 +117,6 @@ def test_cases_are_solved_one_by_one():
     np.testing.assert_array_equal(again.dataset["frequency"], modes.dataset["frequency"])
 
 
-@pytest.mark.parametrize("figure", ["", "energy", "peaks", "states"])
+@pytest.mark.parametrize("figure", ["", "energy", "peaks", "shape", "states"])
 def test_figures_are_drawn(figure):
     assert small(mode=[1, 2]).plot(figure).axes

@@ -63,6 +63,17 @@ def test_peaks_from_the_mode_are_those_of_sweeps():
     np.testing.assert_allclose(peaks["amplitude"], list(SWEPT.values()), rtol=5e-4)
 
 
+def test_the_difference_to_sweeps_is_shown():
+    problem = ss.rigs.single_mass(damping=DAMPING)
+    table = ss.nonlinear_modes(problem, harmonics=7).against(
+        ss.forced_response(problem, ss.hertz(0.1, 0.3), [0.5, 1.0], harmonics=7)
+    )
+    assert list(table["force_level"]) == [0.5, 1.0]
+    assert table["swept"].to_numpy() == pytest.approx([SWEPT[0.5], SWEPT[1.0]], rel=1e-6)
+    np.testing.assert_allclose(table["from_mode"], table["swept"] * (1.0 + table["difference"]), rtol=1e-12)
+    assert table["difference"].abs().max() < 5e-4
+
+
 def quadrature_at(mode: ss.NonlinearModes, levels: list[float]) -> np.ndarray:
     """Amplitudes of phase resonance at force levels, between the points of the curve by cubics in the logarithms."""
     table = mode.phase_resonance()

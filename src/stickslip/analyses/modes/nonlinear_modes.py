@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from stickslip.analyses.forced_response import ForcedResponse
+
 Extended = Literal["first", "all"]
 
 LOWEST = 1e-3
@@ -43,6 +45,7 @@ class NonlinearModes(
     figure="nonlinear_modes:over_amplitude",
     energy="nonlinear_modes:over_energy",
     peaks="nonlinear_modes:peaks_over_force",
+    shape="nonlinear_modes:shape",
     states="nonlinear_modes:contact_states",
 ):
     """Curves of one or several modes: `dataset` with axes (case, point, ...), a case per mode, and the problem that made them."""
@@ -69,6 +72,18 @@ class NonlinearModes(
         """Phase resonance, the force in quadrature with the motion, at every point of a curve: force_level, frequency [Hz],
         amplitude [m] of an output, damping_ratio."""
         return self._synthesis(case, forces).phase_resonance(output_of(self.problem, output))
+
+    def against(self, response: ForcedResponse, case: int = 0) -> pd.DataFrame:
+        """Peaks from a mode beside those of a forced response of the same problem: force_level, output, `swept` [m], the highest
+        peak of the response, `from_mode` [m], and `difference`, relative to the swept one. The response must be over a band that
+        holds the mode and no higher peak of another one."""
+        swept = response.peaks("displacement", "amplitude")
+        table = swept[swept["peak"] == 0][["force_level", "output", "amplitude"]].rename(columns={"amplitude": "swept"})
+        table["from_mode"] = [
+            self.peaks([level], case, self.problem.output_names.index(str(name)))["amplitude"][0]
+            for level, name in zip(table["force_level"], table["output"], strict=True)
+        ]
+        return table.assign(difference=table["from_mode"] / table["swept"] - 1.0).reset_index(drop=True)
 
     def _synthesis(self, case: int, forces: ForcePattern | None) -> Synthesis:
         return Synthesis.of(self.dataset, self.problem, between("case", case, 0, self.dataset.sizes["case"] - 1), forces)
