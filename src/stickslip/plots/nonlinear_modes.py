@@ -57,7 +57,7 @@ def peaks_over_force(dataset: xr.Dataset, output: int = 0) -> Chart:
 
 
 def shape(dataset: xr.Dataset) -> Chart:
-    """How far a mode leaves the shape of the stuck one: energy in other stuck modes, at the first harmonic, and in higher harmonics."""
+    """How far a mode leaves the shape of the stuck one: energy in other stuck modes at the first harmonic, and above it."""
     unit = length_unit(dataset)
     across = Axis(f"amplitude of {dataset['output'].values[0]}", unit.name, log=_any(dataset, "amplitude"))
     words = {"other_modes": "in other stuck modes", "higher_harmonics": "in higher harmonics"}
