@@ -45,6 +45,7 @@ LESS = {
         "preload_mass": None,
         "frequency": "[150.0, 230.0]",
         "amplitude": "[1e-6, 1e-4]",
+        "force_levels": "[0.05, 0.1]",
         "harmonics": "3",
         "samples": "64",
     },
