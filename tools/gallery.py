@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import runpy
 import sys
 import tempfile
@@ -18,6 +19,10 @@ from stickslip.results.result import Result
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "docs" / "gallery"
+PAGE = ROOT / "docs" / "examples.md"
+SHOWN = re.compile(r"\nIt prints\n\n```\{literalinclude\} gallery/.*?```\n|\n!\[[^\n]*\]\(gallery/[^\n]*\)\n", re.S)
+"""What the page shows of an example below its code."""
+CODE = re.compile(r"## ([^\n]+)\n(?:(?!## ).)*?```\{literalinclude\} \.\./examples/(\w+)\.py\n.*?```\n", re.S)
 DPI = 90
 
 
@@ -28,6 +33,13 @@ def main(names: list[str]) -> None:
         if not names or path.stem in names:
             text = kept(path)
             print(f"{path.stem}: {len(text.splitlines())} lines")
+    PAGE.write_text(CODE.sub(lambda match: match[0] + shown(match[2], match[1]), SHOWN.sub("", PAGE.read_text())))
+
+
+def shown(name: str, title: str) -> str:
+    """What an example prints and draws, for the page."""
+    text = f"\nIt prints\n\n```{{literalinclude}} gallery/{name}.txt\n:language: text\n```\n"
+    return text + (f"\n![{title}](gallery/{name}.png)\n" if (KEPT / f"{name}.png").exists() else "")
 
 
 def kept(path: Path) -> str:

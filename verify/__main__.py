@@ -37,6 +37,7 @@ TOPICS = (
     "single_blade",
     "variability",
     "performance",
+    "modes",
     "hostile_input",
     "disks",
     "damper_cycle",

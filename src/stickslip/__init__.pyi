@@ -47,6 +47,9 @@ from .analyses.forced_response import ForcedResponse as ForcedResponse, forced_r
 from .analyses.time_response import time_response as time_response
 from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 
+# Nonlinear modes
+from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
+
 # Sensitivities and peaks over a parameter
 from .analyses.performance.peak_path import PeakPath as PeakPath, follow_peaks as follow_peaks
 from .analyses.performance.sensitivity_indices import (

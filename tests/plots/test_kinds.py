@@ -40,6 +40,15 @@ LESS = {
     "lumped": {"frequency": "[215.0, 230.0]", "force_levels": "[1.0]"},
     "mistuned_population": {"count": "2", "harmonics": "1", "samples": "48"},
     "model": {"modes": "4", "force_levels": "[20.0]", "harmonics": "1"},
+    "nonlinear_modes": {
+        "rig": '"three_mass_wedge"',
+        "preload_mass": None,
+        "frequency": "[150.0, 230.0]",
+        "amplitude": "[1e-6, 1e-4]",
+        "force_levels": "[0.05, 0.1]",
+        "harmonics": "3",
+        "samples": "64",
+    },
     "performance_band": {"points": "2", "cloud": "2", "starts": "0", "harmonics": "1", "samples": "64"},
     "performance_curve": {"points": "6", "harmonics": "1", "samples": "64"},
     "response_bounds": {"points": "3", "cloud": "4", "starts": "1", "harmonics": "3", "samples": "64"},
@@ -70,6 +79,12 @@ def performance(data):
     for case in range(2):
         yield data["force_ratio"].values, data["normalised_amplitude"].values[case]
         yield data["force_ratio"].values, data["frequency"].values[case]
+
+
+def modes(data):
+    yield 1e6 * data["amplitude"].values[0, :, 0], data["frequency"].values[0]
+    yield 1e6 * data["amplitude"].values[0, :, 0], 100.0 * data["damping_ratio"].values[0]
+    yield data["peak_force_level"].values[0], 1e6 * data["peak_amplitude"].values[0, :, 0]
 
 
 def performance_band(data):
@@ -122,6 +137,7 @@ SHOWN = {
     **dict.fromkeys(("blisk", "forced_response", "lumped", "model"), response),
     "response_bounds": bounds,
     "response_samples": samples,
+    "nonlinear_modes": modes,
     "performance_curve": performance,
     "performance_band": performance_band,
     "damper_design": design,

@@ -96,12 +96,17 @@ def rounds() -> xr.Dataset:
     return xr.Dataset(data | {"friction": (("cycle", "contact"), np.full((MANY, 3), 0.4))}, attrs={"title": "rounds"})
 
 
+def modes() -> xr.Dataset:
+    return repeated(ss.nonlinear_modes(ss.rigs.single_mass(), amplitude=(0.9, 3.0), harmonics=1, samples=64).dataset)
+
+
 OF_MANY = {
     "ForcedResponse": levels,
     "ResponseSamples": percentiles,
     "ResponseBounds": bounds,
     "ResponseHistory": history,
     "PerformanceCurve": performance,
+    "NonlinearModes": modes,
     "Identification": identification,
     "ContactLaw": contact_law,
     "SteadyCycles": rounds,

@@ -1,13 +1,17 @@
 """What `print` and notebooks show of a result, and what xarray draws of its dataset."""
 
 import base64
+import pkgutil
 import re
+from importlib import import_module
 
 import numpy as np
 import pytest
 from matplotlib import use
 
 import stickslip as ss
+from stickslip import analyses
+from stickslip.results.result import Result
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +65,11 @@ def test_xarray_draws_the_curves_over_frequency(response, tmp_path):
         for case, line in enumerate(lines):
             np.testing.assert_array_equal(line.get_xdata(), dataset.frequency[case])
             np.testing.assert_array_equal(line.get_ydata(), dataset.amplitude[case, :, 0])
+
+
+def test_every_result_prints_its_answer():
+    """A dataclass writes a `__repr__` of its own unless it is asked not to."""
+    for module in pkgutil.walk_packages(analyses.__path__, f"{analyses.__name__}."):
+        for value in vars(import_module(module.name)).values():
+            if isinstance(value, type) and issubclass(value, Result):
+                assert value.__repr__ is Result.__repr__, value.__name__

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, Index, fault
 from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
-from stickslip.harmonic import iteration
+from stickslip.harmonic import newton_parts
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
@@ -107,7 +107,7 @@ class PathCondition:
 NO_WEIGHT = np.empty((0, 0))
 
 
-def _constant_size(problem: Problem, table: ContactTable) -> float:
+def constant_size(problem: Problem, table: ContactTable) -> float:
     """Size of the constant forces that cancel in a residual, N: static loads, and −k g of open gaps. It rounds like these."""
     return float(np.linalg.norm(problem.static_load) + np.linalg.norm(np.minimum(table.normal_constant, 0.0)))
 
@@ -179,7 +179,7 @@ class HarmonicBalance:
             self.kept,
             self.dropped,
             np.linalg.norm(powers, axis=(1, 2)),
-            1e-3 * _constant_size(problem, table) + np.finfo(float).tiny,
+            1e-3 * constant_size(problem, table) + np.finfo(float).tiny,
             np.zeros(2, dtype=np.int64),
         )
 
@@ -211,7 +211,7 @@ class HarmonicBalance:
 
     def evaluate(self, point: Point) -> Evaluation:
         """Motion, residual and derivatives at a point."""
-        state = iteration.evaluate(self.system, np.ascontiguousarray(point.forces), float(point.omega), float(point.level))
+        state = newton_parts.evaluate(self.system, np.ascontiguousarray(point.forces), float(point.omega), float(point.level))
         return Evaluation(point, self.table, state)
 
     def carried_forces(self, evaluation: Evaluation) -> Array:
@@ -222,17 +222,19 @@ class HarmonicBalance:
     def factorise(self, evaluation: Evaluation, condition: PathCondition) -> Factors:
         """The bordered Newton matrix of an evaluation, factorised once."""
         point = evaluation.point
-        return Factors(iteration.factorise(self.system, evaluation.state, point.omega, point.level, condition.border))
+        return Factors(newton_parts.factorise(self.system, evaluation.state, point.omega, point.level, condition.border))
 
     def newton_step(self, evaluation: Evaluation, condition: PathCondition, factors: Factors) -> tuple[Array, float]:
         """Newton's change of λ (rows, 2H+1) and of the parameter."""
-        omega, short = evaluation.point.omega, condition.gap(evaluation)
-        return iteration.newton_step(self.system, evaluation.state, omega, condition.border, short, factors.bordered)
+        point, short = evaluation.point, condition.gap(evaluation)
+        return newton_parts.newton_step(
+            self.system, evaluation.state, point.omega, point.level, condition.border, short, factors.bordered
+        )
 
     def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: Factors) -> Direction:
         """Direction along the curve, the path condition growing at rate one."""
         point, by_level = evaluation.point, parameter == "level"
-        return iteration.tangent(self.system, evaluation.state, point.omega, point.level, by_level, factors.bordered)
+        return newton_parts.tangent(self.system, evaluation.state, point.omega, point.level, by_level, factors.bordered)
 
     def pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""

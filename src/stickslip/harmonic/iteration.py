@@ -210,7 +210,7 @@ def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
 
 @kernel
 def newton_step(
-    system: System, state: State, omega: float, border: Border, short: float, bordered: Bordered
+    system: System, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float]:
     """Newton's change of λ (rows, 2H+1) and of the parameter; short: by how much the path condition is missed."""
     rows, columns = state.forces.shape

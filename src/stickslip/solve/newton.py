@@ -9,18 +9,8 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import (
-    Border,
-    Bordered,
-    Direction,
-    State,
-    System,
-    evaluate,
-    factorise,
-    gap,
-    newton_step,
-    tangent,
-)
+from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap
+from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
 from stickslip.kernels import inlined, kernel
 
 TOLERANCE = 1e-12
@@ -98,7 +88,7 @@ class _Found(NamedTuple):
 
 @kernel
 def _newton(
-    system: System,
+    system: AnySystem,
     forces: Array,
     omega: float,
     level: float,
@@ -123,7 +113,7 @@ def _newton(
             singular = True
             break
         done += 1
-        step, amount = newton_step(system, state, omega, border, missed, bordered)
+        step, amount = newton_step(system, state, omega, level, border, missed, bordered)
         length, following = _search(system, state, omega, level, border, missed, step, amount, halvings)
         if length == 0.0 and patience > 0 and state.error > FLOOR:
             patience -= 1
@@ -151,7 +141,7 @@ def _moved(border: Border, omega: float, level: float, amount: float) -> tuple[f
 
 @inlined
 def _full_step(
-    system: System, state: State, omega: float, level: float, border: Border, step: Array, amount: float
+    system: AnySystem, state: State, omega: float, level: float, border: Border, step: Array, amount: float
 ) -> tuple[float, State]:
     """The state after Newton's whole step, whatever it does to the residual; length 0 where there is none."""
     after, raised = _moved(border, omega, level, amount)
@@ -162,7 +152,7 @@ def _full_step(
 
 @inlined
 def _search(
-    system: System,
+    system: AnySystem,
     state: State,
     omega: float,
     level: float,

@@ -1,0 +1,1 @@
+"""Nonlinear modes: natural frequency and damping over the amplitude, and forced responses made from them."""

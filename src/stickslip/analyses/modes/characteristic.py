@@ -1,0 +1,71 @@
+"""Peaks of all force levels from a mode, as columns of its dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.analyses.modes.synthesis import Synthesis
+from stickslip.checks import InputError
+from stickslip.problem import Problem
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_POINT, _LEVEL = ("case", "point"), ("case", "force_level")
+POINTS = {
+    "peak_force_level": (_POINT, "1", "force level whose resonance peak has this amplitude"),
+    "peak_frequency": (_POINT, "Hz", "frequency of that peak"),
+    "peak_amplitude": ((*_POINT, "output"), "m", "amplitude of the first harmonic at that peak, with the other modes"),
+    "quadrature_force_level": (_POINT, "1", "force level in phase resonance"),
+}
+LEVELS = {
+    "level_frequency": (_LEVEL, "Hz", "frequency of the highest peak of a force level"),
+    "level_amplitude": (_LEVEL, "m", "amplitude of the first output at the highest peak of a force level"),
+}
+
+
+def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = ()) -> xr.Dataset:
+    """The dataset with the peaks that belong to its points, and those of force levels; NaN where the forces of the problem do not
+    excite a mode, or a level is beyond its amplitudes. `synthesis_message` says why."""
+    sizes = {**dataset.sizes, "force_level": len(levels)}
+    names = POINTS | (LEVELS if levels else {})
+    data = {name: np.full([sizes[dim] for dim in dims], np.nan) for name, (dims, _, _) in names.items()}
+    messages = []
+    for case in range(sizes["case"]):
+        try:
+            synthesis = Synthesis.of(dataset, problem, case, None)
+        except InputError as reason:
+            messages.append(str(reason))
+            continue
+        messages.append("")
+        _fill(data, case, synthesis, range(sizes["output"]))
+        _fill_levels(data, case, synthesis, levels)
+    described = {name: (dims, data[name], {"units": units, "long_name": words}) for name, (dims, units, words) in names.items()}
+    why = {"units": "1", "long_name": "why there are no peaks of force levels"}
+    found = dataset.assign(described).assign(synthesis_message=("case", np.array(messages, dtype=np.str_), why))
+    if not levels:
+        return found
+    return found.assign_coords(force_level=("force_level", list(levels), {"units": "1", "long_name": "force level"}))
+
+
+def _fill(data: dict[str, np.ndarray], case: int, synthesis: Synthesis, outputs: Sequence[int]) -> None:
+    """The columns of the points of a case."""
+    mode, omega = synthesis.mode, synthesis.mode.easiest()
+    levels, count = mode.level_of_peak(), mode.omega.size
+    data["peak_force_level"][case, :count], data["peak_frequency"][case, :count] = levels, omega / (2.0 * np.pi)
+    data["quadrature_force_level"][case, :count] = mode.quadrature
+    for output in outputs:
+        data["peak_amplitude"][case, :count, output] = np.abs(synthesis.moved(mode, omega, levels, output))
+
+
+def _fill_levels(data: dict[str, np.ndarray], case: int, synthesis: Synthesis, levels: Sequence[float]) -> None:
+    """The highest peak of each force level that the mode reaches."""
+    reached = [level for level in levels if level <= synthesis.mode.level_of_peak().max()]
+    if not reached:
+        return
+    table = synthesis.peaks(np.array(reached), 0).drop_duplicates("force_level")
+    places = [list(levels).index(level) for level in table["force_level"]]
+    data["level_frequency"][case, places], data["level_amplitude"][case, places] = table["frequency"], table["amplitude"]

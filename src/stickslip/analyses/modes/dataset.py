@@ -1,0 +1,154 @@
+"""Labelled dataset of nonlinear modes: arrays of each curve, padded and stacked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.analyses.contact_rows import ContactRows
+from stickslip.analyses.performance.work import stacked
+from stickslip.checks import Array
+from stickslip.contact.point import DIRECTION_NAMES
+from stickslip.curves.mode_curve import ModeCurve
+from stickslip.harmonic.balance import Evaluation
+from stickslip.harmonic.cycle import contact_cycle
+from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.harmonic.mode_balance import ModeBalance
+from stickslip.harmonic.mode_energy import mode_energy
+from stickslip.harmonic.trigonometric import largest_absolute
+from stickslip.problem import Problem
+from stickslip.runs.work import Arrays
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_POINT, _OUTPUT, _ROW = ("case", "point"), ("case", "point", "output"), ("case", "point", "contact", "direction")
+VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "mode_number": (("case",), "1", "number of the followed mode of the stuck structure"),
+    "case_outcome": (("case",), "1", "outcome of the curve"),
+    "case_message": (("case",), "1", "how the curve ended and what it met"),
+    "stuck_frequency": (("case",), "Hz", "natural frequency of the stuck mode"),
+    "stuck_damping": (("case",), "1", "damping ratio of the stuck mode"),
+    "modal_amplitude": (_POINT, "m kg^0.5", "coordinate of the followed stuck mode at the first harmonic, per unit modal mass"),
+    "frequency": (_POINT, "Hz", "natural frequency"),
+    "damping_ratio": (_POINT, "1", "damping ratio, of friction and viscous damping together"),
+    "energy": (_POINT, "J", "mechanical energy: twice the mean kinetic energy"),
+    "viscous_work": (_POINT, "J", "energy dissipated per cycle by viscous damping"),
+    "energy_residual": (_POINT, "1", "dissipated energy against that of the damping ratio"),
+    "other_modes": (_POINT, "1", "share of the first harmonic's energy in other stuck modes"),
+    "higher_harmonics": (_POINT, "1", "share of the energy in harmonics above the first"),
+    "modal_mass": (_POINT, "kg m2", "modal mass of the first harmonic's motion"),
+    "modal_damping": (_POINT, "kg m2/s", "modal viscous damping of the first harmonic's motion"),
+    "residual": (_POINT, "1", "residual of the balance"),
+    "iterations": (_POINT, "1", "iterations of Newton's method"),
+    "active_rows": (_POINT, "1", "unknowns of Newton's method"),
+    "amplitude": (_OUTPUT, "m", "amplitude of the first harmonic"),
+    "max_abs": (_OUTPUT, "m", "largest absolute value over the period"),
+    "response": ((*_OUTPUT, "harmonic", "part"), "m", "harmonics of the outputs"),
+    "dissipated": (("case", "point", "contact"), "J", "energy dissipated per cycle"),
+    "share_stick": (_ROW, "1", "share of the period in stick"),
+    "share_slip": (_ROW, "1", "share of the period in slip"),
+    "share_open": (_ROW, "1", "share of the period without contact"),
+    "contact_force": ((*_ROW, "harmonic", "part"), "N", "harmonics of contact forces"),
+    "contact_motion": ((*_ROW, "harmonic", "part"), "m", "harmonics of contact displacements"),
+    "mode_shape": (("case", "point", "dof", "part"), "m", "first harmonic of every degree of freedom"),
+}
+
+INTERNAL = 0.05
+"""Share of the energy in one stuck mode at one harmonic above the first from which this is called an internal resonance."""
+
+
+def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any]]:
+    """The variables of one curve by name, without the axis `case`."""
+    rows, met = ContactRows(balance.problem), dict[tuple[int, int], float]()
+    places = []
+    for point in curve.points:
+        values, strongest = _point(balance, rows, point.evaluation)
+        values |= {"iterations": point.iterations, "active_rows": point.active}
+        places.append(values)
+        if strongest is not None:
+            met.setdefault(strongest, balance.amplitude_of(point.point))
+    arrays: dict[str, NDArray[Any]] = {}
+    for name, (dims, _, _) in VARIABLES.items():
+        if dims[:2] == _POINT:
+            arrays[name] = np.array([values[name] for values in places], dtype=float) if places else _none(balance, dims)
+    return arrays | {
+        "mode_number": np.array(float(balance.followed + 1)),
+        "case_outcome": np.array(float(curve.outcome)),
+        "case_message": np.array(" ".join([curve.message, *(_met(*pair, where) for pair, where in met.items())])),
+        "stuck_frequency": np.array(balance.linear_omega / (2.0 * np.pi)),
+        "stuck_damping": np.array(balance.linear_damping),
+    }
+
+
+def _met(harmonic: int, mode: int, amplitude: float) -> str:
+    return (
+        f"Internal resonance: from the modal amplitude {amplitude:.3g} m kg^0.5 on, harmonic {harmonic} excites mode {mode} of "
+        f"the stuck structure with at least {100.0 * INTERNAL:g} % of the energy."
+    )
+
+
+def _none(balance: ModeBalance, dims: tuple[str, ...]) -> Array:
+    sizes = {"output": len(balance.problem.outputs), "harmonic": balance.highest + 1, "part": 2}
+    sizes |= {"contact": len(balance.problem.contacts), "direction": 3, "dof": balance.problem.structure.size}
+    return np.empty((0, *(sizes[dim] for dim in dims[2:])))
+
+
+def _point(balance: ModeBalance, rows: ContactRows, evaluation: Evaluation) -> tuple[dict[str, Any], tuple[int, int] | None]:
+    """The variables of a point; the harmonic and the mode of an internal resonance, or None."""
+    point, omega = evaluation.point, balance.omega_of(evaluation.point)
+    motion, outputs = evaluation.w[: balance.rows], evaluation.w[balance.rows :]
+    energy = mode_energy(balance, evaluation)
+    cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, omega)
+    values: dict[str, Any] = {
+        "modal_amplitude": balance.amplitude_of(point),
+        "frequency": omega / (2.0 * np.pi),
+        "damping_ratio": balance.damping_of(point),
+        "energy": energy.mechanical,
+        "viscous_work": energy.viscous,
+        "energy_residual": energy.residual,
+        "other_modes": energy.others,
+        "higher_harmonics": energy.harmonics,
+        "modal_mass": energy.modal_mass,
+        "modal_damping": energy.modal_damping,
+        "residual": evaluation.error,
+        "amplitude": np.hypot(outputs[:, 1], outputs[:, 2]),
+        "max_abs": np.array([largest_absolute(row)[0] for row in outputs]),
+        "response": _parts(complex_harmonics(outputs)),
+        "dissipated": np.bincount(rows.contact, energy.dissipated, minlength=rows.contacts),
+        "contact_motion": rows.spread(_parts(complex_harmonics(motion))),
+        "contact_force": rows.spread(_parts(complex_harmonics(balance.carried_forces(evaluation)))),
+        "mode_shape": _parts(complex_harmonics(balance.whole_motion(evaluation))[:, 1]),
+    }
+    for name, share in zip(("share_stick", "share_slip", "share_open"), cycle.shares(), strict=True):
+        values[name] = rows.spread(share)
+    return values, energy.strongest if energy.resonant > INTERNAL else None
+
+
+def _parts(values: NDArray[np.complex128]) -> Array:
+    """Real and imaginary part as a last axis."""
+    return np.stack([values.real, values.imag], axis=-1)
+
+
+def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, Any]) -> xr.Dataset:
+    """All curves as one labelled dataset."""
+    import xarray as xr
+
+    data = {
+        name: (dims, stacked([np.asarray(result[name]) for result in results]), {"units": units, "long_name": words})
+        for name, (dims, units, words) in VARIABLES.items()
+    }
+    harmonics = data["response"][1].shape[3]
+    labels: dict[str, tuple[Any, str]] = {
+        "output": (list(problem.output_names), "output"),
+        "contact": ([contact.name for contact in problem.contacts], "contact"),
+        "direction": (list(DIRECTION_NAMES), "direction of a contact"),
+        "harmonic": (np.arange(harmonics), "harmonic"),
+        "part": (["re", "im"], "real or imaginary part"),
+        "dof": (list(problem.structure.dofs), "degree of freedom"),
+    }
+    coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
+    return xr.Dataset(data, coords, {"title": problem.title, "study": "", **attrs})

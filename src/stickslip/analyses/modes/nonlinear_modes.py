@@ -1,0 +1,250 @@
+"""Nonlinear modes: natural frequency and damping of a structure with friction over the amplitude of its vibration."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.arguments import output_of
+from stickslip.analyses.modes.characteristic import with_peaks
+from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
+from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
+from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
+from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
+from stickslip.harmonic.fourier import fourier
+from stickslip.harmonic.mode_balance import ModalStructures, ModeBalance
+from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
+from stickslip.problem import Problem
+from stickslip.results.result import Result
+from stickslip.rigs import single_mass
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from stickslip.analyses.forced_response import ForcedResponse
+
+Extended = Literal["first", "all"]
+
+LOWEST = 1e-3
+"""Where a curve begins whose largest amplitude alone is given, as a share of it."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NonlinearModes(
+    Result,
+    figure="nonlinear_modes:over_amplitude",
+    energy="nonlinear_modes:over_energy",
+    peaks="nonlinear_modes:peaks_over_force",
+    shape="nonlinear_modes:shape",
+    states="nonlinear_modes:contact_states",
+):
+    """Curves of one or several modes: `dataset` with axes (case, point, ...), a case per mode, and the problem that made them."""
+
+    dataset: xr.Dataset
+    problem: Problem
+
+    def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
+        """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
+        modal_amplitude, damping_ratio; a row a peak, where a level has several the highest first.
+
+        forces: the harmonic forces whose pattern excites the mode, those of the problem unless given. Besides the mode the
+        other modes of the stuck structure respond linearly. Raises `InputError` for a level beyond the amplitudes of the curve.
+        """
+        return self._synthesis(case, forces).peaks(vector("force_levels", force_levels), output_of(self.problem, output))
+
+    def response(self, force_level: float, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
+        """The forced response around the resonance of one force level from one mode: frequency [Hz], amplitude [m] and phase
+        [rad] of an output, modal_amplitude, and `mode_alone`, the amplitude without the linear response of the other modes; in
+        the order of travel, over the peak and through folds."""
+        return self._synthesis(case, forces).response(positive("force_level", force_level), output_of(self.problem, output))
+
+    def phase_resonance(self, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
+        """Phase resonance, the force in quadrature with the motion, at every point of a curve: force_level, frequency [Hz],
+        amplitude [m] of an output, damping_ratio."""
+        return self._synthesis(case, forces).phase_resonance(output_of(self.problem, output))
+
+    def against(self, response: ForcedResponse, case: int = 0) -> pd.DataFrame:
+        """Peaks from a mode beside those of a forced response of the same problem: force_level, output, `swept` [m], the highest
+        peak of the response, `from_mode` [m], and `difference`, relative to the swept one. The response must be over a band that
+        holds the mode and no higher peak of another one."""
+        swept = response.peaks("displacement", "amplitude")
+        table = swept[swept["peak"] == 0][["force_level", "output", "amplitude"]].rename(columns={"amplitude": "swept"})
+        table["from_mode"] = [
+            self.peaks([level], case, self.problem.output_names.index(str(name)))["amplitude"][0]
+            for level, name in zip(table["force_level"], table["output"], strict=True)
+        ]
+        return table.assign(difference=table["from_mode"] / table["swept"] - 1.0).reset_index(drop=True)
+
+    def _synthesis(self, case: int, forces: ForcePattern | None) -> Synthesis:
+        return Synthesis.of(self.dataset, self.problem, between("case", case, 0, self.dataset.sizes["case"] - 1), forces)
+
+
+def nonlinear_modes(
+    problem: Problem,
+    mode: int | Sequence[int] | None = None,
+    amplitude: float | tuple[float, float] | None = None,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
+    *,
+    frequency: float | None = None,
+    output: int = 0,
+    largest_at_output: bool = False,
+    extended: Extended = "first",
+    workers: Workers = 1,
+    checkpoint: Checkpoint | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> NonlinearModes:
+    """Natural frequency ω and damping ratio ζ of a mode over its amplitude, from stuck contacts to full slip.
+
+    The periodic motions of M q̈ + (C − 2ζωM) q̇ + K q + Bᵀ f(Bq) = static loads: where the damping of friction and dashpots takes
+    as much from the motion as −2ζωM gives, the motion neither grows nor decays. ω is the frequency and ζ the damping ratio with
+    which the structure vibrates freely at that amplitude, positive where the motion decays by exp(−ζωt).
+
+    mode: number of the stuck mode to follow, 1 the lowest, or several; or by frequency: the stuck mode nearest to it, Hz; or
+    largest_at_output: the stuck mode with the largest share in the static compliance of the output. The first unless given.
+    amplitude: largest amplitude, or (lowest, largest), as the amplitude [m] that `output` has in the stuck mode's shape; unless
+    given from half to 1000 times the amplitude at which the first contact slips. harmonics, samples: as for `forced_response`.
+    extended: "first" puts −2ζωM into the equation of the first harmonic alone, "all" into those of all harmonics. The two differ
+    where damping is high: with "all" the negative damping acts on the other modes too, which higher harmonics then excite.
+    Start states are those of the contacts; a traction ratio counts from the instant of the largest modal coordinate.
+    workers, checkpoint, progress: as for `forced_response`, a case a mode.
+
+    Source: M. Krack, Nonlinear modal analysis of nonconservative systems: extension of the periodic motion concept, Computers
+    and Structures 154 (2015).
+    """
+    number = output_of(problem, output)
+    with threadpool_limits(1, user_api="blas"):
+        work = NonlinearModesWork.of(
+            problem, _modes(problem, mode, frequency, number if largest_at_output else None), _ends(amplitude), number, harmonics,
+            samples, extended,
+        )  # fmt: skip
+    return work.gathered(all_cases(work, checkpoint, workers, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearModesWork:
+    """Modes as independent cases; modes from 1 on; ends: amplitudes of the output in m, or None."""
+
+    problem: Problem
+    modes: tuple[int, ...]
+    ends: tuple[float, float] | None
+    output: int
+    harmonics: Harmonics
+    samples: int
+    extended: Extended
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        modes: tuple[int, ...],
+        ends: tuple[float, float] | None,
+        output: int,
+        harmonics: int | Sequence[int],
+        samples: int,
+        extended: str,
+    ) -> NonlinearModesWork:
+        """The work of checked modes and ends and of unchecked other arguments."""
+        among("extended", of_kind("extended", extended, str), ("first", "all"))
+        H, Nt = harmonics_for(problem, harmonics), whole("samples", samples)
+        Nt += -Nt % problem.systems.sample_multiple
+        fourier(highest(H), Nt)
+        work = cls(problem, modes, ends, output, H, Nt, extended)  # type: ignore[arg-type]
+        for case in range(len(modes)):
+            work.levels(work.balance(case))
+        return work
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels to a process: the data, not what was built from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a curve depends on."""
+        where = (
+            "from stuck to slip" if self.ends is None else f"from {self.ends[0]!r} to {self.ends[1]!r} m at output {self.output}"
+        )
+        how = f"{self.harmonics} harmonics, {self.samples} samples, {self.extended} extended, problem {self.problem.fingerprint}"
+        return tuple(f"nonlinear mode {mode}, {where}, {how}" for mode in self.modes)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"mode {mode}" for mode in self.modes)
+
+    def balance(self, case: int) -> ModeBalance:
+        """The balance of a mode."""
+        extended = 1 if self.extended == "first" else highest(self.harmonics)
+        return ModeBalance(self.problem, self.harmonics, self.samples, self.modes[case] - 1, extended)
+
+    def levels(self, balance: ModeBalance) -> tuple[float, float]:
+        """The path parameter at both ends of the curve."""
+        if self.ends is None:
+            slip = slip_level(balance)
+            return slip + float(np.log(BEFORE_SLIP)), slip + float(np.log(BEYOND_SLIP))
+        shape = np.abs(balance.shape[balance.rows :])
+        if shape[self.output] <= NODE * balance.largest_motion:
+            what = f"Output {self.problem.output_names[self.output]!r}"
+            raise fault(what, "must move in the mode, since amplitudes are given at it", float(shape[self.output]))
+        low, high = (balance.level_of(end / float(shape[self.output])) for end in self.ends)
+        return low, high
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        nonlinear_modes(single_mass(), amplitude=(0.5, 0.6), harmonics=1, samples=8)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The arrays of the curve of one mode."""
+        started = time.process_time()
+        balance = self.balance(case)
+        arrays = mode_arrays(balance, solve_mode(balance, *self.levels(balance), report))
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def gathered(self, results: Sequence[Arrays], levels: Sequence[float] = ()) -> NonlinearModes:
+        """The modes of the curves of all cases; levels: of the forces whose peaks the dataset is to hold."""
+        attrs: dict[str, Any] = {"harmonics": attribute(self.harmonics), "samples": self.samples, "extended": self.extended}
+        attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
+        dataset = modes_dataset(self.problem, results, attrs)
+        return NonlinearModes(with_peaks(dataset, self.problem, levels), self.problem)
+
+
+def _modes(problem: Problem, mode: Any, frequency: float | None, output: int | None) -> tuple[int, ...]:
+    """The numbers of the modes to follow, from 1 on."""
+    if sum(given is not None for given in (mode, frequency, output)) > 1:
+        raise InputError("Of mode, frequency and largest_at_output one must be given at most, but there are several.")
+    if frequency is None and output is None:
+        numbers = [1] if mode is None else [mode] if np.ndim(mode) == 0 else list(mode)
+        if not numbers:
+            raise InputError("mode must hold at least one number, but is empty.")
+        found = tuple(between("mode", number, 1, problem.structure.size) for number in numbers)
+        unique("mode", found)
+        return found
+    structures = ModalStructures(problem, (1,), 1)
+    squares, shapes = structures.squares[structures.key[1]], structures.shapes[structures.key[1]]
+    if frequency is not None:
+        wanted = 2.0 * np.pi * positive("frequency", frequency)
+        with np.errstate(divide="ignore"):
+            return (int(np.argmin(np.abs(1.0 / np.sqrt(squares) - wanted))) + 1,)
+    rows = len(problem.B)
+    return (int(np.argmax(np.abs(shapes[rows + int(output or 0)]) ** 2)) + 1,)
+
+
+def _ends(amplitude: Any) -> tuple[float, float] | None:
+    if amplitude is None:
+        return None
+    if np.ndim(amplitude) == 0:
+        return LOWEST * positive("amplitude", amplitude), float(amplitude)
+    ends: Array = vector("amplitude", amplitude, 2)
+    low, high = (positive("amplitude", end) for end in ends.tolist())
+    if not low < high:
+        raise fault("amplitude", "must be (low, high) with low below high", amplitude)
+    return low, high

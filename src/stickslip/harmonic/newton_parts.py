@@ -1,0 +1,74 @@
+"""Parts of a Newton iteration for either kind of balance, chosen by the type of the system when a kernel is compiled.
+
+Newton's method and the continuation are so the same for forced motions (`iteration`) and for nonlinear modes (`mode_iteration`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.extending import overload
+
+from stickslip.checks import Array
+from stickslip.harmonic import iteration, mode_iteration
+from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
+from stickslip.harmonic.mode_iteration import ModeSystem
+
+AnySystem = System | ModeSystem
+
+
+def evaluate(system: AnySystem, forces: Array, omega: float, level: float) -> State:
+    """Motion, residual and derivatives at a point."""
+    return _chosen(system, *_EVALUATE)(system, forces, omega, level)  # type: ignore[no-any-return]
+
+
+def factorise(system: AnySystem, state: State, omega: float, level: float, border: Border) -> Bordered:
+    """J on the unknowns, bordered by the derivative by the parameter and the path condition."""
+    return _chosen(system, *_FACTORISE)(system, state, omega, level, border)  # type: ignore[no-any-return]
+
+
+def newton_step(
+    system: AnySystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
+) -> tuple[Array, float]:
+    """Newton's change of the unknowns and of the parameter; short: by how much the path condition is missed."""
+    return _chosen(system, *_NEWTON_STEP)(system, state, omega, level, border, short, bordered)  # type: ignore[no-any-return]
+
+
+def tangent(system: AnySystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
+    """The direction of the curve at a point, with the factors there."""
+    return _chosen(system, *_TANGENT)(system, state, omega, level, by_level, bordered)  # type: ignore[no-any-return]
+
+
+_EVALUATE = iteration.evaluate, mode_iteration.evaluate_mode
+_FACTORISE = iteration.factorise, mode_iteration.factorise_mode
+_NEWTON_STEP = iteration.newton_step, mode_iteration.newton_step_mode
+_TANGENT = iteration.tangent, mode_iteration.tangent_mode
+
+
+def _chosen(system: Any, forced: Any, mode: Any) -> Any:
+    """Of two kernels that of a system, or of its type while a kernel is compiled."""
+    return mode if getattr(system, "instance_class", type(system)) is ModeSystem else forced
+
+
+@overload(evaluate, strict=False)
+def _evaluate(system: Any, forces: Any, omega: Any, level: Any) -> Any:
+    part = _chosen(system, *_EVALUATE)
+    return lambda system, forces, omega, level: part(system, forces, omega, level)
+
+
+@overload(factorise, strict=False)
+def _factorise(system: Any, state: Any, omega: Any, level: Any, border: Any) -> Any:
+    part = _chosen(system, *_FACTORISE)
+    return lambda system, state, omega, level, border: part(system, state, omega, level, border)
+
+
+@overload(newton_step, strict=False)
+def _newton_step(system: Any, state: Any, omega: Any, level: Any, border: Any, short: Any, bordered: Any) -> Any:
+    part = _chosen(system, *_NEWTON_STEP)
+    return lambda system, state, omega, level, border, short, bordered: part(system, state, omega, level, border, short, bordered)
+
+
+@overload(tangent, strict=False)
+def _tangent(system: Any, state: Any, omega: Any, level: Any, by_level: Any, bordered: Any) -> Any:
+    part = _chosen(system, *_TANGENT)
+    return lambda system, state, omega, level, by_level, bordered: part(system, state, omega, level, by_level, bordered)

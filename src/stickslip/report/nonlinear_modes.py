@@ -1,0 +1,112 @@
+"""Presentation of nonlinear modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.outcome import Outcome
+from stickslip.plots.files import Figures
+from stickslip.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force, shape
+from stickslip.report.numbers import hertz, percent
+from stickslip.report.presentation import Presentation
+from stickslip.results.view import length_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """Where each mode begins and ends, and the largest damping ratio on the way."""
+    lines = []
+    for case in range(dataset.sizes["case"]):
+        one = dataset.isel(case=case)
+        there = np.flatnonzero(np.isfinite(one["frequency"].values))
+        name = f"mode {int(one['mode_number'])}"
+        if not there.size:
+            lines.append(f"{name}: no motion was found")
+            continue
+        most = int(np.nanargmax(one["damping_ratio"].values))
+        ends = [float(one["frequency"][int(k)]) for k in (there[0], there[-1])]
+        ratio, amplitude = float(one["damping_ratio"][most]), float(one["amplitude"][most, 0])
+        output = str(dataset["output"].values[0])
+        lines.append(
+            f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
+            f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by {length_text(amplitude)}"
+        )
+        lines += [f"  {name}: {words}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words]
+    return lines
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each mode whose curve ended early, and for each that gives no peaks of some force levels."""
+    found = []
+    for case, outcome in enumerate(dataset["case_outcome"].values):
+        name = f"mode {int(dataset['mode_number'].values[case])}"
+        if outcome != Outcome.CONVERGED:
+            found.append(f"{name}: {dataset['case_message'].values[case]}")
+        if message := str(dataset["synthesis_message"].values[case]):
+            found.append(f"{name}: no peaks of force levels. {message}")
+        elif (
+            _has_levels(dataset)
+            and (beyond := dataset["force_level"].values[np.isnan(dataset["level_amplitude"].values[case])]).size
+        ):
+            levels = ", ".join(f"{level:g}" for level in beyond)
+            found.append(f"{name}: force levels {levels} make more than its largest amplitude; compute it up to a larger one")
+    return found
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """The points of every mode, and the peaks of the force levels."""
+    return {"nonlinear modes": _points(dataset)} | ({"peaks of force levels": _peaks(dataset)} if _has_levels(dataset) else {})
+
+
+def _has_levels(dataset: xr.Dataset) -> bool:
+    return "force_level" in dataset.dims
+
+
+def _points(dataset: xr.Dataset) -> pd.DataFrame:
+    import pandas as pd
+
+    frames = []
+    for case in range(dataset.sizes["case"]):
+        one = dataset.isel(case=case)
+        columns = {"mode": np.full(one.sizes["point"], int(one["mode_number"]))}
+        columns["modal amplitude [m kg^0.5]"] = one["modal_amplitude"].values
+        columns["frequency [Hz]"] = one["frequency"].values
+        columns["damping ratio"] = one["damping_ratio"].values
+        for output, name in enumerate(dataset["output"].values):
+            columns[f"{name} [m]"] = one["amplitude"].values[:, output]
+        columns["energy [J]"] = one["energy"].values
+        columns["dissipated by friction [J]"] = np.nansum(one["dissipated"].values, axis=1)
+        columns["dissipated by viscous damping [J]"] = one["viscous_work"].values
+        columns["force level of the peak"] = one["peak_force_level"].values
+        frames.append(pd.DataFrame(columns)[np.isfinite(one["frequency"].values)])
+    return pd.concat(frames, ignore_index=True)
+
+
+def _peaks(dataset: xr.Dataset) -> pd.DataFrame:
+    import pandas as pd
+
+    rows = []
+    for case in range(dataset.sizes["case"]):
+        for k, level in enumerate(dataset["force_level"].values.tolist()):
+            mode, at = int(dataset["mode_number"].values[case]), dataset.isel(case=case, force_level=k)
+            rows.append((mode, level, float(at["level_frequency"]), float(at["level_amplitude"])))
+    name = str(dataset["output"].values[0])
+    return pd.DataFrame(rows, columns=["mode", "force level", "frequency [Hz]", f"{name} [m]"])
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Frequency and damping over amplitude and over energy, peaks of all force levels, the change of shape, what contacts do."""
+    found: Figures = {"modes_over_amplitude": over_amplitude, "modes_over_energy": over_energy}
+    if np.isfinite(dataset["peak_force_level"].values).any():
+        found = {**found, "peaks_over_force": peaks_over_force}
+    found = {**found, "mode_shape": shape}
+    return {**found, "contact_states": contact_states} if dataset.sizes["contact"] else found
+
+
+PRESENTATION = Presentation("Nonlinear modes", sentences, failures, figures, tables)
