@@ -1,6 +1,7 @@
 """Sphinx settings of the documentation. The study reference is written from its data model before each build."""
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,11 @@ from latex2mathml.converter import convert
 import stickslip
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+import api_pages  # noqa: E402
+
+api_pages.write(HERE / "api")
 
 project = "stickslip"
 author = "The stickslip developers"
