@@ -61,11 +61,19 @@ def extended_gains(structure: ExtendedStructure, omega: float, zeta: float) -> C
             matrix[j, j] = own[j]
             if h == 1 and j != followed:
                 matrix[j, followed] = matrix[followed, j] = 0.0
-        if np.all(np.isfinite(matrix)):
-            gains[h] = np.linalg.inv(matrix)
-        else:
-            gains[h] = complex(np.nan, np.nan)
+        gains[h] = _inverse(matrix)
     return gains
+
+
+@kernel
+def _inverse(matrix: Complex) -> Complex:
+    """The inverse; NaN where there is none, to which nothing converges."""
+    if np.all(np.isfinite(matrix)):
+        try:
+            return np.linalg.inv(matrix)  # type: ignore[return-value]
+        except Exception:  # numba knows no narrower class; inv raises for an exact zero pivot alone
+            pass
+    return np.full_like(matrix, complex(np.nan, np.nan))
 
 
 @kernel
@@ -112,12 +120,13 @@ def received(structure: ExtendedStructure, forces: Array) -> Complex:
             if value == 0.0:
                 continue
             for j in range(found.shape[0]):
-                found[j, h] += _shape(structure, k, r, j).conjugate() * value
+                found[j, h] += shape_at(structure, k, r, j).conjugate() * value
     return found
 
 
 @kernel
-def _shape(structure: ExtendedStructure, k: int, row: int, j: int) -> complex:
+def shape_at(structure: ExtendedStructure, k: int, row: int, j: int) -> complex:
+    """φ of mode j at a motion row, of structure k."""
     imaginary = structure.imaginary[k, row, j] if structure.imaginary.size else 0.0
     return complex(structure.real[k, row, j], imaginary)
 
@@ -134,7 +143,7 @@ def seen(structure: ExtendedStructure, state: Complex) -> Array:
         for r in range(rows):
             total = 0.0j
             for j in range(state.shape[0]):
-                total += _shape(structure, k, r, j) * state[j, h]
+                total += shape_at(structure, k, r, j) * state[j, h]
             motion[r, max(2 * h - 1, 0)] = total.real
             if h:
                 motion[r, 2 * h] = -total.imag
@@ -255,7 +264,7 @@ def extended_driven(structure: ExtendedStructure, gains: Complex, columns: Index
         load = np.empty((size, columns.size), dtype=np.complex128)
         for j in range(size):
             for c in range(columns.size):
-                load[j, c] = _shape(structure, k, columns[c], j).conjugate()
+                load[j, c] = shape_at(structure, k, columns[c], j).conjugate()
         if h == 1:
             load[structure.followed] = 0.0
         found[h] = _respond(gains[h], load)
@@ -299,7 +308,7 @@ def extended_pulled(structure: ExtendedStructure, driven: Complex, weighted: Arr
         for j in range(driven.shape[1]):
             total = 0.0j
             for r in range(weighted.shape[0]):
-                total += complex(weighted[r, a], weighted[r, a + 1] if h else 0.0) * _shape(structure, k, r, j)
+                total += complex(weighted[r, a], weighted[r, a + 1] if h else 0.0) * shape_at(structure, k, r, j)
             for c in range(driven.shape[2]):
                 value = total * driven[h, j, c]
                 result[c, a] -= value.real

@@ -28,6 +28,7 @@ from stickslip.harmonic.extended_structure import (
     modal_slopes,
     received,
     seen,
+    shape_at,
     slopes,
 )
 from stickslip.harmonic.fourier import Fourier
@@ -169,12 +170,8 @@ def _fill_contacts(
     k, followed = structure.key[1], structure.followed
     pull = extended_pulled(structure, driven, border.weight) if border.weight.shape[0] else np.empty((0, 0))
     for i in range(active.size):
-        r, share = active[i], 0.0j
-        share += complex(
-            structure.real[k, r, followed], -structure.imaginary[k, r, followed] if structure.imaginary.size else 0.0
-        )
-        share -= coupled(structure, frequency, np.ascontiguousarray(driven[:, :, i].T))
-        share /= amplitude
+        r, other = active[i], coupled(structure, frequency, np.ascontiguousarray(driven[:, :, i].T))
+        share = (shape_at(structure, k, r, followed).conjugate() - other) / amplitude
         for n in range(offsets[r + 1] - offsets[r]):
             column = offsets[r] + n
             if system.kept[n] == 1:

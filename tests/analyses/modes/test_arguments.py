@@ -29,6 +29,8 @@ def small(**arguments) -> ss.NonlinearModes:
         ({"output": 9}, "output must be 0 to 3"),
         ({"harmonics": 0}, "harmonics"),
         ({"samples": 4, "harmonics": 3}, "samples"),
+        ({"samples": 10**10}, "samples must be at most"),
+        ({"largest_at_output": 1}, "largest_at_output"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments, words):
@@ -89,6 +91,10 @@ def test_force_levels_beyond_the_curve_and_forces_without_work_are_refused():
         together.peaks([0.1])
     assert "must excite the mode" in together.dataset["synthesis_message"].item()
     assert np.isnan(together.dataset["peak_force_level"]).all()
+    with pytest.raises(ss.InputError, match="forces"):
+        together.peaks([1.0], forces=3)
+    with pytest.raises(ss.InputError, match="response"):
+        together.against(3)
     other = together.peaks([1.0], forces=[ss.Force("1.x", 2.0)])
     assert other["amplitude"].to_numpy() == pytest.approx(together.peaks([2.0], forces=[ss.Force("1.x", 1.0)])["amplitude"])
 

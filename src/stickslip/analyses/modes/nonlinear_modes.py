@@ -13,14 +13,15 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
+from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
-from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector, whole
+from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector
 from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.mode_balance import ModalStructures, ModeBalance
-from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
+from stickslip.harmonic.orders import Harmonics, attribute, fineness, harmonics_for, highest
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.rigs import single_mass
@@ -30,8 +31,6 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from stickslip.analyses.forced_response import ForcedResponse
 
 Extended = Literal["first", "all"]
 
@@ -77,7 +76,7 @@ class NonlinearModes(
         """Peaks from a mode beside those of a forced response of the same problem: force_level, output, `swept` [m], the highest
         peak of the response, `from_mode` [m], and `difference`, relative to the swept one. The response must be over a band that
         holds the mode and no higher peak of another one."""
-        swept = response.peaks("displacement", "amplitude")
+        swept = of_kind("response", response, ForcedResponse).peaks("displacement", "amplitude")
         table = swept[swept["peak"] == 0][["force_level", "output", "amplitude"]].rename(columns={"amplitude": "swept"})
         table["from_mode"] = [
             self.peaks([level], case, self.problem.output_names.index(str(name)))["amplitude"][0]
@@ -123,6 +122,7 @@ def nonlinear_modes(
     and Structures 154 (2015).
     """
     number = output_of(problem, output)
+    of_kind("largest_at_output", largest_at_output, bool)
     with threadpool_limits(1, user_api="blas"):
         work = NonlinearModesWork.of(
             problem, _modes(problem, mode, frequency, number if largest_at_output else None), _ends(amplitude), number, harmonics,
@@ -156,7 +156,7 @@ class NonlinearModesWork:
     ) -> NonlinearModesWork:
         """The work of checked modes and ends and of unchecked other arguments."""
         among("extended", of_kind("extended", extended, str), ("first", "all"))
-        H, Nt = harmonics_for(problem, harmonics), whole("samples", samples)
+        H, (_, Nt) = harmonics_for(problem, harmonics), fineness(harmonics, samples)
         Nt += -Nt % problem.systems.sample_multiple
         fourier(highest(H), Nt)
         work = cls(problem, modes, ends, output, H, Nt, extended)  # type: ignore[arg-type]

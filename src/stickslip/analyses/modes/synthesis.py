@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, fault, several
 from stickslip.harmonic.extended_structure import extended_gains
 from stickslip.harmonic.mode_balance import ModalStructures
 from stickslip.loads import Force
@@ -142,7 +142,7 @@ class Synthesis:
     @classmethod
     def of(cls, dataset: xr.Dataset, problem: Problem, case: int, forces: ForcePattern | None) -> Synthesis:
         """Of a case of a dataset; forces: other ones than those of the problem, whose parts at harmonic 1 count."""
-        loaded = problem if forces is None else replace(problem, forces=tuple(forces))
+        loaded = problem if forces is None else problem.with_forces(several("forces", forces))
         chosen = dataset.isel(case=case, point=np.flatnonzero(np.isfinite(dataset["frequency"][case].to_numpy())))
         if chosen.sizes["point"] < 2:
             raise fault("The curve of the mode", "must have two or more points", str(dataset["case_message"][case].item()))
