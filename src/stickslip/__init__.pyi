@@ -44,6 +44,12 @@ from .units import Band as Band, hertz as hertz, logspace as logspace, radians_p
 
 # Forced response, in frequency and in time
 from .analyses.forced_response import ForcedResponse as ForcedResponse, forced_response as forced_response
+from .analyses.controlled_response import (
+    ControlledResponse as ControlledResponse,
+    PhaseResonance as PhaseResonance,
+    controlled_response as controlled_response,
+    phase_resonance as phase_resonance,
+)
 from .analyses.time_response import time_response as time_response
 from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 

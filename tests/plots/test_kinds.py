@@ -27,6 +27,7 @@ LESS = {
         "force_levels": "[0.4]",
     },
     "contact_law": {"laws": '["jenkins", "dahl"]'},
+    "controlled_response": {"harmonics": "1", "samples": "64"},
     "damper_cycle": {"steps": "200"},
     "damper_design": {"search": "false", "designs": "4", "refinements": "2", "samples": "64", "known": None},
     "damper_evolution": {"steps": "200", "friction": "[0.3, 0.9]"},
@@ -64,6 +65,11 @@ def bounds(data):
 def samples(data):
     yield data["frequency"].values[0], 1e6 * data["amplitude"].values[0, :, 0]
     yield data["frequency"].values[0], 1e6 * np.median(data["amplitude"].values[:3, :, 0], axis=0)
+
+
+def controlled(data):
+    yield data["frequency"].values[0], data["force_level"].values[0]
+    yield data["held_amplitude"].values, data["resonance_frequency"].values[:, 0]
 
 
 def performance(data):
@@ -120,6 +126,7 @@ def contact_law(data):
 
 SHOWN = {
     **dict.fromkeys(("blisk", "forced_response", "lumped", "model"), response),
+    "controlled_response": controlled,
     "response_bounds": bounds,
     "response_samples": samples,
     "performance_curve": performance,

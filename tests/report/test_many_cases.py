@@ -62,6 +62,11 @@ def performance() -> xr.Dataset:
     return repeated(ss.performance_curve(ss.rigs.blade_and_wedge(), [10.0, 20.0], friction=0.4, harmonics=1).dataset)
 
 
+def controlled() -> xr.Dataset:
+    data = ss.controlled_response(ss.rigs.single_mass(), ss.hertz(0.1, 0.3), 1.0, harmonics=1, samples=64).dataset
+    return data.isel(case=[0] * MANY).assign_coords(held_amplitude=("case", np.geomspace(1.0, 80.0, MANY), {"units": "m/s2"}))
+
+
 def history() -> xr.Dataset:
     return repeated(ss.response_history(ss.rigs.three_mass_wedge(), [222.0], [1.0]).dataset, "run").assign_coords(
         force_level=("run", [1.0] * MANY)
@@ -100,6 +105,7 @@ OF_MANY = {
     "ForcedResponse": levels,
     "ResponseSamples": percentiles,
     "ResponseBounds": bounds,
+    "ControlledResponse": controlled,
     "ResponseHistory": history,
     "PerformanceCurve": performance,
     "Identification": identification,
@@ -109,7 +115,7 @@ OF_MANY = {
 }
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
-    *("DamperDesign", "SensitivityIndices", "MistunedPopulation"),
+    *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}

@@ -1,4 +1,4 @@
-"""A controlled response curve: the force level that holds the amplitude of an output, followed along frequency, and its phase resonances.
+"""A controlled response curve: the force level that holds the amplitude of an output, along frequency, and phase resonances.
 
 The unknown force level makes the balance one equation longer; the continuation of forced responses follows it as it is.
 """
@@ -18,7 +18,7 @@ from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.solve.continuation import StepControl
 from stickslip.solve.curve_points import CurvePoint, between
-from stickslip.solve.held_amplitude import at_right_angle, ramped, scaled, stuck_held
+from stickslip.solve.held_amplitude import at_right_angle, control_size, ramped, scaled, stuck_held
 from stickslip.solve.newton import Correction, correct
 from stickslip.solve.sweep import sweep
 
@@ -102,19 +102,24 @@ def followed_resonances(balance: HarmonicBalance, amplitudes: Array, omega: floa
     Where one is not found the list ends with what Newton's method left.
     """
     found: list[Correction] = []
-    for amplitude in amplitudes:
-        one = balance.holding(balance.system.control._replace(amplitude=float(amplitude)))
-        condition = at_right_angle(one, omega, phase)
-        if found:
-            before = found[-1].evaluation
-            start = scaled(before.point, float(amplitude) / previous)
-        else:
-            start = stuck_held(one, omega)
-        solved = correct(one, start, condition, iterations=30, halvings=10)
-        if not solved.converged:
-            solved = ramped(one, lambda small: correct(small, stuck_held(small, omega), condition, 30, 10), condition) or solved
-        found.append(solved)
-        if not solved.converged:
+    for amplitude in amplitudes.tolist():
+        one = balance.holding(balance.system.control._replace(amplitude=amplitude))
+        found.append(_followed(one, found[-1].evaluation if found else None, omega, phase))
+        if not found[-1].converged:
             break
-        previous = float(amplitude)
     return found
+
+
+def _followed(balance: HarmonicBalance, before: Evaluation | None, omega: float, phase: float) -> Correction:
+    """The phase resonance at the held amplitude, from that of a smaller one, or from the stuck structure near ω."""
+    condition, control = at_right_angle(balance, omega, phase), balance.system.control
+
+    def begun(one: HarmonicBalance) -> Correction:
+        return correct(one, stuck_held(one, omega), condition, iterations=30, halvings=10)
+
+    if before is None:
+        solved = begun(balance)
+    else:
+        ratio = control.amplitude / control_size(control, before)
+        solved = correct(balance, scaled(before.point, ratio), condition, iterations=30, halvings=10)
+    return solved if solved.converged else ramped(balance, begun, condition) or solved

@@ -30,7 +30,7 @@ from stickslip.kernels import kernel
 
 
 class Control(NamedTuple):
-    """ω^order |X_1| of a row of motion held at an amplitude, by the force level, which is unknown then; row −1: nothing is held."""
+    """ω^order |X_1| of a row of motion, held at an amplitude by the force level, an unknown then; row −1: nothing is held."""
 
     row: int
     order: int
@@ -80,7 +80,7 @@ class State(NamedTuple):
 
 class Bordered(NamedTuple):
     """The factorised bordered matrix: factors and pivots; where the unknowns of each row start; which entries of λ they are;
-    sign of the determinant, 0 when singular. Behind the unknowns of λ stands the path parameter, and the level where it is one."""
+    sign of the determinant, 0 when singular. Behind the unknowns of λ stand the path parameter, and a level that is unknown."""
 
     lu: Array
     pivots: NDArray[np.int32]
@@ -170,7 +170,8 @@ def missed_amplitude(control: Control, w: Array, omega: float) -> float:
     """ω^k |X_1|/A − 1 of the controlled row; 0 where nothing is held."""
     if control.row < 0:
         return 0.0
-    return omega**control.order * np.hypot(w[control.row, 1], w[control.row, 2]) / control.amplitude - 1.0
+    size = omega**control.order * np.hypot(w[control.row, 1], w[control.row, 2])
+    return float(size / control.amplitude - 1.0)
 
 
 @kernel

@@ -342,7 +342,7 @@ class _Tracer:
         return CurvePoint(evaluation, tangent, metric, correction.iterations, factors.size, distance)
 
     def _bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float, float] | None:
-        """Second derivative of λ, of the parameter and of the level along the curve, where the same rows are unknown on both sides."""
+        """Second derivative of λ, parameter and level along the curve, where the same rows are unknown on both sides."""
         if following.length <= 0.0 or not np.array_equal(current.evaluation.unknown, following.evaluation.unknown):
             return None
         ratio = following.metric.length(current.tangent.motion, current.tangent.parameter)

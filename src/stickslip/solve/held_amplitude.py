@@ -1,6 +1,6 @@
 """Points of a controlled response: the force level that holds an amplitude, at a frequency or where force and motion are at 90°.
 
-The balance of such a point has one unknown more, the force level, and one equation more, ω^k |X_1| = A (`HarmonicBalance.holding`).
+The balance has one unknown more, the force level, and one equation more, ω^k |X_1| = A (`HarmonicBalance.holding`).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.iteration import Control
 from stickslip.solve.newton import Correction, correct, fixed
 
@@ -37,12 +37,18 @@ def stuck_held(balance: HarmonicBalance, omega: float) -> Point:
     """Where Newton starts: all contacts held, and the level that would then hold the amplitude."""
     control = held(balance)
     plain = balance.holding(None)
-    motion = plain.evaluate(plain.stuck_point(omega, 1.0)).w[control.row]
-    size = omega**control.order * float(np.hypot(*motion[1:3]))
+    size = control_size(control, plain.evaluate(plain.stuck_point(omega, 1.0)))
     return plain.stuck_point(omega, control.amplitude / max(size, np.finfo(float).tiny))
 
 
-def ramped(balance: HarmonicBalance, begin: Callable[[HarmonicBalance], Correction], condition: PathCondition) -> Correction | None:
+def control_size(control: Control, evaluation: Evaluation) -> float:
+    """ω^k |X_1| of the row that a control holds."""
+    return evaluation.point.omega**control.order * float(np.hypot(*evaluation.w[control.row, 1:3]))
+
+
+def ramped(
+    balance: HarmonicBalance, begin: Callable[[HarmonicBalance], Correction], condition: PathCondition
+) -> Correction | None:
     """The point at the whole amplitude, from a small one on; None where a step fails however short it is."""
     control = held(balance)
     share, growth = LOWEST, GROWTH
@@ -68,7 +74,7 @@ def scaled(point: Point, ratio: float) -> Point:
 
 
 def at_right_angle(balance: HarmonicBalance, omega: float, force_phase: float) -> PathCondition:
-    """The condition that force and held motion are at 90°: Re(X_1 e^{−iφ}) = 0 for a force of phase φ, relative to the amplitude."""
+    """Force and held motion at 90°: Re(X_1 e^{−iφ}) = 0 for a force of phase φ, relative to the amplitude."""
     control = held(balance)
     weight = np.zeros((balance.rows + balance.problem.output_rows.shape[0], balance.columns))
     # X_1 = a − ib, so that its part in phase with the force is a cos φ − b sin φ.

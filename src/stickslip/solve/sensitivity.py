@@ -23,7 +23,7 @@ from stickslip.solve.newton import fixed
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """How λ (k, rows, 2H+1), the motion (k, motion rows, 2H+1) and a level that holds an amplitude (k,) change with k parameters."""
+    """Changes with k parameters: λ (k, rows, 2H+1), motion (k, motion rows, 2H+1), a level that holds an amplitude (k,)."""
 
     forces: Array
     motion: Array
