@@ -98,10 +98,16 @@ from .analyses.identification.contact_law import (
     identify_law as identify_law,
 )
 from .analyses.identification.identify import Identification as Identification, identify as identify
+from .analyses.identification.identify_response import (
+    ResponseIdentification as ResponseIdentification,
+    identify_response as identify_response,
+)
+from .analyses.identification.response_fit import FreeParameter as FreeParameter
 from .analyses.identification.loop_law import ContactLoop as ContactLoop, LoopErrors as LoopErrors
 from .measurement.contact_cycles import contact_cycles as contact_cycles
 from .measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
 from .measurement.cycles import whole_cycles as whole_cycles
+from .measurement.measured_response import MeasuredResponse as MeasuredResponse
 from .measurement.load_removal import read_load_removal as read_load_removal
 from .measurement.reconstruction import reconstruct as reconstruct
 from .measurement.records import Record as Record, read_record as read_record

@@ -82,7 +82,13 @@ class Iwan(Law):
 
 
 def mindlin_sphere(
-    G: float, nu: float, radius: float, mu: float, kn: float | None = None, normal_load: float | None = None, count: int | None = None
+    G: float,
+    nu: float,
+    radius: float,
+    mu: float,
+    kn: float | None = None,
+    normal_load: float | None = None,
+    count: int | None = None,
 ) -> Iwan:
     """A sphere on a flat of the same material: kt = 8 G a/(2 − ν), the curve of Mindlin and Deresiewicz at constant load.
 

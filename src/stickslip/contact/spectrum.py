@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 
 from stickslip.checks import Array, fault, not_negative
 
-
 ACCURACY = 2e-3
 """Relative error of loop energy and virgin curve that the number of elements keeps to, where it is not given."""
 
@@ -84,8 +83,8 @@ class Spectrum(ABC):
         """Stiffness and slip displacement of about `count` elements in parallel, sum of the stiffness one.
 
         The spread is cut into count/2 cells at first + (last − first)(j/cells)², or without a count as `ACCURACY` asks for. Each
-        cell becomes two elements, as a rule of equal stiffness at mean ± deviation: K, L and Q of a cell are kept, so virgin curve and
-        energy are exact at every cut.
+        cell becomes two elements, as a rule of equal stiffness at mean ± deviation: K, L and Q of a cell are kept, so virgin
+        curve and energy are exact at every cut.
         """
         if self.atom == 1.0:
             return np.ones(1), np.array([self.last])
