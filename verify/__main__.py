@@ -41,6 +41,7 @@ TOPICS = (
     "disks",
     "damper_cycle",
     "identification",
+    "response_identification",
 )
 
 

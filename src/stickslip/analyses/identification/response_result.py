@@ -151,12 +151,12 @@ def summary(dataset: xr.Dataset) -> list[str]:
     for k, name in enumerate(dataset["parameter"].values):
         value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
         lines.append(f"{name} = {value:.5g}, 95 % interval {low:.5g} to {high:.5g}")
-    sizes, left_out = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
+    sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
     worst = int(np.argmax(sizes))
     lines.append(
         f"{sizes.size} tests, misfit {np.median(sizes):.2g} % of the largest response in the median, at most "
         f"{sizes[worst]:.2g} % ({dataset['test'].values[worst]})"
     )
-    if np.isfinite(left_out).any():
-        lines.append(f"left out and predicted by the others: at most {np.nanmax(left_out):.2g} %")
+    if np.isfinite(predicted).any():
+        lines.append(f"left out and predicted by the others: at most {np.nanmax(predicted):.2g} %")
     return lines + [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]

@@ -1,0 +1,85 @@
+"""The measured Brake-Reuss beam: eight response-controlled curves of its first bending mode, and the fit of one mode to a curve.
+
+Measurement of M. Cenedese, J. Axås, H. Yang, M. Eriten and G. Haller, Mechanical Systems and Signal Processing (2021),
+DOI 10.1016/j.ymssp.2021.108401. The curves are not shipped; they are read where they lie beside the repository.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import least_squares
+
+import stickslip as ss
+
+PLACES = [
+    parent / "shared" / "data" / "measured" / "brake_reuss_response_controlled.csv" for parent in Path(__file__).resolve().parents
+]
+FILE = next((place for place in PLACES if place.is_file()), None)
+
+FREE = {
+    "damping": (1e-3, 1e-4, 1e-2),
+    "slip_force": (60.0, 5.0, 1000.0),
+    "chi": (0.5, -0.5, 1.5),
+    "frequency": ss.FreeParameter(80.3, 79.0, 81.5, each_test=True),
+}
+"""One linear damping and one set of friction parameters; the linear frequency is each curve's own."""
+
+
+def curves(**settings):
+    """The eight curves: each point at its measured acceleration, gain and phase of the measuring chain free."""
+    data = np.genfromtxt(FILE, delimiter=",", names=True)
+    found = []
+    for number in range(1, 9):
+        one = data[data["curve"] == number]
+        columns = (one[name] for name in ("frequency_hz", "acceleration_m_s2", "force_n", "phase_rad"))
+        name = f"{np.median(one['acceleration_m_s2']):.1f} m/s²"
+        chain = {"held": "response", "free_gain": True, "free_phase": True}
+        found.append(ss.MeasuredResponse(*columns, name=name, **chain, **settings))
+    return found
+
+
+def one_mode(frequency, H):
+    """Modal gain, frequency [Hz], damping ratio and constant phase by least squares in H = a/F with the phase of displacement."""
+    omega, size = 2.0 * np.pi * np.asarray(frequency), np.abs(H).max()
+    begin = np.array([0.5, frequency[int(np.argmax(np.abs(H)))], 3e-3, 0.1])
+
+    def apart(scaled):
+        gain, f, zeta, phase = scaled * begin
+        own = 2.0 * np.pi * f
+        difference = gain * omega**2 * np.exp(1j * phase) / (own**2 - omega**2 + 2j * zeta * own * omega) - H
+        return np.concatenate([difference.real, difference.imag]) / size
+
+    return least_squares(apart, np.array([1.0, 1.0, 1.0, 0.0]), x_scale=[1.0, 1e-3, 1.0, 1.0], xtol=1e-13, ftol=1e-13).x * begin
+
+
+def per_force(dataset, which):
+    """Measured or computed response per force of every test, complex."""
+    return dataset[which].values * np.exp(1j * np.radians(dataset[f"{which}_phase"].values))
+
+
+def linear_frequency(dataset, acceleration):
+    """Linear frequency [Hz] at an acceleration, between those of the curves; friction does not explain it."""
+    known = [float(np.nanmedian(one)) for one in dataset["response"].values]
+    return float(np.interp(acceleration, known, dataset["own_value"].sel(own="frequency").values))
+
+
+def constant_force(found, force, accelerations=None, points=41):
+    """A prediction that no curve was fitted to: the response at a constant force [N], frequencies [Hz] and accelerations [m/s²], up
+    one side of the resonance and down the other.
+
+    At each acceleration the problem has the linear frequency of that acceleration, and the controlled response says at which
+    frequencies it takes this force; gain and phase of the measuring chain are left out.
+    """
+    accelerations = np.geomspace(3.0, 85.0, 30) if accelerations is None else np.asarray(accelerations)
+    below, above = [], []
+    for a in accelerations:
+        problem = found.problem(frequency=linear_frequency(found.dataset, a))
+        at_90 = ss.phase_resonance(problem, ss.hertz(70.0, 90.0), [a], harmonics=1).dataset
+        top, least = float(at_90["frequency"][0]), float(at_90["force_level"][0])
+        if least > force:
+            break
+        for side, kept in ((-1.0, below), (1.0, above)):
+            frequencies = top + side * np.concatenate([[0.0], np.geomspace(0.01, 6.0, points)])
+            levels = ss.controlled_response(problem, frequencies.tolist(), float(a), harmonics=1).dataset["force_level"].values[0]
+            kept.append((float(np.interp(force, levels, frequencies)), float(a)))
+    return np.array(below + above[::-1]).T
