@@ -18,10 +18,10 @@ from verify.row import Row, absolute, at_most
 
 TITLE = "Parameters from frequency responses"
 ABOUT = (
-    "Synthetic responses, amplitude and phase, at three force levels with 1 % noise, fitted from rough starts; twenty "
-    "seeds. The median error is that of the worst parameter. Intervals: how many of 60 hold the truth, and their median half width against 1.96 "
-    "standard deviations of the twenty values. The single blade: six force levels, three hidden start states of all its friction "
-    "elements, which the fit has as free variables of each test."
+    "Synthetic responses, amplitude and phase, at three force levels with 1 % noise, fitted from rough starts; twenty seeds. The "
+    "median error is that of the worst parameter. Intervals: how many of 60 miss the truth, and their median half width against "
+    "1.96 standard deviations of the twenty values. The single blade: six force levels, three hidden start states of all its "
+    "friction elements, which the fit has as free variables of each test."
 )
 NOISE, SEEDS = 0.01, 20
 SOURCE = "the truth that was put in"
@@ -91,8 +91,5 @@ def _blade() -> Iterator[Row]:
     bounds = {"cylinder_kt": (30e6, 10e6, 150e6), "cylinder_mu": (0.25, 0.05, 1.0)}
     settings: dict[str, Any] = {"rule": RULE, "tries": 4, "evaluations": 30, "harmonics": 3, "samples": 128}
     free = ss.identify_response(_single_blade, bounds, tests, start_states="free", **settings)
-    virgin = ss.identify_response(_single_blade, bounds, tests, **settings)
     for key, value in BLADE.items():
         yield at_most(f"Single blade, {key}: error with free start states", abs(free.values[key] / value - 1.0), 0.05, SOURCE)
-    worst = max(abs(virgin.values[key] / value - 1.0) for key, value in BLADE.items())
-    yield at_most("Single blade: worst error with virgin contacts, without a promise", worst, 10.0, SOURCE)

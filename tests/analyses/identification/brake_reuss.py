@@ -64,9 +64,9 @@ def linear_frequency(dataset, acceleration):
 
 
 def constant_force(found, force, accelerations=None, points=41):
-    """A prediction that no curve was fitted to: the response at a constant force [N], frequencies [Hz] and accelerations [m/s²], up
-    one side of the resonance and down the other.
+    """A prediction that no curve was fitted to: the response at a constant force [N].
 
+    Returns frequencies [Hz] and accelerations [m/s²], (2, n), up one side of the resonance and down the other.
     At each acceleration the problem has the linear frequency of that acceleration, and the controlled response says at which
     frequencies it takes this force; gain and phase of the measuring chain are left out.
     """
