@@ -63,23 +63,24 @@ def linear_frequency(dataset, acceleration):
     return float(np.interp(acceleration, known, dataset["own_value"].sel(own="frequency").values))
 
 
-def constant_force(found, force, accelerations=None, points=41):
+def constant_force(found, force, points=30):
     """A prediction that no curve was fitted to: the response at a constant force [N].
 
-    Returns frequencies [Hz] and accelerations [m/s²], (2, n), up one side of the resonance and down the other.
     At each acceleration the problem has the linear frequency of that acceleration, and the controlled response says at which
-    frequencies it takes this force; gain and phase of the measuring chain are left out.
+    frequencies it takes this force; gain and phase of the measuring chain are left out. Returns frequencies [Hz] and
+    accelerations [m/s²], (2, n), up one side of the resonance and down the other; no further than the curves reach.
     """
-    accelerations = np.geomspace(3.0, 85.0, 30) if accelerations is None else np.asarray(accelerations)
-    below, above = [], []
-    for a in accelerations:
+    highest = float(np.nanmax(found.dataset["response"].values))
+    known = np.geomspace(1.0, highest, 25)
+    least = ss.phase_resonance(found.problem(frequency=80.3), ss.hertz(70.0, 90.0), known, harmonics=1).dataset["force_level"]
+    top = float(np.interp(force, least.values, known))
+    sides = [], []
+    for a in top * (1.0 - np.linspace(0.97, 0.02, points) ** 2):
         problem = found.problem(frequency=linear_frequency(found.dataset, a))
-        at_90 = ss.phase_resonance(problem, ss.hertz(70.0, 90.0), [a], harmonics=1).dataset
-        top, least = float(at_90["frequency"][0]), float(at_90["force_level"][0])
-        if least > force:
-            break
-        for side, kept in ((-1.0, below), (1.0, above)):
-            frequencies = top + side * np.concatenate([[0.0], np.geomspace(0.01, 6.0, points)])
+        at_90 = float(ss.phase_resonance(problem, ss.hertz(70.0, 90.0), [a], harmonics=1).dataset["frequency"][0])
+        for sign, kept in zip((-1.0, 1.0), sides, strict=True):
+            frequencies = at_90 + sign * np.concatenate([[0.0], np.geomspace(0.005, 6.0, 30)])
             levels = ss.controlled_response(problem, frequencies.tolist(), float(a), harmonics=1).dataset["force_level"].values[0]
-            kept.append((float(np.interp(force, levels, frequencies)), float(a)))
-    return np.array(below + above[::-1]).T
+            if levels[0] < force < levels[-1]:
+                kept.append((float(np.interp(force, levels, frequencies)), float(a)))
+    return np.array(sides[0] + sides[1][::-1]).T

@@ -5,24 +5,28 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from stickslip.analyses.arguments import fineness_of, made
+from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
 from stickslip.checks import Array, among, between, fault, of_kind, positive, seed_of, several, unique
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.orders import attribute
+from stickslip.harmonic.orders import Harmonics, attribute
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.problem import Problem
 from stickslip.results.result import Result
-from stickslip.runs.work import Progress, checked_progress
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report
 from stickslip.solve.continuation import first_point
 from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, start_space
 
@@ -80,6 +84,7 @@ def identify_response(
     evaluations: int = 60,
     harmonics: int | Sequence[int] = 5,
     samples: int = 256,
+    checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseIdentification:
     """Parameters θ of a problem that minimise Σ |h(θ) − h_measured|²/σ², h the response per force at every point of all tests.
@@ -95,28 +100,102 @@ def identify_response(
 
     Intervals hold 95 % with errors as large as the residuals; they do not know of errors that all points share.
     """
-    free, several_tests = _parameters(parameters), _tests(tests)
-    among("start_states", start_states, ("virgin", "free"))
-    fineness = fineness_of(harmonics, samples)
-    checked_progress(progress)
-    fit_settings = (between("tries", tries, 0), seed_of(seed), between("evaluations", evaluations, 1))
-    models = [FittedTest.of(test, problem_of, *fineness) for test in several_tests]
-    with threadpool_limits(1, user_api="blas"):
-        spaces = [_space(model, free, rule, share) if start_states == "free" else None for model in models]
-        models = [replace(model, space=space) for model, space in zip(models, spaces, strict=True)]
-        fit = ResponseFit(models, free, positive("start_deviation", start_deviation))
-        progress(0.0, "fitting responses")
-        x = fit.solved(fit.best_start(*fit_settings[:2]), fit_settings[2])
-        held_out = _held_out(fit, x, fit_settings[2], progress) if leave_one_out and len(models) > 1 else None
-        if held_out is not None:
-            fit.forget()
-        fit.residuals(x)
-        statistics = fit.statistics(x)
-    dataset = dataset_of_fit(fit, x, statistics, held_out)
-    notes = tuple(notes_of_fit(fit, x, statistics, dataset))
-    dataset.attrs |= {"harmonics": attribute(fineness[0]), "samples": fineness[1], "notes": "\n".join(notes)}
-    dataset.attrs["start_states"] = start_states
-    return ResponseIdentification(dataset, problem_of, notes)
+    fit = (among("start_states", start_states, ("virgin", "free")), rule, share, positive("start_deviation", start_deviation))
+    search = (leave_one_out, between("tries", tries, 0), seed_of(seed), between("evaluations", evaluations, 1))
+    settings = (*fit, *search, *fineness_of(harmonics, samples))
+    work = ResponseIdentificationWork(maker(problem_of), _parameters(parameters), _tests(tests), *settings)
+    return work.gathered(all_cases(work, checkpoint, 1, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseIdentificationWork:
+    """An identification as one case: the fit, with its tests left out one by one if that is asked for."""
+
+    problem_of: Callable[..., Problem]
+    free: Mapping[str, FreeParameter]
+    tests: Sequence[MeasuredResponse]
+    start_states: str
+    rule: Rules
+    share: Sharing
+    start_deviation: float
+    leave_one_out: bool
+    tries: int
+    seed: int
+    evaluations: int
+    harmonics: Harmonics
+    samples: int
+
+    def __post_init__(self) -> None:
+        for test in self.tests:
+            problem = self._at_the_start(test)
+            if not 0 <= test.output < len(problem.outputs):
+                raise fault(f"The output of {test.name}", f"must be a number from 0 to {len(problem.outputs) - 1}", test.output)
+
+    def _at_the_start(self, test: MeasuredResponse) -> Problem:
+        """The problem of a test at the start values."""
+        return made(partial(self.problem_of, **test.settings), **{name: each.start for name, each in self.free.items()})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that the fit depends on."""
+        digest = sha256()
+        for test in self.tests:
+            digest.update(self._at_the_start(test).fingerprint.encode())
+            for values in (test.frequency, test.amplitude, test.force, np.zeros(0) if test.phase is None else test.phase):
+                digest.update(np.asarray(values, dtype=float).tobytes())
+            digest.update(
+                repr(replace(test, frequency=(1, 2, 3), amplitude=1.0, force=1.0, phase=None, free_phase=False)).encode()
+            )
+            digest.update(repr(test.free_phase).encode())
+        rest = [getattr(self, field.name) for field in fields(self) if field.name not in ("problem_of", "tests")]
+        return (f"identification of responses {digest.hexdigest()}, {rest!r}",)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("fitting responses",)
+
+    def prepare(self) -> None:
+        """Nothing: there is one case, and this process computes it."""
+
+    def fit(self) -> ResponseFit:
+        """The least squares, before its first evaluation."""
+        models = [FittedTest.of(test, self.problem_of, self.harmonics, self.samples) for test in self.tests]
+        if self.start_states == "free":
+            models = [replace(model, space=self._space(model)) for model in models]
+        return ResponseFit(models, self.free, self.start_deviation)
+
+    def _space(self, model: FittedTest) -> StartSpace:
+        """The start states of a test, scaled by its first point."""
+        problem = self._at_the_start(model.test)
+        refuse_forgetful(problem)
+        balance = HarmonicBalance(problem, model.harmonics, model.samples)
+        omega = 2.0 * np.pi * float(np.asarray(model.test.frequency)[0])
+        found = first_point(balance, omega, float(np.asarray(model.test.force)[0]))
+        return start_space(balance, found.evaluation, self.rule, self.share)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The variables of the fit, and the misfit of each test that was left out."""
+        started = time.process_time()
+        with threadpool_limits(1, user_api="blas"):
+            fit = self.fit()
+            x = fit.solved(fit.best_start(self.tries, self.seed), self.evaluations)
+            report(1.0 / (1.0 + len(self.tests) * self.leave_one_out))
+            several_tests = self.leave_one_out and len(self.tests) > 1
+            held_out = _held_out(fit, x, self.evaluations, report) if several_tests else np.full(len(self.tests), np.nan)
+        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started)}
+
+    def gathered(self, results: Sequence[Arrays]) -> ResponseIdentification:
+        """The result of the variables that were found."""
+        x = np.asarray(results[0]["x"])
+        with threadpool_limits(1, user_api="blas"):
+            fit = self.fit()
+            fit.residuals(x)
+            statistics = fit.statistics(x)
+            dataset = dataset_of_fit(fit, x, statistics, np.asarray(results[0]["held_out"]))
+        notes = tuple(notes_of_fit(fit, x, statistics, dataset))
+        dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
+        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": float(results[0]["cpu_seconds"])}
+        return ResponseIdentification(dataset, self.problem_of, notes)
 
 
 def _parameters(parameters: Mapping[str, FreeParameter | tuple[float, float, float]]) -> dict[str, FreeParameter]:
@@ -143,22 +222,12 @@ def _tests(tests: Sequence[MeasuredResponse]) -> list[MeasuredResponse]:
     return named
 
 
-def _space(model: FittedTest, free: Mapping[str, FreeParameter], rule: Rules, share: Sharing) -> StartSpace:
-    """The start states of a test, scaled by its first point."""
-    problem = made(model.problem_of, **{name: each.start for name, each in free.items()}, **model.test.settings)
-    refuse_forgetful(problem)
-    balance = HarmonicBalance(problem, model.harmonics, model.samples)
-    omega = 2.0 * np.pi * float(np.asarray(model.test.frequency)[0])
-    found = first_point(balance, omega, float(np.asarray(model.test.force)[0]))
-    return start_space(balance, found.evaluation, rule, share)
-
-
-def _held_out(fit: ResponseFit, x: Array, evaluations: int, progress: Progress) -> Array:
+def _held_out(fit: ResponseFit, x: Array, evaluations: int, report: Report) -> Array:
     """Misfit of each test with the shared parameters of the others; what it has by itself is fitted to it."""
     found = np.full(len(fit.tests), np.nan)
     shared = [k for k, variable in enumerate(fit.variables) if variable.test < 0]
     for t in range(len(fit.tests)):
-        progress((t + 1) / (len(fit.tests) + 1), "leaving tests out")
+        report((t + 1.0) / (len(fit.tests) + 1.0))
         fit.forget()
         others = [k for k in range(len(fit.tests)) if k != t]
         rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)

@@ -36,7 +36,7 @@ def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any
     return dims, values, {"units": units, "long_name": words}
 
 
-def dataset_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array | None) -> xr.Dataset:
+def dataset_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array) -> xr.Dataset:
     import xarray as xr
 
     variables, tests = fit.variables, [model.test for model in fit.tests]
@@ -55,7 +55,7 @@ def dataset_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, held_o
     shown = [fit.shown(x, t) for t in range(len(tests))]
     own_names, own = _own_values(fit, x)
     correlation = statistics.correlation[np.ix_(shared, shared)]
-    at, none = ("test", "point"), np.full(len(tests), np.nan)
+    at = ("test", "point")
     data = {
         "value": _described("parameter", values, "as given", "identified value"),
         "low": _described("parameter", low, "as given", "lower end of the 95 % interval, not below the bound"),
@@ -76,9 +76,7 @@ def dataset_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, held_o
         "misfit": _described(
             "test", [misfit(fit, x, t) for t in range(len(tests))], "1", "misfit relative to the largest response"
         ),
-        "held_out": _described(
-            "test", none if held_out is None else held_out, "1", "misfit with the parameters of the other tests"
-        ),
+        "held_out": _described("test", held_out, "1", "misfit with the parameters of the other tests"),
     }
     widest = max(fit.starts(x, t).size for t in range(len(tests)))
     if widest:
