@@ -22,9 +22,22 @@ TITLES = {
 UNITS: dict[str, dict[str, float]] = {
     "frequency": {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / np.pi},
     "amplitude": {
-        "m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9,
-        "m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "µm/s": 1e-6,
-        "m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "mm/s²": 1e-3, "g": 9.80665,
+        "m": 1.0,
+        "mm": 1e-3,
+        "um": 1e-6,
+        "µm": 1e-6,
+        "μm": 1e-6,
+        "nm": 1e-9,
+        "m/s": 1.0,
+        "mm/s": 1e-3,
+        "um/s": 1e-6,
+        "µm/s": 1e-6,
+        "m/s2": 1.0,
+        "m/s²": 1.0,
+        "m/s^2": 1.0,
+        "mm/s2": 1e-3,
+        "mm/s²": 1e-3,
+        "g": 9.80665,
     },
     "force": {"n": 1.0, "kn": 1e3, "mn": 1e-3, "1": 1.0},
     "phase": {"rad": 1.0, "deg": np.pi / 180.0, "degree": np.pi / 180.0, "degrees": np.pi / 180.0, "°": np.pi / 180.0},
@@ -35,8 +48,7 @@ UNITS: dict[str, dict[str, float]] = {
 def read_measured_response(path: str | Path, **about: Any) -> MeasuredResponse:
     """A test from a text file with a title for each column, `frequency [Hz], acceleration [m/s2], force [N], phase [rad]`.
 
-    about: other arguments of `MeasuredResponse`, such as quantity, held, settings, error. Its name is that of the file unless given.
-    Rows with a response or force that is not positive are refused.
+    about: other arguments of `MeasuredResponse`, such as quantity, held, settings, error. Its name is that of the file.
     """
     file = Path(path)
     table = text_table(file)

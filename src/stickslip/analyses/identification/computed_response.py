@@ -20,13 +20,17 @@ from stickslip.harmonic.measure import quantity_named
 from stickslip.harmonic.orders import Harmonics
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.problem import Problem
-from stickslip.solve.continuation import first_point
-from stickslip.solve.newton import correct, fixed
+from stickslip.solve.continuation import solve_cold
+from stickslip.solve.held_amplitude import first_held, scaled
+from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.sensitivity import respond, solved_factors, start_slopes
 from stickslip.starts.space import StartSpace
 
 Complex = NDArray[np.complex128]
 Values = Mapping[str, float]
+
+RAISES = 30
+"""Newton solutions on the way from a small force to the measured one, at most."""
 
 STEP = 1e-5
 """Of the differences of the balance by a parameter, relative to its value."""
@@ -160,5 +164,23 @@ def _solution(balance: HarmonicBalance, omega: float, force: float, known: Seque
             correction = correct(balance, start, fixed("omega", omega), iterations=15, halvings=6)
             if correction.converged:
                 return correction.evaluation
-    correction = first_point(balance, omega, force)
+    correction = first_held(balance, omega) if held else solve_cold(balance, omega, force)
+    if not correction.converged and not held:
+        correction = _raised(balance, omega, force)
     return correction.evaluation if correction.converged else None
+
+
+def _raised(balance: HarmonicBalance, omega: float, force: float) -> Correction:
+    """The solution at a force, by few steps from smaller forces: a fit meets parameters where there is none."""
+    found, condition = solve_cold(balance, omega, 1e-3 * force), fixed("omega", omega)
+    level, growth = 1e-3 * force, 3.0
+    for _ in range(RAISES):
+        if not found.converged or level == force:
+            break
+        wanted = min(growth * level, force)
+        following = correct(balance, scaled(found.evaluation.point, wanted / level), condition, iterations=15, halvings=6)
+        if following.converged:
+            found, level = following, wanted
+        else:
+            growth = float(np.sqrt(growth))
+    return found if level == force else replace(found, converged=False)

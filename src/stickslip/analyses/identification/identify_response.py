@@ -87,8 +87,9 @@ def identify_response(
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
 ) -> ResponseIdentification:
-    """Parameters θ of a problem that minimise Σ |h(θ) − h_measured|²/σ², h the response per force at every point of all tests.
+    """Parameters θ of a problem that minimise Σ |ln h(θ) − ln h_measured|²/σ², h the response per force at every point.
 
+    σ is the relative error of a test; where that is one of its largest response, h takes the place of ln h.
     problem_of(**values, **settings of the test) makes the problem. parameters: {name: FreeParameter, or (start, low, high)},
     anything that the problem depends on. tests: measured responses at several force levels, preloads or mountings; each point
     takes its own measured force, or its own measured response. Derivatives are exact, by the implicit function theorem.
@@ -178,7 +179,7 @@ class ResponseIdentificationWork:
         started = time.process_time()
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
-            x = fit.solved(fit.best_start(self.tries, self.seed), self.evaluations)
+            x = fit.best(self.tries, self.seed, self.evaluations)
             report(1.0 / (1.0 + len(self.tests) * self.leave_one_out))
             several_tests = self.leave_one_out and len(self.tests) > 1
             held_out = _held_out(fit, x, self.evaluations, report) if several_tests else np.full(len(self.tests), np.nan)

@@ -6,7 +6,7 @@ whose bounds are positive is fitted by its logarithm.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -22,8 +22,14 @@ from stickslip.checks import Array, fault, finite, positive
 TINY = 1e-10
 """Share of the largest curvature below which the data say nothing of a direction."""
 
+MISSED = -2.0
+"""Logarithm of computed over measured that a point without a solution counts as."""
+
 GAIN, PHASE = "gain", "phase offset"
 """Names of the variables of a measuring chain."""
+
+MOST_STARTS, EXPLAINED = 4, 3.0
+"""Starts that are fitted at most, and the residual in standard errors, root mean square, from which on another one is."""
 
 BROAD = 10.0
 """Limit of ln gain, of a phase offset and of start variables that no other bound holds."""
@@ -220,21 +226,29 @@ class ResponseFit:
         settings: dict[str, Any] = {"bounds": (low, high), "method": "trf", "x_scale": "jac", "max_nfev": evaluations}
         return np.asarray(least_squares(self.residuals, inside, self.jacobian, ftol=1e-10, xtol=1e-9, gtol=1e-10, **settings).x)
 
-    def best_start(self, tries: int, seed: int) -> Array:
-        """The start of the lowest cost: the given one, or one of `tries` more between the bounds of the parameters."""
+    def best(self, tries: int, seed: int, evaluations: int) -> Array:
+        """The least squares from the start of the lowest cost: the given one, or one of `tries` more between the bounds.
+
+        Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost.
+        """
         low, high = self.bounds
-        known = [k for k, v in enumerate(self.variables) if v.test < 0]
-        best, cost = self.start, self.cost(self.start)
-        for share in qmc.Sobol(max(len(known), 1), seed=seed).random(tries) if known and tries else []:
-            x = self.start
-            x[known] = low[known] + share * (high[known] - low[known])
-            if (own := self.cost(x)) < cost:
-                best, cost = x, own
-        self.forget()
-        return best
+        shared = [k for k, v in enumerate(self.variables) if v.test < 0]
+        starts = [self.start]
+        for share in qmc.Sobol(len(shared), seed=seed).random(tries) if tries else []:
+            starts.append(self.start)
+            starts[-1][shared] = low[shared] + share * (high[shared] - low[shared])
+        starts.sort(key=self.cost)
+        found: list[tuple[float, Array]] = []
+        for x in starts[:MOST_STARTS]:
+            self.forget()
+            solved = self.solved(x, evaluations)
+            found.append((self.cost(solved), solved))
+            if found[-1][0] < EXPLAINED**2 * self.residuals(solved).size:
+                break
+        return min(found, key=lambda each: each[0])[1]
 
     def cost(self, x: Array) -> float:
-        """Half the sum of the squares, each point counted at most as a wrong response by its whole size."""
+        """Sum of the squares of the residuals."""
         return float(np.sum(self.residuals(x) ** 2))
 
     def forget(self) -> None:
@@ -282,14 +296,19 @@ class FitStatistics:
 
 
 def _compared(model: FittedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
-    """Residuals and derivatives: complex where the phase is measured, else of sizes."""
-    measured, deviation = model.test.per_force, model.test.deviation
-    if model.test.phase is not None:
-        apart, rows = (shown - measured) / deviation, slopes / deviation[:, None]
-        return np.concatenate([apart.real, apart.imag]), np.concatenate([rows.real, rows.imag])
-    size = np.abs(shown)
-    along = np.real(np.conj(shown)[:, None] * slopes) / np.maximum(size, 1e-300)[:, None]
-    return (size - measured) / deviation, along / deviation[:, None]
+    """Residuals and derivatives, complex where the phase is measured, else of sizes.
 
-
-Progress = Callable[[float, str], None]
+    Where errors are relative to each point, of the logarithm: a peak in the wrong place then counts no more than a missing one.
+    """
+    test, solved = model.test, np.abs(shown) > 0.0
+    if test.phase is None:
+        slopes = np.real(np.conj(shown)[:, None] * slopes) / np.maximum(np.abs(shown), 1e-300)[:, None]
+        shown = np.abs(shown)
+    if test.of_largest:
+        apart, rows = (shown - test.per_force) / test.deviation, slopes / test.deviation[:, None]
+    else:
+        apart = np.where(solved, np.log(np.where(solved, shown, 1.0) / test.per_force), MISSED) / test.error
+        rows = np.where(solved[:, None], slopes / np.where(solved, shown, 1.0)[:, None], 0.0) / test.error
+    if test.phase is None:
+        return np.asarray(apart), np.asarray(rows)
+    return np.concatenate([apart.real, apart.imag]), np.concatenate([rows.real, rows.imag])

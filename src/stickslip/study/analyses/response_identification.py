@@ -87,7 +87,8 @@ def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParamet
                 "[low, high] with 1 between them" if name in factors else "[start, low, high] with the start between the others"
             )
             raise fault(name, f"must be {what}", [low, high] if name in factors else [start, low, high])
-    return {name: FreeParameter(*values, each_test=name in table.each_test) for name, values in found.items()}
+    own = table.each_test
+    return {name: FreeParameter(start, low, high, name in own) for name, (start, low, high) in found.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,16 +169,30 @@ class ResponseIdentificationPlan(Plan):
         found = self.sweep.forced_response().frequencies
         frequency = np.asarray(test.frequency)
         kept = (frequency >= min(found)) & (frequency <= max(found))
-        columns = {key: np.asarray(getattr(test, key))[kept] for key in ("frequency", "amplitude", "force")}
+        frequency, amplitude, force = (np.asarray(one)[kept] for one in (test.frequency, test.amplitude, test.force))
         phase = None if test.phase is None else np.asarray(test.phase)[kept]
-        return replace(test, **columns, phase=phase)
+        return replace(test, frequency=frequency, amplitude=amplitude, force=force, phase=phase)
 
     @cached_property
     def work(self) -> ResponseIdentificationWork:
         table, base = self.table, self.sweep.forced_response()
         problem_of = Adapted(self.sweep.problem, *self.rig)
-        fit = (table.start_states, "traction_ratio", "element", 0.5, table.leave_one_out, table.tries, table.seed, 60)
-        return ResponseIdentificationWork(problem_of, free_parameters(table), self.tests(), *fit, base.harmonics, base.samples)
+        free, tests = free_parameters(table), self.tests()
+        return ResponseIdentificationWork(
+            problem_of,
+            free,
+            tests,
+            table.start_states,
+            rule="traction_ratio",
+            share="element",
+            start_deviation=0.5,
+            leave_one_out=table.leave_one_out,
+            tries=table.tries,
+            seed=table.seed,
+            evaluations=60,
+            harmonics=base.harmonics,
+            samples=base.samples,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:
