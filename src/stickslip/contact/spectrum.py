@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from stickslip.checks import Array, fault, not_negative
 
@@ -121,19 +122,24 @@ class Spectrum(ABC):
         return float(np.max(np.abs(np.stack([energy / self.loop_energy(a), curve / self.virgin(a)]) - 1.0)))
 
 
+def _next_cut(spectrum: Spectrum, share: float) -> float:
+    """The upper end of the widest cell from a share on; solved to rounding, since derivatives by parameters are differences."""
+    widest = float(np.log(min(WIDEST, 1.0 / share)))
+
+    def beyond(log: float) -> float:
+        return spectrum._cell_error(share, share * float(np.exp(log))) - AIM
+
+    if beyond(widest) <= 0.0:
+        return min(share * WIDEST, 1.0)
+    return share * float(np.exp(brentq(beyond, 1e-6, widest, xtol=1e-15)))
+
+
 @lru_cache(maxsize=256)
 def _accurate_cuts(spectrum: Spectrum) -> Array:
     """The cuts of a spread, as few as keep to `ACCURACY`, in a multiple of `CELLS_AT_ONCE`: equally far apart by the error."""
     shares = [SMALLEST_SLIP]
     while shares[-1] < 1.0:
-        low, high = 1.0, WIDEST
-        if spectrum._cell_error(shares[-1], min(shares[-1] * high, 1.0)) > AIM:
-            for _ in range(20):
-                middle = float(np.sqrt(low * high))
-                fits = spectrum._cell_error(shares[-1], min(shares[-1] * middle, 1.0)) <= AIM
-                low, high = (middle, high) if fits else (low, middle)
-            high = low
-        shares.append(min(shares[-1] * high, 1.0))
+        shares.append(_next_cut(spectrum, shares[-1]))
     cells = len(shares) - 1
     wanted = cells + -cells % CELLS_AT_ONCE
     logs = np.interp(np.linspace(0.0, cells, wanted + 1), np.arange(cells + 1), np.log(shares))

@@ -32,7 +32,7 @@ Values = Mapping[str, float]
 RAISES = 30
 """Newton solutions on the way from a small force to the measured one, at most."""
 
-STEP = 1e-5
+STEP = 1e-6
 """Of the differences of the balance by a parameter, relative to its value."""
 
 

@@ -78,6 +78,8 @@ def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParamet
     found = factors | {name: tuple(values) for name, values in table.rig.items()}
     if not found:
         raise fault("response_identification", f"must give bounds of {', '.join(FACTORS)}, or arguments of the rig", "none")
+    if both := sorted({*factors} & {*table.rig}):
+        raise fault(", ".join(both), "must be a factor or an argument of the rig", "both")
     for name in table.each_test:
         if name not in found:
             raise fault("each_test", f"must name some of {', '.join(found)}", name)
@@ -98,10 +100,11 @@ class Adapted:
     problem: Problem
     rig: str
     arguments: Mapping[str, Any]
+    of_rig: frozenset[str]
 
     def __call__(self, **values: float) -> Problem:
-        factors = {name: values[name] for name in FACTORS if name in values}
-        own = {name: value for name, value in values.items() if name not in factors}
+        own = {name: value for name, value in values.items() if name in self.of_rig}
+        factors = {name: value for name, value in values.items() if name not in own}
         problem = RIGS[self.rig](**{**self.arguments, **own}) if own else self.problem
         on_contacts = {name: factors[name] for name in FACTORS[:3] if name in factors}
         problem = problem.with_contacts(lambda contact: with_factors(contact, on_contacts))
@@ -176,7 +179,7 @@ class ResponseIdentificationPlan(Plan):
     @cached_property
     def work(self) -> ResponseIdentificationWork:
         table, base = self.table, self.sweep.forced_response()
-        problem_of = Adapted(self.sweep.problem, *self.rig)
+        problem_of = Adapted(self.sweep.problem, *self.rig, frozenset(table.rig))
         free, tests = free_parameters(table), self.tests()
         return ResponseIdentificationWork(
             problem_of,
