@@ -178,7 +178,10 @@ def _raised(balance: HarmonicBalance, omega: float, force: float) -> Correction:
         if not found.converged or level == force:
             break
         wanted = min(growth * level, force)
-        following = correct(balance, scaled(found.evaluation.point, wanted / level), condition, iterations=15, halvings=6)
+        start = scaled(found.evaluation.point, wanted / level)
+        following = correct(balance, start, condition, iterations=15, halvings=6)
+        if not following.converged:
+            following = correct(balance, replace(start, forces=found.evaluation.point.forces), condition, 30, patience=20)
         if following.converged:
             found, level = following, wanted
         else:
