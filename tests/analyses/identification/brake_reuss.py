@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import stickslip as ss
+from stickslip.analyses.identification.computed_response import FittedTest
 
 PLACES = [
     parent / "shared" / "data" / "measured" / "brake_reuss_response_controlled.csv" for parent in Path(__file__).resolve().parents
@@ -25,16 +26,16 @@ FREE = {
 """One linear damping and one set of friction parameters; the linear frequency is each curve's own."""
 
 
-def curves(**settings):
-    """The eight curves: each point at its measured acceleration, gain and phase of the measuring chain free."""
+def curves():
+    """The eight curves: each point at its measured acceleration, weighed as in `one_mode`, gain and phase of the chain free."""
     data = np.genfromtxt(FILE, delimiter=",", names=True)
     found = []
     for number in range(1, 9):
         one = data[data["curve"] == number]
         columns = (one[name] for name in ("frequency_hz", "acceleration_m_s2", "force_n", "phase_rad"))
         name = f"{np.median(one['acceleration_m_s2']):.1f} m/s²"
-        chain = {"held": "response", "free_gain": True, "free_phase": True}
-        found.append(ss.MeasuredResponse(*columns, name=name, **chain, **settings))
+        chain = {"held": "response", "free_gain": True, "free_phase": True, "of_largest": True}
+        found.append(ss.MeasuredResponse(*columns, name=name, **chain))
     return found
 
 
@@ -84,3 +85,30 @@ def constant_force(found, force, points=30):
             if levels[0] < force < levels[-1]:
                 kept.append((float(np.interp(force, levels, frequencies)), float(a)))
     return np.array(sides[0] + sides[1][::-1]).T
+
+
+def by_damping(found):
+    """Linear damping, slip force and χ by the least sum of the fourth powers of ln(computed ζ/measured ζ), which keeps the
+    largest deviation small, with the linear frequencies of `found`.
+
+    Returns these parameters and computed over measured damping ratio of each curve, by the same fit of one mode.
+    """
+    tests = curves()
+    models = [FittedTest.of(test, ss.rigs.jointed_mode, 1, 256) for test in tests]
+    measured = np.array([one_mode(test.frequency, test.per_force)[2] for test in tests])
+    own = found.dataset["own_value"].sel(own="frequency").values
+    names = ("damping", "slip_force", "chi")
+
+    def ratios(scaled):
+        values = {name: found.values[name] * float(s) for name, s in zip(names, scaled, strict=True)}
+        shown = [
+            m.computed(values | {"frequency": float(f)}, np.zeros(0), []).per_force for m, f in zip(models, own, strict=True)
+        ]
+        return np.array([one_mode(test.frequency, H)[2] for test, H in zip(tests, shown, strict=True)]) / measured
+
+    def squares(scaled):
+        apart = np.log(ratios(scaled))
+        return 100.0 * apart * np.abs(apart)
+
+    best = least_squares(squares, np.array([0.995, 1.0, 1.0]), diff_step=1e-3, xtol=1e-5, max_nfev=12).x
+    return {name: found.values[name] * float(s) for name, s in zip(names, best, strict=True)}, ratios(best)
