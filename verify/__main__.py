@@ -42,6 +42,7 @@ TOPICS = (
     "disks",
     "damper_cycle",
     "identification",
+    "response_identification",
 )
 
 

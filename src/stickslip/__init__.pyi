@@ -44,6 +44,12 @@ from .units import Band as Band, hertz as hertz, logspace as logspace, radians_p
 
 # Forced response, in frequency and in time
 from .analyses.forced_response import ForcedResponse as ForcedResponse, forced_response as forced_response
+from .analyses.controlled_response import (
+    ControlledResponse as ControlledResponse,
+    PhaseResonance as PhaseResonance,
+    controlled_response as controlled_response,
+    phase_resonance as phase_resonance,
+)
 from .analyses.time_response import time_response as time_response
 from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newmark
 
@@ -95,10 +101,17 @@ from .analyses.identification.contact_law import (
     identify_law as identify_law,
 )
 from .analyses.identification.identify import Identification as Identification, identify as identify
+from .analyses.identification.identify_response import (
+    ResponseIdentification as ResponseIdentification,
+    identify_response as identify_response,
+)
+from .analyses.identification.response_fit import FreeParameter as FreeParameter
 from .analyses.identification.loop_law import ContactLoop as ContactLoop, LoopErrors as LoopErrors
 from .measurement.contact_cycles import contact_cycles as contact_cycles
 from .measurement.contact_record import ContactRecord as ContactRecord, read_contact_records as read_contact_records
 from .measurement.cycles import whole_cycles as whole_cycles
+from .measurement.measured_response import MeasuredResponse as MeasuredResponse
+from .measurement.response_table import read_measured_response as read_measured_response
 from .measurement.load_removal import read_load_removal as read_load_removal
 from .measurement.reconstruction import reconstruct as reconstruct
 from .measurement.records import Record as Record, read_record as read_record

@@ -93,6 +93,37 @@ def test_every_spectrum_is_a_whole(spectrum):
         assert np.all(slip > 0.0)
 
 
+@pytest.mark.parametrize("spectrum", [*SPECTRA, FourParameter(-0.9, 0.5), FourParameter(3.0, 1.0)], ids=repr)
+def test_without_a_count_energy_and_curve_are_within_two_thousandths(spectrum):
+    """At every amplitude from 1 % of full slip on, sums of the elements against the closed forms of the spread."""
+    stiffness, slip = spectrum.elements()
+    A = spectrum.first + (spectrum.last - spectrum.first) * np.geomspace(1e-2, 1.5, 3000)
+    energy = np.array([np.sum(np.maximum(4.0 * stiffness * slip * (a - slip), 0.0)) for a in A])
+    virgin = np.array([np.sum(stiffness * np.minimum(a, slip)) for a in A])
+    assert energy == pytest.approx(spectrum.loop_energy(A), rel=2e-3, abs=1e-300)
+    assert virgin == pytest.approx(spectrum.virgin(A), rel=2e-3)
+
+
+def test_the_elements_hardly_ever_jump_with_a_parameter():
+    """Derivatives by χ and β are differences: their steps must see a smooth law."""
+    sizes = {FourParameter(0.674 * (1.0 + step), 0.3).elements()[1].size for step in (-1e-5, 0.0, 1e-5)}
+    assert len(sizes) == 1
+    low, high = (FourParameter(chi, 0.3).elements()[1] for chi in (0.674, 0.674001))
+    assert high == pytest.approx(low, rel=1e-4)
+
+
+def test_few_elements_move_the_damping_of_a_loop_more():
+    """20 elements at 2 % of full slip: what the number of elements was before it followed from an error."""
+    spectrum = FourParameter(0.674, 0.3)
+    A = 0.02 * spectrum.last
+    errors = []
+    for count in (20, None):
+        stiffness, slip = spectrum.elements(count)
+        errors.append(abs(np.sum(np.maximum(4.0 * stiffness * slip * (A - slip), 0.0)) / spectrum.loop_energy(A) - 1.0))
+    assert errors[0] > 0.01
+    assert errors[1] < 2e-3
+
+
 def test_uniform_pressure_is_macroslip_and_an_array_of_the_same_elements_is_the_law():
     assert Parabolic(1.0).elements(20)[0].size == 1
     share, slip = Hertz().elements(12)

@@ -27,6 +27,7 @@ LESS = {
         "force_levels": "[0.4]",
     },
     "contact_law": {"laws": '["jenkins", "dahl"]'},
+    "controlled_response": {"harmonics": "1", "samples": "64"},
     "damper_cycle": {"steps": "200"},
     "damper_design": {"search": "false", "designs": "4", "refinements": "2", "samples": "64", "known": None},
     "damper_evolution": {"steps": "200", "friction": "[0.3, 0.9]"},
@@ -52,6 +53,7 @@ LESS = {
     "performance_band": {"points": "2", "cloud": "2", "starts": "0", "harmonics": "1", "samples": "64"},
     "performance_curve": {"points": "6", "harmonics": "1", "samples": "64"},
     "response_bounds": {"points": "3", "cloud": "4", "starts": "1", "harmonics": "3", "samples": "64"},
+    "response_identification": {"harmonics": "1", "leave_one_out": "false"},
     "response_samples": {"points": "3", "count": "3", "harmonics": "3", "samples": "64"},
     "sensitivity_indices": {"draws": "8", "harmonics": "1", "samples": "64", "kn": None, "preload": None, "slider_offset": None},
     "steady_cycles": {"steps": "200", "count": "3"},
@@ -73,6 +75,17 @@ def bounds(data):
 def samples(data):
     yield data["frequency"].values[0], 1e6 * data["amplitude"].values[0, :, 0]
     yield data["frequency"].values[0], 1e6 * np.median(data["amplitude"].values[:3, :, 0], axis=0)
+
+
+def controlled(data):
+    yield data["frequency"].values[0], data["force_level"].values[0]
+    yield data["held_amplitude"].values, data["resonance_frequency"].values[:, 0]
+
+
+def identified_responses(data):
+    for key in ("measured", "computed"):
+        yield data["frequency"].values[0], data[key].values[0]
+    yield None, 100.0 * data["misfit"].values
 
 
 def performance(data):
@@ -135,6 +148,7 @@ def contact_law(data):
 
 SHOWN = {
     **dict.fromkeys(("blisk", "forced_response", "lumped", "model"), response),
+    "controlled_response": controlled,
     "response_bounds": bounds,
     "response_samples": samples,
     "nonlinear_modes": modes,
@@ -147,6 +161,7 @@ SHOWN = {
     **dict.fromkeys(("steady_cycles", "damper_evolution"), cycles),
     "identification": identification,
     "contact_law": contact_law,
+    "response_identification": identified_responses,
 }
 """Numbers that a curve, points or bars show, x and y in the units of the axes; None: places of bars, in any order."""
 

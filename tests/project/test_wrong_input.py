@@ -32,6 +32,7 @@ def respond(**changes: Any) -> ss.ForcedResponse:
 def analyses(of: Any) -> dict[str, Any]:
     return {
         "forced_response": lambda: ss.forced_response(of, [0.1]),
+        "controlled_response": lambda: ss.controlled_response(of, [0.1], 1.0),
         "response_bounds": lambda: ss.response_bounds(of, [0.1]),
         "response_samples": lambda: ss.response_samples(of, [0.1]),
         "response_history": lambda: ss.response_history(of, [0.1], [1.0]),

@@ -62,6 +62,20 @@ def performance() -> xr.Dataset:
     return repeated(ss.performance_curve(ss.rigs.blade_and_wedge(), [10.0, 20.0], friction=0.4, harmonics=1).dataset)
 
 
+def controlled() -> xr.Dataset:
+    data = ss.controlled_response(ss.rigs.single_mass(), ss.hertz(0.1, 0.3), 1.0, harmonics=1, samples=64).dataset
+    return data.isel(case=[0] * MANY).assign_coords(held_amplitude=("case", np.geomspace(1.0, 80.0, MANY), {"units": "m/s2"}))
+
+
+def response_identification() -> xr.Dataset:
+    curve = ("test", "point"), np.broadcast_to(1.0 + np.arange(32.0), (MANY, 32))
+    names = ("frequency", "measured", "computed", "measured_phase", "computed_phase")
+    data = dict.fromkeys(names, curve) | {name: (("test",), np.ones(MANY)) for name in ("misfit", "held_out")}
+    data |= {"value": ("parameter", [1.0]), "low": ("parameter", [0.9]), "high": ("parameter", [1.1])}
+    coords = {"test": [f"test {k}" for k in range(MANY)], "parameter": ["kt"]}
+    return xr.Dataset(data, coords | {"quantity": ("test", ["acceleration"] * MANY)})
+
+
 def history() -> xr.Dataset:
     return repeated(ss.response_history(ss.rigs.three_mass_wedge(), [222.0], [1.0]).dataset, "run").assign_coords(
         force_level=("run", [1.0] * MANY)
@@ -104,6 +118,8 @@ OF_MANY = {
     "ForcedResponse": levels,
     "ResponseSamples": percentiles,
     "ResponseBounds": bounds,
+    "ControlledResponse": controlled,
+    "ResponseIdentification": response_identification,
     "ResponseHistory": history,
     "PerformanceCurve": performance,
     "NonlinearModes": modes,
@@ -114,7 +130,7 @@ OF_MANY = {
 }
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
-    *("DamperDesign", "SensitivityIndices", "MistunedPopulation"),
+    *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}

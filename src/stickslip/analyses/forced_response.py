@@ -240,7 +240,7 @@ class ForcedResponseWork:
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
-        (frequencies, exactly), levels = _frequencies(band), force_levels(force)
+        (frequencies, exactly), levels = band_or_list(band), force_levels(force)
         Nt = _with_whole_delays(whole("samples", samples), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
@@ -312,7 +312,7 @@ class ForcedResponseWork:
         return ForcedResponse(dataset, self.problem)
 
 
-def _frequencies(band: Band | Sequence[float]) -> tuple[list[float], bool]:
+def band_or_list(band: Band | Sequence[float]) -> tuple[list[float], bool]:
     """Frequencies in Hz in the order of travel, and whether only these are wanted."""
     if isinstance(band, Band):
         return [band.start, band.stop], False

@@ -55,7 +55,7 @@ def response_dataset(
     """
     problem = balance.problem
     per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
-    arrays = {variable.name: _stacked(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
+    arrays = {variable.name: stacked(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
     coords = {
         "force_level": list(levels),
         "output": list(problem.output_names),
@@ -94,7 +94,7 @@ def levels_are_newtons(problem: Problem) -> bool:
     return len(sizes) == len(along) == 1 and abs(sizes[0] * along[0] - 1.0) < 1e-12
 
 
-def _stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
+def stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Arrays of different length as one with a first axis `case`, padded with what means "not there"."""
     shape = np.max([piece.shape for piece in pieces], axis=0).astype(int)
     kind = object if variable.kind == "str" else _TYPES[variable.kind]

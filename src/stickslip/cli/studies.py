@@ -85,7 +85,7 @@ def new(
 
     if kind is None:
         for name, purpose in kinds().items():
-            say(f"{name:<22}{purpose}")
+            say(f"{name:<25}{purpose}")
         return
     if kind in TEMPLATES:
         warn(f"`{kind}` is now called `{TEMPLATES[kind]}`; the old name will stop working.")

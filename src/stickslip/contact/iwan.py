@@ -22,7 +22,8 @@ class Iwan(Law):
     that of this N, and a contact that separates and lands again starts anew. N = max(kn (z − gap) + preload, 0), or
     `normal_load`, constant.
 
-    kt: slope at rest, kn [N/m]; mu; preload, normal_load [N]; gap [m]; count: about how many elements, two a cell.
+    kt: slope at rest, kn [N/m]; mu; preload, normal_load [N]; gap [m]; count: about how many elements, two a cell; unless given,
+    as many as keep loop energy and virgin curve within 0.2 % of those of the spread, at every amplitude from 1 % of full slip on.
     Sources: Iwan (1966); Li, Xu, Gola and Botto (2020), DOI 10.1007/978-3-030-34747-5, whose α N0 is N(t).
     """
 
@@ -33,7 +34,7 @@ class Iwan(Law):
     gap: float = 0.0
     normal_load: float | None = None
     spectrum: Spectrum = field(default_factory=Hertz)
-    count: int = 20
+    count: int | None = None
 
     def __post_init__(self) -> None:
         positive("kt", self.kt)
@@ -46,7 +47,7 @@ class Iwan(Law):
             positive("kn", self.kn)
         if self.normal_load is not None:
             not_negative("normal_load", self.normal_load)
-        if int(self.count) != self.count or self.count < 2:
+        if self.count is not None and (int(self.count) != self.count or self.count < 2):
             raise fault("count", "must be a whole number from 2 on", self.count)
 
     @property
@@ -81,7 +82,13 @@ class Iwan(Law):
 
 
 def mindlin_sphere(
-    G: float, nu: float, radius: float, mu: float, kn: float | None = None, normal_load: float | None = None, count: int = 20
+    G: float,
+    nu: float,
+    radius: float,
+    mu: float,
+    kn: float | None = None,
+    normal_load: float | None = None,
+    count: int | None = None,
 ) -> Iwan:
     """A sphere on a flat of the same material: kt = 8 G a/(2 − ν), the curve of Mindlin and Deresiewicz at constant load.
 

@@ -4,17 +4,41 @@ Of the unit stiffness, K(s) slips up to displacement s [in units of μN/kt]; L(s
 Q(s) = ∫ s² dK. Everything follows: virgin curve T = L + s (1 − K), loop energy W(s) = 4 (s L − Q).
 
 A contact of pressure p(ξ) over its half-width ξ in [0, 1] and uniform shear stiffness slips at s = p(ξ)/mean p: dK = dξ.
+
+A law computes with a number of elements. Unless that is given, cells are as wide as keeps loop energy and virgin curve within
+`ACCURACY` of those of the spread, at every amplitude from the share `SMALLEST_SLIP` of full slip on.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from stickslip.checks import Array, fault, not_negative
+
+ACCURACY = 2e-3
+"""Relative error of loop energy and virgin curve that the number of elements keeps to, where it is not given."""
+
+AIM = 0.7 * ACCURACY
+"""What cells are made for: they are evened out, and the error is measured at a few places."""
+
+SMALLEST_SLIP = 1e-2
+"""Displacement beyond `first`, as a share of that of full slip, from which on it does. Below it, two elements stand for all that
+slips: a loop there dissipates about a millionth of that in full slip."""
+
+CELLS_AT_ONCE = 8
+"""The number of cells is a multiple of this: a small change of a parameter, as for a derivative, hardly ever changes it."""
+
+WIDEST = 4.0
+"""The largest ratio of the ends of a cell."""
+
+WITHIN = np.linspace(0.0, 1.0, 17)[1:-1]
+"""Where in a cell the error is measured."""
 
 
 class Spectrum(ABC):
@@ -56,24 +80,70 @@ class Spectrum(ABC):
         gone = np.where(s >= self.last, self.atom, 0.0)
         return K + gone, L + self.last * gone, Q + self.last**2 * gone
 
-    def elements(self, count: int) -> tuple[Array, Array]:
+    def elements(self, count: int | None = None) -> tuple[Array, Array]:
         """Stiffness and slip displacement of about `count` elements in parallel, sum of the stiffness one.
 
-        The spread is cut into count/2 cells at first + (last − first)(j/cells)². Each cell becomes two elements of equal
-        stiffness at mean ± deviation: K, L and Q of a cell are kept, so virgin curve and energy are exact at every cut.
+        The spread is cut into count/2 cells at first + (last − first)(j/cells)², or without a count as `ACCURACY` asks for. Each
+        cell becomes two elements, as a rule of equal stiffness at mean ± deviation: K, L and Q of a cell are kept, so virgin
+        curve and energy are exact at every cut.
         """
-        cells = max(1, count // 2) if self.atom < 1.0 else 0
-        cuts = self.first + (self.last - self.first) * (np.arange(cells + 1) / max(cells, 1)) ** 2
-        cuts[-1] = self.last
+        if self.atom == 1.0:
+            return np.ones(1), np.array([self.last])
+        cuts = _accurate_cuts(self) if count is None else self._at(np.linspace(0.0, 1.0, max(1, count // 2) + 1) ** 2)
+        stiffness, slip = self._cells(cuts)
+        if self.atom > 0.0:
+            stiffness, slip = np.append(stiffness, self.atom), np.append(slip, self.last)
+        return stiffness, slip
+
+    def _at(self, shares: Array) -> Array:
+        """Displacements at shares of the way from `first` to `last`."""
+        return np.where(shares < 1.0, self.first + (self.last - self.first) * shares, self.last)
+
+    def _cells(self, cuts: Array) -> tuple[Array, Array]:
+        """Two elements for each cell between neighbouring cuts: stiffness and slip displacement."""
         K, L, Q = (np.diff(part) for part in self.moments(cuts))
         mean = L / K
         deviation = np.sqrt(np.maximum(Q / K - mean**2, 0.0))
-        deviation = np.where(deviation < mean, deviation, 0.0)
-        stiffness = [*np.repeat(0.5 * K, 2)]
-        slip = [*np.stack([mean - deviation, mean + deviation], axis=1).ravel()]
-        if self.atom > 0.0:
-            stiffness, slip = [*stiffness, self.atom], [*slip, self.last]
-        return np.array(stiffness), np.array(slip)
+        # Where the deviation is more than the mean (χ near −1), the lower element is the stiffer one, and not below zero.
+        skew = np.where(deviation < mean, 1.0, 0.5 * mean / np.maximum(deviation, np.finfo(float).tiny))
+        stiffness = K / (1.0 + skew**2)
+        slip = mean - skew * deviation, mean + deviation / skew
+        return np.stack([stiffness, skew**2 * stiffness], axis=1).ravel(), np.stack(slip, axis=1).ravel()
+
+    def _cell_error(self, low: float, high: float) -> float:
+        """Largest relative error of loop energy and virgin curve in a cell between these shares; at its ends there is none."""
+        ends = self._at(np.array([low, high]))
+        k, s = self._cells(ends)
+        K, L, Q = (float(part[0]) for part in self.moments(ends[:1]))
+        a = ends[0] + (ends[1] - ends[0]) * WITHIN
+        gone = s < a[:, None]
+        force, square = L + np.sum(k * s * gone, axis=1), Q + np.sum(k * s**2 * gone, axis=1)
+        energy, curve = 4.0 * (a * force - square), force + a * (1.0 - K - np.sum(k * gone, axis=1))
+        return float(np.max(np.abs(np.stack([energy / self.loop_energy(a), curve / self.virgin(a)]) - 1.0)))
+
+
+def _next_cut(spectrum: Spectrum, share: float) -> float:
+    """The upper end of the widest cell from a share on; solved to rounding, since derivatives by parameters are differences."""
+    widest = float(np.log(min(WIDEST, 1.0 / share)))
+
+    def beyond(log: float) -> float:
+        return spectrum._cell_error(share, share * float(np.exp(log))) - AIM
+
+    if beyond(widest) <= 0.0:
+        return min(share * WIDEST, 1.0)
+    return share * float(np.exp(brentq(beyond, 1e-6, widest, xtol=1e-15)))
+
+
+@lru_cache(maxsize=256)
+def _accurate_cuts(spectrum: Spectrum) -> Array:
+    """The cuts of a spread, as few as keep to `ACCURACY`, in a multiple of `CELLS_AT_ONCE`: equally far apart by the error."""
+    shares = [SMALLEST_SLIP]
+    while shares[-1] < 1.0:
+        shares.append(_next_cut(spectrum, shares[-1]))
+    cells = len(shares) - 1
+    wanted = cells + -cells % CELLS_AT_ONCE
+    logs = np.interp(np.linspace(0.0, cells, wanted + 1), np.arange(cells + 1), np.log(shares))
+    return spectrum._at(np.concatenate([[0.0], np.exp(logs[:-1]), [1.0]]))
 
 
 @dataclass(frozen=True)

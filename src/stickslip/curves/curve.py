@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -158,11 +158,8 @@ def _with_peaks(
     ends: tuple[float, float],
 ) -> Curve:
     """The curve with its peaks."""
-    points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance.problem, swept, ends)
-    if swept.from_the_end is not None:
-        message = f"{ARRIVED} It was followed backwards from there, since from its start it was lost: {swept.from_the_end}"
-    outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
-    lost_at = points[-1].point.omega if swept.lost is not None and points else None
+    curve = ended(balance, level, swept, ends, measure)
+    points, message = curve.points, curve.message
     outputs = range(balance.problem.output_rows.shape[0])
     search = PeakSearch(balance, points, tolerance)
     found, largest, in_time = [], [], measure.with_kind("max_abs")
@@ -179,7 +176,19 @@ def _with_peaks(
         _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
     )
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
-    return Curve(level, tuple(points), outcome, message, lost_at, peaks, highest, steps, measure)
+    return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
+
+
+def ended(
+    balance: HarmonicBalance, level: float, swept: Sweep, ends: tuple[float, float], measure: Measure = DISPLACEMENT_AMPLITUDE
+) -> Curve:
+    """The curve of a sweep over a band, without peaks: its points, outcome and sentence."""
+    points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance.problem, swept, ends)
+    if swept.from_the_end is not None:
+        message = f"{ARRIVED} It was followed backwards from there, since from its start it was lost: {swept.from_the_end}"
+    outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
+    lost_at = points[-1].point.omega if swept.lost is not None and points else None
+    return Curve(level, tuple(points), outcome, message, lost_at, measure=measure)
 
 
 def _lost_message(problem: Problem, swept: Sweep, ends: tuple[float, float]) -> str:

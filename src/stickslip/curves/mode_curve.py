@@ -168,7 +168,7 @@ def _between(balance: ModeBalance, before: CurvePoint, after: CurvePoint, divisi
 def _directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:
     """A solved point with the direction of the curve there and its distance from the point before."""
     factors = balance.factorise(point.evaluation, PathCondition("level", None, 1.0, 0.0))
-    forces, motion, amount = balance.tangent(point.evaluation, "level", factors)
+    forces, motion, amount, _ = balance.tangent(point.evaluation, "level", factors)
     length = point.metric.length(motion, amount)
     length = -length if (point.point.level - before.point.level) * amount < 0.0 else length
     tangent = Tangent(forces / length, motion / length, amount / length)

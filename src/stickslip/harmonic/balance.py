@@ -20,7 +20,7 @@ from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.fourier import Fourier, fourier
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
+from stickslip.harmonic.iteration import FREE, Border, Bordered, Control, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
@@ -38,10 +38,10 @@ class Point:
     omega: float
     level: float
 
-    def moved(self, change: Array, parameter: Parameter, amount: float) -> Point:
-        """The point with λ and the parameter changed."""
+    def moved(self, change: Array, parameter: Parameter, amount: float, raised: float = 0.0) -> Point:
+        """The point with λ and the parameter changed; raised: change of a level that holds an amplitude."""
         omega = self.omega + (amount if parameter == "omega" else 0.0)
-        level = self.level + (amount if parameter == "level" else 0.0)
+        level = self.level + (amount if parameter == "level" else raised)
         return Point(self.forces + change, omega, level)
 
     def value(self, parameter: Parameter) -> float:
@@ -143,11 +143,16 @@ class Factors:
 
     @property
     def size(self) -> int:
-        """Number of unknown harmonics of λ; the system has one row more."""
-        return int(self.bordered.lu.shape[0]) - 1
+        """Number of unknown harmonics of λ; the system has one row more, or two where an amplitude is held."""
+        return int(self.bordered.offsets[-1])
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the system."""
+        return int(self.bordered.lu.shape[0])
 
     def solve_many(self, right: Array) -> Array:
-        """Solutions (k, N+1) for several right-hand sides (k, N+1)."""
+        """Solutions (k, rows) for several right-hand sides (k, rows)."""
         solutions = np.array(right, order="C")
         lu_solve(self.bordered.lu, self.bordered.pivots, solutions)
         return solutions
@@ -181,6 +186,7 @@ class HarmonicBalance:
             np.linalg.norm(powers, axis=(1, 2)),
             1e-3 * constant_size(problem, table) + np.finfo(float).tiny,
             np.zeros(2, dtype=np.int64),
+            FREE,
         )
 
     @property
@@ -199,6 +205,18 @@ class HarmonicBalance:
         kinds = self.table.start_kind if kind is None else np.broadcast_to(kind, self.table.start_kind.shape).astype(np.int64)
         table = self.table._replace(start_value=np.ascontiguousarray(values, dtype=float), start_kind=kinds)
         other.system = self.system._replace(table=table)
+        return other
+
+    @property
+    def control(self) -> Control | None:
+        """The amplitude that the force level holds, or None where the level is given."""
+        return self.system.control if self.system.control.row >= 0 else None
+
+    def holding(self, control: Control | None) -> HarmonicBalance:
+        """The same balance with the amplitude of a row of motion held by the force level, or with a given level for None."""
+        other = copy(self)
+        own = FREE if control is None else Control(int(control.row), int(control.order), float(control.amplitude))
+        other.system = self.system._replace(control=own)
         return other
 
     def stuck_point(self, omega: float, level: float) -> Point:
@@ -229,7 +247,7 @@ class HarmonicBalance:
         point, short = evaluation.point, condition.gap(evaluation)
         return newton_parts.newton_step(
             self.system, evaluation.state, point.omega, point.level, condition.border, short, factors.bordered
-        )
+        )[:2]
 
     def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: Factors) -> Direction:
         """Direction along the curve, the path condition growing at rate one."""

@@ -29,11 +29,24 @@ from stickslip.harmonic.receptance import (
 from stickslip.kernels import kernel
 
 
+class Control(NamedTuple):
+    """ω^order |X_1| of a row of motion, held at an amplitude by the force level, an unknown then; row −1: nothing is held."""
+
+    row: int
+    order: int
+    amplitude: float
+
+
+FREE = Control(-1, 0, 1.0)
+"""No amplitude is held: the force level is given."""
+
+
 class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
     stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; load_size
-    (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and factorisations were made, counted on.
+    (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and factorisations were made, counted on;
+    control: the amplitude that the force level holds, if any.
     """
 
     table: ContactTable
@@ -45,6 +58,7 @@ class System(NamedTuple):
     load_size: Array
     least_scale: float
     effort: Index
+    control: Control
 
 
 class State(NamedTuple):
@@ -66,7 +80,7 @@ class State(NamedTuple):
 
 class Bordered(NamedTuple):
     """The factorised bordered matrix: factors and pivots; where the unknowns of each row start; which entries of λ they are;
-    sign of the determinant, 0 when singular."""
+    sign of the determinant, 0 when singular. Behind the unknowns of λ stand the path parameter, and a level that is unknown."""
 
     lu: Array
     pivots: NDArray[np.int32]
@@ -85,11 +99,13 @@ class Border(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """Along the curve, the path condition growing at rate one: dλ (rows, 2H+1), dw (rows and outputs, 2H+1), dp."""
+    """Along the curve, the path condition growing at rate one: dλ (rows, 2H+1), dw (rows and outputs, 2H+1), dp of the path
+    parameter; level: that of the force level where it holds an amplitude, else 0."""
 
     forces: Array
     motion: Array
     rate: float
+    level: float
 
 
 @kernel
@@ -138,7 +154,7 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
         for i in range(columns):
             residual[r, i] = forces[r, i] - target[r, i]
             target[r, i] += system.stiffness[r] * w[r, i]
-    scale = max(_size(target), level * _load_size(system, omega), system.least_scale)
+    scale = max(_size(target), abs(level) * _load_size(system, omega), system.least_scale)
     return State(forces, gains, w, residual, unknown, own, coupling, cross, by_omega, _size(residual) / scale)
 
 
@@ -150,17 +166,47 @@ def gap(border: Border, state: State, omega: float, level: float) -> float:
 
 
 @kernel
+def missed_amplitude(control: Control, w: Array, omega: float) -> float:
+    """ω^k |X_1|/A − 1 of the controlled row; 0 where nothing is held."""
+    if control.row < 0:
+        return 0.0
+    size = omega**control.order * np.hypot(w[control.row, 1], w[control.row, 2])
+    return float(size / control.amplitude - 1.0)
+
+
+@kernel
+def _control_slope(control: Control, w: Array, omega: float) -> tuple[Array, float]:
+    """Derivatives of `missed_amplitude` by the motion (rows and outputs, 2H+1), and by ω at fixed motion."""
+    weight = np.zeros(w.shape)
+    size = max(np.hypot(w[control.row, 1], w[control.row, 2]), 1e-300)
+    factor = omega**control.order / (size * control.amplitude)
+    for i in range(1, 3):
+        weight[control.row, i] = factor * w[control.row, i]
+    return weight, control.order * omega ** (control.order - 1.0) * size / control.amplitude
+
+
+@kernel
 def factorise(system: System, state: State, omega: float, level: float, border: Border) -> Bordered:
-    """J on the unknowns, bordered by the derivative by the parameter and the path condition."""
+    """J on the unknowns, bordered by the derivative by the parameter and the path condition; where an amplitude is held, also by
+    the derivative by the force level and the linearised condition on that amplitude."""
     system.effort[1] += 1
     columns = state.forces.shape[1]
     offsets, mask = unknown_entries(state.unknown, system.kept, columns)
     size = offsets[-1]
-    matrix = np.zeros((size + 1, size + 1))
+    held = system.control.row >= 0
+    matrix = np.zeros((size + 1 + held, size + 1 + held))
     matrix[size, size] = border.slope
     by = motion_slope(system.modes, state.gains, state.forces, omega, level, border.by_level)
     if border.weight.shape[0]:
         matrix[size, size] += _dot(border.weight, by)
+    weight, raised = border.weight, by
+    if held:
+        weight, by_omega = _control_slope(system.control, state.w, omega)
+        raised = motion_slope(system.modes, state.gains, state.forces, omega, level, True)
+        matrix[size + 1, size] = _dot(weight, by) + by_omega
+        matrix[size + 1, size + 1] = _dot(weight, raised)
+        if border.weight.shape[0]:
+            matrix[size, size + 1] = _dot(border.weight, raised)
     if size:
         normal, partner = system.table.loading_row, system.table.partner_row
         active, moved, place = moved_rows(normal, partner, state.unknown)
@@ -172,13 +218,21 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         if not border.by_level:
             _subtract(system.kept, offsets, state.by_omega, matrix[:size, size])
         if border.weight.shape[0]:
-            pull = pulled(system.modes, driven, border.weight)
-            for i in range(active.size):
-                first, last = offsets[active[i]], offsets[active[i] + 1]
-                for k in range(last - first):
-                    matrix[size, first + k] = pull[i, system.kept[k]]
+            _pull(system.kept, offsets, active, pulled(system.modes, driven, border.weight), matrix[size])
+        if held:
+            matrix[:size, size + 1] = -_pushed(system, state, offsets, raised)
+            _pull(system.kept, offsets, active, pulled(system.modes, driven, weight), matrix[size + 1])
     pivots = lu_factor(matrix)
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+
+
+@kernel
+def _pull(kept: Index, offsets: Index, active: Index, pull: Array, row: Array) -> None:
+    """Put the derivatives of a condition by the unknowns of the active rows into a row of the matrix."""
+    for i in range(active.size):
+        first, last = offsets[active[i]], offsets[active[i] + 1]
+        for k in range(last - first):
+            row[first + k] = pull[i, kept[k]]
 
 
 @kernel
@@ -211,12 +265,14 @@ def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
 @kernel
 def newton_step(
     system: System, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
-) -> tuple[Array, float]:
-    """Newton's change of λ (rows, 2H+1) and of the parameter; short: by how much the path condition is missed."""
+) -> tuple[Array, float, float]:
+    """Newton's change of λ (rows, 2H+1), of the parameter, and of the force level where it holds an amplitude; short: by how much
+    the path condition is missed."""
     rows, columns = state.forces.shape
     step = np.zeros((rows, columns))
     size = bordered.offsets[-1]
-    right = np.empty((1, size + 1))
+    held = system.control.row >= 0
+    right = np.empty((1, size + 1 + held))
     known, k = False, 0
     for r in range(rows):
         for i in range(columns):
@@ -227,29 +283,37 @@ def newton_step(
                 step[r, i] = -state.residual[r, i]
                 known = known or state.residual[r, i] != 0.0
     right[0, size] = -short
+    if held:
+        right[0, size + 1] = -missed_amplitude(system.control, state.w, omega)
     if known:
         moved = change(system.modes, state.gains, step, omega)
         right[0, :size] += _pushed(system, state, bordered.offsets, moved)
         if border.weight.shape[0]:
             right[0, size] -= _dot(border.weight, moved)
+        if held:
+            right[0, size + 1] -= _dot(_control_slope(system.control, state.w, omega)[0], moved)
     lu_solve(bordered.lu, bordered.pivots, right)
     _spread(bordered, right[0], step)
     # A prescribed parameter stays what it is to the last bit: pivoting would leave rounding in it.
-    return step, right[0, size] if border.weight.shape[0] else -short / border.slope
+    amount = right[0, size] if border.weight.shape[0] else -short / border.slope
+    return step, amount, right[0, size + 1] if held else 0.0
 
 
 @kernel
 def tangent(system: System, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
     size = bordered.offsets[-1]
-    right = np.zeros((1, size + 1))
+    held = system.control.row >= 0
+    right = np.zeros((1, size + 1 + held))
     right[0, size] = 1.0
     lu_solve(bordered.lu, bordered.pivots, right)
     forces = np.zeros(state.forces.shape)
     _spread(bordered, right[0], forces)
-    rate = right[0, size]
+    rate, raised = right[0, size], right[0, size + 1] if held else 0.0
     dw = motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
     scale(dw, rate)
+    if held:
+        add(dw, raised, motion_slope(system.modes, state.gains, state.forces, omega, level, True))
     if size:
         add(dw, 1.0, change(system.modes, state.gains, forces, omega))
-    return Direction(forces, dw, rate)
+    return Direction(forces, dw, rate, raised)

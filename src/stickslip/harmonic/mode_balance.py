@@ -19,6 +19,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point, const
 from stickslip.harmonic.decoupling import DIAGONAL, stuck_modes
 from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates
 from stickslip.harmonic.fourier import fourier, real_harmonics
+from stickslip.harmonic.iteration import FREE
 from stickslip.harmonic.mode_iteration import ModeSystem
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
 from stickslip.problem import Problem
@@ -55,7 +56,9 @@ class ModeBalance(HarmonicBalance):
         least = 1e-3 * constant_size(problem, table) + np.finfo(float).tiny
         structure, effort = self.structures.extended(followed, extended), np.zeros(2, dtype=np.int64)
         kept = self.kept, self.dropped
-        self.mode_system = ModeSystem(table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort)
+        self.mode_system = ModeSystem(
+            table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort, FREE
+        )
         self.system = self.mode_system  # type: ignore[assignment]
 
     def _refuse_a_pair(self) -> None:

@@ -32,7 +32,7 @@ from stickslip.harmonic.extended_structure import (
     slopes,
 )
 from stickslip.harmonic.fourier import Fourier
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State
+from stickslip.harmonic.iteration import Border, Bordered, Control, Direction, State
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, unknown_entries
 from stickslip.harmonic.receptance import Complex
@@ -50,6 +50,7 @@ class ModeSystem(NamedTuple):
     dropped: Index
     least_scale: float
     effort: Index
+    control: Control
 
 
 class ModeSlopes(NamedTuple):
@@ -204,8 +205,8 @@ def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
 @kernel
 def newton_step_mode(
     system: ModeSystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
-) -> tuple[Array, float]:
-    """Newton's change of λ, ω and ζ, and of ln a; short: by how much the path condition is missed."""
+) -> tuple[Array, float, float]:
+    """Newton's change of λ, ω and ζ, of ln a, and of no force level; short: by how much the path condition is missed."""
     rows, columns = state.forces.shape[0] - 1, state.forces.shape[1]
     step = np.zeros((rows + 1, columns))
     contact, size = bordered.offsets[rows], bordered.offsets[rows + 1]
@@ -233,7 +234,8 @@ def newton_step_mode(
             right[0, size] -= np.sum(border.weight * moved)
     lu_solve(bordered.lu, bordered.pivots, right)
     _spread(bordered, right[0], step)
-    return step, right[0, size] if border.weight.shape[0] else -short / border.slope
+    amount = right[0, size] if border.weight.shape[0] else -short / border.slope
+    return step, amount, 0.0
 
 
 @kernel
@@ -250,4 +252,4 @@ def tangent_mode(system: ModeSystem, state: State, omega: float, level: float, b
     dw = seen(system.structure, changes(system.structure, state.gains, forces[:rows]))
     for part in range(3):
         dw += amounts[part] * by.motion[part]
-    return Direction(forces, dw, rate)
+    return Direction(forces, dw, rate, 0.0)

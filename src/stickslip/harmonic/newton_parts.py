@@ -29,8 +29,9 @@ def factorise(system: AnySystem, state: State, omega: float, level: float, borde
 
 def newton_step(
     system: AnySystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
-) -> tuple[Array, float]:
-    """Newton's change of the unknowns and of the parameter; short: by how much the path condition is missed."""
+) -> tuple[Array, float, float]:
+    """Newton's change of the unknowns, of the parameter, and of a force level that holds an amplitude; short: by how much the
+    path condition is missed."""
     return _chosen(system, *_NEWTON_STEP)(system, state, omega, level, border, short, bordered)  # type: ignore[no-any-return]
 
 

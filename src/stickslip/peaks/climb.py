@@ -127,7 +127,7 @@ def plane_at(balance: HarmonicBalance, evaluation: Evaluation) -> Plane:
     omega = evaluation.point.omega
     slope = 1.0 / (FREQUENCY_SCALE * omega) ** 2
     factors = balance.factorise(evaluation, PathCondition("omega", None, 1.0 / omega, 0.0))
-    forces, motion, rate = balance.tangent(evaluation, "omega", factors)
+    forces, motion, rate, _ = balance.tangent(evaluation, "omega", factors)
     length = float(np.sqrt(np.vdot(weight * motion, motion) + slope * rate**2)) * (1.0 if rate >= 0.0 else -1.0)
     normal, slope = weight * motion / length, slope * rate / length
     origin = float(np.vdot(normal, w)) + slope * omega
@@ -256,7 +256,7 @@ class PeakSolver:
 
     def _sample(self, evaluation: Evaluation, plane: Plane, s: float) -> _Sample:
         factors = self.balance.factorise(evaluation, plane.at(s))
-        forces, motion, omega = self.balance.tangent(evaluation, "omega", factors)
+        forces, motion, omega, _ = self.balance.tangent(evaluation, "omega", factors)
         size, slope = self.measure.slope(evaluation.w[self.row], evaluation.point.omega, motion[self.row], omega)
         return _Sample(s, size, float(slope), forces, omega, evaluation)
 

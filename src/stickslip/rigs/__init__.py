@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from stickslip.problem import Problem
 from stickslip.rigs.blade_and_wedge import blade_and_wedge
+from stickslip.rigs.jointed_mode import jointed_mode
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
@@ -28,6 +29,7 @@ RIGS: dict[str, Callable[..., Problem]] = {
         lumped_blisk,
         octopus_blisk,
         blade_and_wedge,
+        jointed_mode,
     )
 }
 
@@ -40,6 +42,7 @@ __all__ = [
     "chain",
     "chain_of_three",
     "chain_varying_load",
+    "jointed_mode",
     "laboratory_damper",
     "lumped_blisk",
     "octopus_blisk",

@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition
+from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.harmonic.iteration import Direction
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric, solve_at
+from stickslip.solve.held_amplitude import first_held
 from stickslip.solve.hidden_resonance import hidden_resonance
 from stickslip.solve.newton import NEAR, Correction, correct, fixed
 
@@ -71,7 +72,12 @@ class StepControl:
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
-    """A solved point at a frequency and level: Newton from the stuck state, else a ramp of the force level."""
+    """A solved point at a frequency and level: Newton from the stuck state, else a ramp of the force level.
+
+    Where the balance holds an amplitude, the level is the one that holds it.
+    """
+    if balance.control is not None:
+        return first_held(balance, omega)
     correction = solve_cold(balance, omega, level)
     if correction.converged or correction.singular:
         return correction
@@ -122,7 +128,7 @@ class _Tracer:
     def points(self, first: Correction) -> Iterator[CurvePoint]:
         current = self._starting_point(first)
         yield current
-        bend: tuple[Array, float] | None = None
+        bend: tuple[Array, float, float] | None = None
         mark, renewal, drifting = current, 64, 0
         for count in range(self.control.points):
             if self._remaining(current) <= 0.0:
@@ -184,11 +190,11 @@ class _Tracer:
 
     def _tangent(self, direction: Direction, factors: Factors, metric: Metric) -> Tangent:
         """The unit tangent, turned so that the sign of the bordered determinant stays."""
-        forces, motion, amount = direction
+        forces, motion, amount, level = direction
         length = metric.length(motion, amount)
         if self.orientation * factors.orientation < 0.0:
             length = -length
-        return Tangent(forces / length, motion / length, amount / length)
+        return Tangent(forces / length, motion / length, amount / length, level / length)
 
     def _condition(self, evaluation: Evaluation, tangent: Tangent, metric: Metric, distance: float) -> PathCondition:
         """The plane at `distance` along a tangent, normal to it in the metric."""
@@ -196,7 +202,12 @@ class _Tracer:
         reached = float(np.vdot(weight, evaluation.w)) + slope * evaluation.point.value(self.parameter)
         return PathCondition(self.parameter, weight, slope, reached + distance)
 
-    def _advance(self, current: CurvePoint, bend: tuple[Array, float] | None) -> CurvePoint:
+    def _along(self, current: CurvePoint, tangent: Tangent, distance: float) -> Point:
+        """The place at a distance along a tangent."""
+        changes = distance * tangent.forces, self.parameter, distance * tangent.parameter, distance * tangent.level
+        return current.point.moved(*changes)
+
+    def _advance(self, current: CurvePoint, bend: tuple[Array, float, float] | None) -> CurvePoint:
         """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
         distance, orientation = self.step, self.orientation
         passing: CurvePoint | None = None
@@ -227,15 +238,16 @@ class _Tracer:
         return hidden_resonance(self.balance, current, following) if self.parameter == "omega" else None
 
     def _try(
-        self, current: CurvePoint, tangent: Tangent, distance: float, bend: tuple[Array, float] | None
+        self, current: CurvePoint, tangent: Tangent, distance: float, bend: tuple[Array, float, float] | None
     ) -> CurvePoint | float:
         """One step; a point, or the factor by which to shorten the step."""
         condition = self._condition(current.evaluation, tangent, current.metric, distance)
-        forces, amount = distance * tangent.forces, distance * tangent.parameter
+        forces, amount, raised = distance * tangent.forces, distance * tangent.parameter, distance * tangent.level
         if bend is not None:
             forces = forces + 0.5 * distance**2 * bend[0]
             amount += 0.5 * distance**2 * bend[1]
-        start = current.point.moved(forces, self.parameter, amount)
+            raised += 0.5 * distance**2 * bend[2]
+        start = current.point.moved(forces, self.parameter, amount, raised)
         if start.omega <= 0.0:
             return 0.5
         correction = correct(self.balance, start, condition, self.control.iterations, direction=NEAR)
@@ -281,7 +293,7 @@ class _Tracer:
         condition = replace(across, target=across.gap(current.evaluation))
         distance = across.gap(following.evaluation) - condition.target
         tangent = following.tangent
-        start = following.point.moved(-distance * tangent.forces, self.parameter, -distance * tangent.parameter)
+        start = self._along(following, tangent, -distance)
         if start.omega <= 0.0:
             return False
         correction = correct(self.balance, start, condition, iterations=15, halvings=8)
@@ -306,7 +318,7 @@ class _Tracer:
     def _goes_on(self, current: CurvePoint, distance: float) -> bool:
         """Whether the curve goes straight on beyond a point; at the tip of a sharp fold, which looks the same, it ends."""
         condition = self._condition(current.evaluation, current.tangent, current.metric, distance)
-        start = current.point.moved(distance * current.tangent.forces, self.parameter, distance * current.tangent.parameter)
+        start = self._along(current, current.tangent, distance)
         if start.omega <= 0.0:
             return False
         correction = correct(self.balance, start, condition, self.control.iterations)
@@ -329,20 +341,21 @@ class _Tracer:
         tangent = self._tangent(direction, factors, metric)
         return CurvePoint(evaluation, tangent, metric, correction.iterations, factors.size, distance)
 
-    def _bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float] | None:
-        """Second derivative of λ and of the parameter along the curve, where the same rows are unknown on both sides."""
+    def _bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float, float] | None:
+        """Second derivative of λ, parameter and level along the curve, where the same rows are unknown on both sides."""
         if following.length <= 0.0 or not np.array_equal(current.evaluation.unknown, following.evaluation.unknown):
             return None
         ratio = following.metric.length(current.tangent.motion, current.tangent.parameter)
         a, b = current.tangent, following.tangent
         step = following.length * ratio
-        return (b.forces - a.forces / ratio) / step, (b.parameter - a.parameter / ratio) / step
+        slopes = (b.parameter - a.parameter / ratio) / step, (b.level - a.level / ratio) / step
+        return (b.forces - a.forces / ratio) / step, *slopes
 
     def _beyond_kink(self, current: CurvePoint) -> CurvePoint | None:
         """Tangents taken a little ahead and a little behind the point, where the state is already the other one."""
         for ahead in (1e-4, 1e-3, 1e-2, -1e-4, -1e-3):
             tangent = current.tangent
-            place = current.point.moved(ahead * tangent.forces, self.parameter, ahead * tangent.parameter)
+            place = self._along(current, tangent, ahead)
             evaluation = self.balance.evaluate(place)
             condition = self._condition(evaluation, tangent, current.metric, 0.0)
             factors = self.balance.factorise(evaluation, condition)
@@ -358,7 +371,7 @@ class _Tracer:
 
     def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:
         condition = self._condition(current.evaluation, tangent, current.metric, distance)
-        start = current.point.moved(distance * tangent.forces, self.parameter, distance * tangent.parameter)
+        start = self._along(current, tangent, distance)
         correction = correct(self.balance, start, condition, iterations=15, halvings=8, direction=NEAR)
         if not correction.converged:
             return None

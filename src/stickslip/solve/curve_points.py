@@ -55,15 +55,16 @@ def relative_metric(w: Array, rows: int, scales: Sequence[float], parameter_scal
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tangent:
-    """Unit direction along the curve: dλ/ds, dw/ds, dp/ds."""
+    """Unit direction along the curve: dλ/ds, dw/ds, dp/ds; level: of the force level where it holds an amplitude, else 0."""
 
     forces: Array
     motion: Array
     parameter: float
+    level: float = 0.0
 
     def turned(self) -> Tangent:
         """The opposite direction."""
-        return Tangent(-self.forces, -self.motion, -self.parameter)
+        return Tangent(-self.forces, -self.motion, -self.parameter, -self.level)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,7 +143,8 @@ def solve_at(
     low, high = current.point.value(parameter), following.point.value(parameter)
     fraction = (value - low) / (high - low)
     for place in (fraction, 0.0, 1.0, 0.5 * fraction, 0.5 * (1.0 + fraction)):
-        point = replace(current.point, forces=between(current, following, place))
+        level = current.point.level + place * (following.point.level - current.point.level)
+        point = replace(current.point, forces=between(current, following, place), level=level)
         point = replace(point, omega=value) if parameter == "omega" else replace(point, level=value)
         correction = correct(balance, point, fixed(parameter, value), iterations=20, halvings=8)
         if correction.converged:

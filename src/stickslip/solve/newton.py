@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap
+from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
 from stickslip.kernels import inlined, kernel
 
@@ -21,6 +21,9 @@ FLOOR = 1e-9
 
 CONDITION_TOLERANCE = 1e-7
 """Distance from the plane of a step, in arc length, that a solution may keep."""
+
+AMPLITUDE_TOLERANCE = 1e-10
+"""Relative amount by which a held amplitude may be missed."""
 
 NEAR = 1e-3
 """Residual up to which the factors of a point serve for the direction of the curve at its solution."""
@@ -57,7 +60,7 @@ def correct(
     patience: int = 0,
     direction: float | None = None,
 ) -> Correction:
-    """Solve R = 0 with a path condition from a start.
+    """Solve R = 0 with a path condition from a start; where the balance holds an amplitude, its force level is found too.
 
     patience: how many times a full step is taken although no step reduces the residual; on the far side of a kink it often
     falls again. Without patience Newton fails there. direction: find the direction of the curve too, with factors of the
@@ -102,8 +105,8 @@ def _newton(
     bordered = Bordered(np.empty((0, 0)), np.empty(0, np.int32), np.empty(0, np.int64), np.empty((0, 0), np.bool_), 0.0)
     done, near, converged, singular = 0, False, False, False
     while True:
-        missed = gap(border, state, omega, level)
-        if state.error <= TOLERANCE and abs(missed) <= CONDITION_TOLERANCE:
+        missed, off = gap(border, state, omega, level), missed_amplitude(system.control, state.w, omega)
+        if state.error <= TOLERANCE and abs(missed) <= CONDITION_TOLERANCE and abs(off) <= AMPLITUDE_TOLERANCE:
             converged = True
             break
         if done == iterations:
@@ -113,19 +116,20 @@ def _newton(
             singular = True
             break
         done += 1
-        step, amount = newton_step(system, state, omega, level, border, missed, bordered)
-        length, following = _search(system, state, omega, level, border, missed, step, amount, halvings)
+        step, amount, raised = newton_step(system, state, omega, level, border, missed, bordered)
+        short = np.hypot(missed, off)
+        length, following = _search(system, state, omega, level, border, short, step, amount, raised, halvings)
         if length == 0.0 and patience > 0 and state.error > FLOOR:
             patience -= 1
-            length, following = _full_step(system, state, omega, level, border, step, amount)
+            length, following = _full_step(system, state, omega, level, border, step, amount, raised)
         if length == 0.0:
             near = True
-            converged = state.error <= FLOOR and abs(missed) <= CONDITION_TOLERANCE
+            converged = state.error <= FLOOR and max(abs(missed), abs(off)) <= CONDITION_TOLERANCE
             break
         near = state.error <= wanted and np.array_equal(state.unknown, following.unknown)
         state = following
-        omega, level = _moved(border, omega, level, length * amount)
-    direction = Direction(np.empty((0, 0)), np.empty((0, 0)), 0.0)
+        omega, level = _moved(border, omega, level, length * amount, length * raised)
+    direction = Direction(np.empty((0, 0)), np.empty((0, 0)), 0.0, 0.0)
     if converged and wanted >= 0.0:
         if not near:
             bordered = factorise(system, state, omega, level, border)
@@ -134,20 +138,20 @@ def _newton(
 
 
 @kernel
-def _moved(border: Border, omega: float, level: float, amount: float) -> tuple[float, float]:
-    """ω and level with the parameter changed."""
-    return (omega, level + amount) if border.by_level else (omega + amount, level)
+def _moved(border: Border, omega: float, level: float, amount: float, raised: float) -> tuple[float, float]:
+    """ω and level with the parameter changed, and the level by `raised` too."""
+    return (omega, level + amount) if border.by_level else (omega + amount, level + raised)
 
 
 @inlined
 def _full_step(
-    system: AnySystem, state: State, omega: float, level: float, border: Border, step: Array, amount: float
+    system: AnySystem, state: State, omega: float, level: float, border: Border, step: Array, amount: float, raised: float
 ) -> tuple[float, State]:
     """The state after Newton's whole step, whatever it does to the residual; length 0 where there is none."""
-    after, raised = _moved(border, omega, level, amount)
-    if not (after > 0.0 and np.isfinite(amount) and np.all(np.isfinite(step))):
+    after, lifted = _moved(border, omega, level, amount, raised)
+    if not (after > 0.0 and np.isfinite(amount) and np.isfinite(raised) and np.all(np.isfinite(step))):
         return 0.0, state
-    return 1.0, evaluate(system, state.forces + step, after, raised)
+    return 1.0, evaluate(system, state.forces + step, after, lifted)
 
 
 @inlined
@@ -157,21 +161,24 @@ def _search(
     omega: float,
     level: float,
     border: Border,
-    missed: float,
+    short: float,
     step: Array,
     amount: float,
+    raised: float,
     halvings: int,
 ) -> tuple[float, State]:
-    """The longest of the steps 1, 1/2, 1/4, ... that reduces residual and gap together, and the state after it; 0 for none."""
-    if not (np.isfinite(amount) and np.all(np.isfinite(step))):
+    """The longest of the steps 1, 1/2, 1/4, ... that reduces residual and missed conditions together, and the state after it; 0
+    for none."""
+    if not (np.isfinite(amount) and np.isfinite(raised) and np.all(np.isfinite(step))):
         return 0.0, state
-    before = np.hypot(state.error, missed)
+    before = np.hypot(state.error, short)
     length = 1.0
     for _ in range(halvings + 1):
-        after, raised = _moved(border, omega, level, length * amount)
+        after, lifted = _moved(border, omega, level, length * amount, length * raised)
         if after > 0.0:
-            trial = evaluate(system, state.forces + length * step, after, raised)
-            if np.hypot(trial.error, gap(border, trial, after, raised)) < (1.0 - 1e-4 * length) * before:
+            trial = evaluate(system, state.forces + length * step, after, lifted)
+            missed = np.hypot(gap(border, trial, after, lifted), missed_amplitude(system.control, trial.w, after))
+            if np.hypot(trial.error, missed) < (1.0 - 1e-4 * length) * before:
                 return length, trial
         length *= 0.5
     return 0.0, state

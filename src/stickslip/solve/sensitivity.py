@@ -23,26 +23,52 @@ from stickslip.solve.newton import fixed
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """How λ (k, rows, 2H+1) and the motion (k, motion rows, 2H+1) of a solved point change with k parameters."""
+    """Changes with k parameters: λ (k, rows, 2H+1), motion (k, motion rows, 2H+1), a level that holds an amplitude (k,)."""
 
     forces: Array
     motion: Array
+    level: Array
 
 
 def respond(
     balance: HarmonicBalance, evaluation: Evaluation, factors: Factors, forces: Array, motion: Array | None = None
 ) -> Change:
-    """The whole change for a change of λ̂ at fixed λ, `forces` (k, rows, 2H+1), and of w at fixed λ, `motion` (k, ..), if any."""
-    omega = evaluation.point.omega
+    """The whole change for a change of λ̂ at fixed λ, `forces` (k, rows, 2H+1), and of w at fixed λ, `motion` (k, ..), if any.
+
+    Where the balance holds an amplitude, the force level changes too, so that the amplitude stays.
+    """
+    omega, size = evaluation.point.omega, factors.size
     changed = np.where(factors.mask, 0.0, forces)
-    right = np.zeros((forces.shape[0], factors.size + 1))
-    for k, held in enumerate(changed):
-        right[k, :-1] = forces[k][factors.mask]
-        if held.any():
-            right[k, :-1] += balance.pushed(evaluation, factors.offsets, balance.linear.change(held, omega))
-    changed[:, factors.mask] = factors.solve_many(right)[:, :-1]
-    moved = np.stack([balance.linear.change(change, omega) for change in changed]) if len(changed) else changed
-    return Change(changed, moved if motion is None else moved + motion)
+    right = np.zeros((forces.shape[0], factors.rows))
+    held = _held_slope(balance, evaluation)
+    for k, known in enumerate(changed):
+        right[k, :size] = forces[k][factors.mask]
+        explicit = None if motion is None else motion[k]
+        if known.any():
+            moved = balance.linear.change(known, omega)
+            right[k, :size] += balance.pushed(evaluation, factors.offsets, moved)
+            explicit = moved if explicit is None else explicit + moved
+        if held is not None and explicit is not None:
+            right[k, size + 1] = -float(np.vdot(held, explicit))
+    solution = factors.solve_many(right)
+    changed[:, factors.mask] = solution[:, :size]
+    whole = np.stack([balance.linear.change(change, omega) for change in changed]) if len(changed) else changed
+    level = np.zeros(len(changed)) if held is None else solution[:, size + 1]
+    if held is not None:
+        by_level = balance.linear.slope(evaluation.point.forces, omega, evaluation.point.level, by_level=True)
+        whole = whole + level[:, None, None] * by_level
+    return Change(changed, whole if motion is None else whole + motion, level)
+
+
+def _held_slope(balance: HarmonicBalance, evaluation: Evaluation) -> Array | None:
+    """The derivative of a held amplitude by the motion, relative to it, or None where the force level is given."""
+    control = balance.control
+    if control is None:
+        return None
+    motion, weight = evaluation.w[control.row], np.zeros_like(evaluation.w)
+    size = float(np.hypot(*motion[1:3]))
+    weight[control.row, 1:3] = evaluation.point.omega**control.order * motion[1:3] / (size * control.amplitude)
+    return weight
 
 
 def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Index, Array]:

@@ -170,7 +170,7 @@ def failure(balance: HarmonicBalance, correction: Correction) -> Outcome:
     Where it is not, a prescribed start state is blamed only if there is one; Newton's method may have missed what exists.
     """
     point = correction.evaluation.point
-    still = solve_cold(balance, point.omega, 0.0)
+    still = solve_cold(balance.holding(None), point.omega, 0.0)
     for attempt in (still, correction):
         factors = attempt.factors
         if not attempt.converged and factors is not None:

@@ -223,7 +223,10 @@ class IwanTable(SliderTable):
     ] = None
     chi: Annotated[Number | None, Field(description="four_parameter: exponent, above -1; -0.5 unless given")] = None
     beta: Annotated[NotNegative | None, Field(description="four_parameter: stiffness ratio; 0.5 unless given")] = None
-    count: Annotated[int, Field(ge=2, le=10000, description="about how many springs and sliders")] = 20
+    count: Annotated[
+        int | None,
+        Field(ge=2, le=10000, description="about how many springs and sliders; as many as 0.2 % accuracy takes unless given"),
+    ] = None
 
     def law_in_si(self, values: dict[str, Any]) -> Law:
         own = {key: values[key] for key in ("kt", "mu", "kn", "preload", "gap", "normal_load")}

@@ -14,7 +14,13 @@ from string import Template
 from stickslip.checks import fault, similar
 from stickslip.dampers import SHAPES
 from stickslip.files import write_text
-from stickslip.study.templates.beside import blade_model, synthetic_contact_record, synthetic_loops, wedge_matrices
+from stickslip.study.templates.beside import (
+    blade_model,
+    synthetic_contact_record,
+    synthetic_loops,
+    synthetic_responses,
+    wedge_matrices,
+)
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
@@ -26,6 +32,7 @@ BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "model": blade_model,
     "identification": synthetic_loops,
     "contact_law": synthetic_contact_record,
+    "response_identification": synthetic_responses,
 }
 """What writes the files beside a study at a path: the words that it puts into the study, and the files."""
 

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip.analyses.forced_response import forced_response
 from stickslip.dampers.platform_motion import in_phase, out_of_phase
 from stickslip.files import replacing, write_text
 from stickslip.measurement.records import write_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import loop_of, synthetic_record, true_cycle
-from stickslip.rigs import three_mass_wedge
+from stickslip.rigs import blade_and_wedge, three_mass_wedge
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.structure.solid import box_mesh, solid
 
@@ -59,6 +60,20 @@ def synthetic_loops(study: Path) -> tuple[dict[str, str], list[Path]]:
         record = synthetic_record(true_cycle(rig, motion), errors, seed=seed, systematic=systematic, cycles=10, name=name)
         loops.append(write_record(record, study.with_name(f"{study.stem}_{name}.csv")))
     return {"loops": json.dumps([loop.name for loop in loops], ensure_ascii=False)}, loops
+
+
+def synthetic_responses(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """Three stepped sines of the blade on a wedge with 1 % noise, amplitude and phase."""
+    rng, files = np.random.default_rng(0), []
+    frequencies = 350.35 + np.array([-40.0, -30, -22, -15, -10, -6, -4, -2.5, -1.5, -0.7, 0, 0.7, 1.5, 2.5, 4, 6, 10, 15, 20])
+    for force in (0.5, 6.0, 15.0):
+        data = forced_response(blade_and_wedge(pull=60.0), frequencies.tolist(), force, harmonics=3).dataset
+        X = data["response"].values[0, :, 0, 1] @ np.array([1.0, 1j]) * (2.0 * np.pi * frequencies) ** 2
+        X = X * (1.0 + 0.01 * (rng.normal(size=X.size) + 1j * rng.normal(size=X.size)))
+        rows = [f"{f:.6g},{abs(x):.6g},{force:g},{np.angle(x):.6g}" for f, x in zip(frequencies, X, strict=True)]
+        text = "\n".join(["frequency [Hz],acceleration [m/s2],force [N],phase [rad]", *rows]) + "\n"
+        files.append(write_text(study.with_name(f"{study.stem}_{force:g}_N.csv"), text))
+    return {"files": json.dumps([file.name for file in files], ensure_ascii=False)}, files
 
 
 def synthetic_contact_record(study: Path) -> tuple[dict[str, str], list[Path]]:

@@ -1,0 +1,347 @@
+"""Controlled response: the force that holds the amplitude of an output constant at each frequency, and phase resonance tests.
+
+Laboratories measure jointed structures so: a resonance hardly folds then, and each curve belongs to one state of the contacts.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.arguments import ends_of, fineness_of, output_of
+from stickslip.analyses.forced_response import band_or_list
+from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
+from stickslip.checks import Array, fault, of_kind, positive, unique, vector
+from stickslip.contact.point import DIRECTION_NAMES
+from stickslip.curves.controlled import (
+    controlled_curve,
+    followed_resonances,
+    force_phase,
+    phase_resonances,
+    turned_motion,
+)
+from stickslip.curves.curve import Curve
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.harmonic.cycle import contact_cycle
+from stickslip.harmonic.energy import EnergyBalance
+from stickslip.harmonic.iteration import Control
+from stickslip.harmonic.measure import QUANTITIES, Quantity, quantity_named
+from stickslip.harmonic.orders import Harmonics, attribute, highest
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.results.files import save
+from stickslip.results.result import Result
+from stickslip.results.schema import SCHEMA
+from stickslip.rigs import single_mass
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ControlledResponse(Result, figure="controlled_response:controlled_response", resonances="controlled_response:resonances"):
+    """Curves at held amplitudes: `dataset`, axes (case, point, ...), a case for each amplitude `held_amplitude`, and the problem.
+
+    force_level: the factor on every harmonic force that holds the amplitude, in N where `units` says so; phase: of the output's
+    displacement against the force, in degrees; response, amplitude, contact states, dissipated energy and loss factor as of a
+    forced response. resonance_frequency, resonance_force_level, resonance_loss_factor (case, resonance): where force and
+    displacement of the output are at 90°, the lowest force first.
+    """
+
+    dataset: xr.Dataset
+    problem: Problem
+
+    def resonances(self) -> pd.DataFrame:
+        """Phase resonances: held amplitude, frequency [Hz], force level, loss factor, the lowest force of an amplitude first."""
+        names = ["resonance_frequency", "resonance_force_level", "resonance_loss_factor"]
+        table = self.dataset[names].to_dataframe().reset_index().dropna(subset=[names[0]])
+        short = {name: name.removeprefix("resonance_") for name in names}
+        return table.rename(columns=short)[["held_amplitude", *short.values()]].reset_index(drop=True)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the dataset as NetCDF."""
+        return save(self.dataset, path)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PhaseResonance(Result, figure="controlled_response:phase_resonance"):
+    """`dataset`, axis `amplitude` [of the quantity]: frequency [Hz], force_level, loss_factor and outcome where force and
+    displacement are at 90°; NaN where no solution was found."""
+
+    dataset: xr.Dataset
+    problem: Problem
+
+
+def controlled_response(
+    problem: Problem,
+    band: Band | Sequence[float],
+    amplitude: float | Sequence[float],
+    *,
+    output: int = 0,
+    quantity: str = "acceleration",
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
+    workers: Workers = 1,
+    checkpoint: Checkpoint | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> ControlledResponse:
+    """The force level p(ω) with ω^k |X_1| = A, X_1 the first harmonic of the displacement of an output, by harmonic balance.
+
+    p multiplies every harmonic force, and its phase is that of the forces as they are. k = 0, 1, 2 for quantity "displacement",
+    "velocity", "acceleration"; amplitude: A, one or several, in m, m/s or m/s². band: a `Band` in Hz, followed from start to stop
+    through folds, which remain where contacts lift off or modes interact; or a list of frequencies in Hz, solved exactly there.
+    output: number of the output. harmonics, samples, workers, checkpoint, progress: as for `forced_response`.
+
+    Returns a `ControlledResponse`. Solving the forced response at a force level and frequency that it gives returns A, where the
+    start state has no phase (`TractionRatio` under a varying normal load has one, the same in both).
+    """
+    progress(0.0, "preparing")
+    work = ControlledResponseWork.of(problem, band, amplitude, output, quantity, harmonics, samples)
+    return work.gathered(all_cases(work, checkpoint, workers, progress))
+
+
+def phase_resonance(
+    problem: Problem,
+    band: Band,
+    amplitude: Sequence[float],
+    *,
+    output: int = 0,
+    quantity: str = "acceleration",
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
+) -> PhaseResonance:
+    """Frequency f(A) and force level p(A) at which the displacement of an output is at 90° to the force, over its amplitude A.
+
+    Re(X_1 e^{−iφ}) = 0 beside ω^k |X_1| = A, φ the phase of the forces, which must be one. It begins at the lowest amplitude with
+    the mode of the stuck structure inside the band that takes the least force, and goes from amplitude to amplitude: what a phase
+    resonance test with a phase-locked loop measures. Arguments as for `controlled_response`.
+
+    Source: S. Peter and R. I. Leine, Mechanical Systems and Signal Processing 96 (2017) 139-158.
+    """
+    low, high = ends_of(band)
+    work = ControlledResponseWork.of(problem, band, amplitude, output, quantity, harmonics, samples)
+    with threadpool_limits(1, user_api="blas"):
+        begin = _stuck_resonance(work, 2.0 * np.pi * low, 2.0 * np.pi * high)
+        phase = force_phase(problem, begin)
+        if phase is None:
+            raise fault(
+                "The harmonic forces", "must have one phase in their first harmonic for a phase resonance", "several or none"
+            )
+        amplitudes = np.sort(np.array(work.amplitudes))
+        found = followed_resonances(work.held(0), amplitudes, begin, phase)
+        return PhaseResonance(_resonance_dataset(work, amplitudes, found), problem)
+
+
+@dataclass(frozen=True, eq=False)
+class ControlledResponseWork:
+    """A controlled response as independent cases, one amplitude each; frequencies in Hz in the order of travel."""
+
+    problem: Problem
+    frequencies: tuple[float, ...]
+    exactly: bool
+    amplitudes: tuple[float, ...]
+    output: int
+    quantity: Quantity
+    harmonics: Harmonics
+    samples: int
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        band: Band | Sequence[float],
+        amplitude: float | Sequence[float],
+        output: int,
+        quantity: str,
+        harmonics: int | Sequence[int],
+        samples: int,
+    ) -> ControlledResponseWork:
+        """The work of the arguments of `controlled_response`, checked."""
+        of_kind("problem", problem, Problem)
+        (frequencies, exactly), amplitudes = band_or_list(band), amplitudes_of(amplitude)
+        derived, per_force = quantity_named(of_kind("quantity", quantity, str))
+        if per_force:
+            raise fault(
+                "quantity", f"must be {', '.join(QUANTITIES)}", quantity, "What is held is a motion, not a motion per force."
+            )
+        row = output_of(problem, output)
+        fineness = fineness_of(harmonics, samples)
+        if not any(force.amplitudes.get(1) for force in problem.forces):
+            raise fault("The problem", "must have a force with a first harmonic, whose level is sought", "none")
+        return cls(problem, tuple(frequencies), exactly, amplitudes, row, derived, *fineness)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels to a process: the data, not what was built from them."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def balance(self) -> HarmonicBalance:
+        with threadpool_limits(1, user_api="blas"):
+            return HarmonicBalance(self.problem, self.harmonics, self.samples)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that a curve depends on."""
+        where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
+        how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
+        what = f"{self.quantity.name} of output {self.output}"
+        return tuple(f"controlled response, {what} held at {amplitude!r}, {where}, {how}" for amplitude in self.amplitudes)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"{self.quantity.name} {amplitude:g} {self.quantity.units}" for amplitude in self.amplitudes)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        controlled_response(single_mass(), [0.1], 0.1, quantity="displacement", harmonics=1, samples=8)
+
+    def held(self, case: int) -> HarmonicBalance:
+        """The balance that holds the amplitude of a case."""
+        return self.balance.holding(Control(self.balance.rows + self.output, self.quantity.order, self.amplitudes[case]))
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The arrays of the curve of one amplitude."""
+        started = time.process_time()
+        with threadpool_limits(1, user_api="blas"):
+            balance = self.held(case)
+            curve = controlled_curve(balance, [2.0 * np.pi * f for f in self.frequencies], self.exactly, report)
+            arrays = self._arrays(balance, curve)
+        arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
+        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def _arrays(self, balance: HarmonicBalance, curve: Curve) -> dict[str, Any]:
+        """The variables of one curve: those of a forced response along the curve, force level, phase and phase resonances."""
+        whole = curve_arrays(balance, curve)
+        arrays = {name: whole[name] for name in (*ALONG, "case_outcome", "case_message")}
+        at = np.flatnonzero(whole["outcome"] == Outcome.CONVERGED)
+        arrays["force_level"], arrays["phase"] = (np.full(whole["outcome"].shape, np.nan) for _ in range(2))
+        row = balance.rows + self.output
+        for k, point in zip(at, curve.points, strict=True):
+            arrays["force_level"][k] = point.point.level
+            phase = force_phase(self.problem, point.point.omega)
+            motion = turned_motion(balance, point.evaluation, row, phase or 0.0)
+            arrays["phase"][k] = np.degrees(np.angle(motion))
+        phase = force_phase(self.problem, 2.0 * np.pi * self.frequencies[0])
+        found = [] if phase is None or self.exactly else phase_resonances(balance, curve.points, phase)
+        return arrays | resonance_arrays(balance, [each.evaluation for each in found])
+
+    def gathered(self, curves: Sequence[Arrays]) -> ControlledResponse:
+        """The response of the curves of all amplitudes."""
+        return ControlledResponse(_dataset(self, curves), self.problem)
+
+
+ALONG = tuple(variable.name for variable in SCHEMA if variable.dims[:2] == ("case", "point"))
+"""The variables along a curve that a controlled response shares with a forced one."""
+
+RESONANCE = {
+    "resonance_frequency": ("Hz", "frequency where force and displacement are at 90°"),
+    "resonance_force_level": ("1", "force level where force and displacement are at 90°"),
+    "resonance_loss_factor": ("1", "loss factor where force and displacement are at 90°"),
+}
+
+
+def amplitudes_of(amplitude: Any) -> tuple[float, ...]:
+    """Held amplitudes, checked: positive and different, at least one."""
+    found = tuple(positive("amplitude", value) for value in vector("amplitude", amplitude).tolist())
+    if not found:
+        raise fault("amplitude", "must hold at least one value", [])
+    unique("amplitude", found)
+    return found
+
+
+def resonance_arrays(balance: HarmonicBalance, found: Sequence[Evaluation]) -> dict[str, Array]:
+    """The variables of `RESONANCE` of solved points."""
+    energy = EnergyBalance(balance)
+    cycles = [contact_cycle(each.table, balance.tables, each.w, each.point.omega) for each in found]
+    loss = [energy.at(each, cycle).loss_factor for each, cycle in zip(found, cycles, strict=True)]
+    values = [each.point.omega / (2.0 * np.pi) for each in found], [each.point.level for each in found], loss
+    return {name: np.array(value, dtype=float) for name, value in zip(RESONANCE, values, strict=True)}
+
+
+def _stuck_resonance(work: ControlledResponseWork, low: float, high: float) -> float:
+    """ω of the stuck mode inside the band that takes the least force to move the output."""
+    natural = 2.0 * np.pi * work.problem.frequencies(stuck=True)
+    inside = natural[(natural >= low) & (natural <= high)]
+    if not inside.size:
+        ends = [low / (2.0 * np.pi), high / (2.0 * np.pi)]
+        raise fault("band", "must hold a natural frequency of the stuck structure", ends, "Widen the band.")
+    row, plain = work.balance.rows + work.output, work.balance
+    sizes = [float(np.hypot(*plain.evaluate(plain.stuck_point(float(omega), 1.0)).w[row, 1:3])) for omega in inside]
+    return float(inside[int(np.argmax(sizes))])
+
+
+def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any, dict[str, str]]:
+    return dims, values, {"units": units, "long_name": words}
+
+
+def _attributes(work: ControlledResponseWork) -> dict[str, Any]:
+    attrs: dict[str, Any] = {"title": work.problem.title, "output_held": work.problem.output_names[work.output]}
+    return attrs | {"quantity": work.quantity.name, "harmonics": attribute(work.harmonics), "samples": work.samples}
+
+
+def _level_units(work: ControlledResponseWork) -> str:
+    return "N" if levels_are_newtons(work.problem) else "1"
+
+
+def _dataset(work: ControlledResponseWork, curves: Sequence[Arrays]) -> xr.Dataset:
+    import xarray as xr
+
+    names = work.problem.output_names
+    kept = [variable for variable in SCHEMA if variable.name in curves[0]]
+    data = {v.name: (v.dims, stacked(v, [c[v.name] for c in curves]), {"units": v.units, "long_name": v.long_name}) for v in kept}
+    level = _level_units(work)
+    longest = [max(np.size(curve[name]) for curve in curves) for name in ("force_level", "resonance_frequency")]
+
+    def padded(name: str, size: int) -> Array:
+        rows = [np.pad(curve[name], (0, size - np.size(curve[name])), constant_values=np.nan) for curve in curves]
+        return np.array(rows, dtype=float)
+
+    along = ("case", "point")
+    data["force_level"] = _described(along, padded("force_level", longest[0]), level, "force level that holds the amplitude")
+    of = "displacement of the output against the force"
+    data["phase"] = _described(along, padded("phase", longest[0]), "degree", f"phase of the {of}")
+    for name, (units, words) in RESONANCE.items():
+        own = level if name.endswith("level") else units
+        data[name] = _described(("case", "resonance"), padded(name, longest[1]), own, words)
+    held = f"held amplitude of the {work.quantity.name} of {names[work.output]}"
+    coords = {
+        "held_amplitude": _described("case", list(work.amplitudes), work.quantity.units, held),
+        "output": _described("output", list(names), "1", "output"),
+        "contact": _described("contact", [contact.name for contact in work.problem.contacts], "1", "contact"),
+        "direction": _described(
+            "direction", list(DIRECTION_NAMES), "1", "direction of the contact: t1, t2 tangential, n closing"
+        ),
+        "harmonic": _described("harmonic", np.arange(highest(work.harmonics) + 1), "1", "harmonic of the excitation frequency"),
+        "part": _described("part", ["re", "im"], "1", "real and imaginary part"),
+    }
+    seconds = sum(float(curve["cpu_seconds"]) for curve in curves)
+    return xr.Dataset(data, coords, _attributes(work) | {"cpu_seconds": seconds})
+
+
+def _resonance_dataset(work: ControlledResponseWork, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
+    import xarray as xr
+
+    solved = [each.evaluation for each in found if each.converged]
+    arrays = resonance_arrays(work.held(0), solved)
+    outcome = np.full(amplitudes.size, int(Outcome.NOT_CONVERGED))
+    outcome[: len(solved)] = int(Outcome.CONVERGED)
+    data = {}
+    for name, (units, words) in RESONANCE.items():
+        values = np.pad(arrays[name], (0, amplitudes.size - len(solved)), constant_values=np.nan)
+        own = _level_units(work) if name.endswith("level") else units
+        data[name.removeprefix("resonance_")] = _described("amplitude", values, own, words)
+    data["outcome"] = _described("amplitude", outcome, "1", "outcome of the solution")
+    of = f"{work.quantity.name} of {work.problem.output_names[work.output]}"
+    coords = {"amplitude": _described("amplitude", amplitudes, work.quantity.units, f"amplitude of the {of}")}
+    return xr.Dataset(data, coords, _attributes(work))

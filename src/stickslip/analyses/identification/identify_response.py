@@ -1,0 +1,241 @@
+"""Contact parameters from measured frequency responses: several tests at once, by least squares with exact derivatives.
+
+`computed_response.py` computes a test at its points, `response_fit.py` holds variables and residuals; this is the front door.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.arguments import fineness_of, made, maker
+from stickslip.analyses.identification.computed_response import FittedTest
+from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
+from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
+from stickslip.checks import Array, among, between, fault, of_kind, positive, seed_of, several, unique
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.orders import Harmonics, attribute
+from stickslip.measurement.measured_response import MeasuredResponse
+from stickslip.problem import Problem
+from stickslip.results.result import Result
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report
+from stickslip.solve.continuation import first_point
+from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, start_space
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+StartStates = Literal["virgin", "free"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseIdentification(
+    Result,
+    figure="response_identification:measured_and_computed",
+    misfits="response_identification:misfits",
+    intervals="response_identification:intervals",
+):
+    """`dataset`: value, low, high (parameter) of the 95 % intervals and their correlation; own_value (test, own) of what each
+    test has by itself; along the tests (test, point) frequency, measured and computed response per force, and phase; misfit
+    (test), the root mean square of computed − measured relative to the largest measured; held_out (test), the same with the
+    parameters of the other tests; start_variables. `notes`: what the tests cannot say.
+    """
+
+    dataset: xr.Dataset
+    problem_of: Callable[..., Problem]
+    notes: tuple[str, ...]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters that all tests have in common."""
+        return {
+            str(name): float(v) for name, v in zip(self.dataset["parameter"].values, self.dataset["value"].values, strict=True)
+        }
+
+    def problem(self, **others: Any) -> Problem:
+        """The problem with the identified parameters, for predictions; others: what each test has by itself, settings."""
+        return self.problem_of(**{**self.values, **others})
+
+    def __str__(self) -> str:
+        """Parameters with intervals, misfit of each test, notes."""
+        return "\n".join(summary(self.dataset))
+
+
+def identify_response(
+    problem_of: Callable[..., Problem],
+    parameters: Mapping[str, FreeParameter | tuple[float, float, float]],
+    tests: Sequence[MeasuredResponse],
+    *,
+    start_states: StartStates = "virgin",
+    rule: Rules = "traction_ratio",
+    share: Sharing = "element",
+    start_deviation: float = 0.5,
+    leave_one_out: bool = False,
+    tries: int = 8,
+    seed: int = 0,
+    evaluations: int = 60,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
+    checkpoint: Checkpoint | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> ResponseIdentification:
+    """Parameters θ of a problem that minimise Σ |ln h(θ) − ln h_measured|²/σ², h the response per force at every point.
+
+    σ is the relative error of a test; where that is one of its largest response, h takes the place of ln h.
+    problem_of(**values, **settings of the test) makes the problem. parameters: {name: FreeParameter, or (start, low, high)},
+    anything that the problem depends on. tests: measured responses at several force levels, preloads or mountings; each point
+    takes its own measured force, or its own measured response. Derivatives are exact, by the implicit function theorem.
+
+    start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
+    `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
+    contacts were put together. tries: further starts between the bounds, of which the best is taken.
+    leave_one_out: fit again without each test and compare it with what the others predict; its own variables are fitted to it.
+
+    Intervals hold 95 % with errors as large as the residuals; they do not know of errors that all points share.
+    """
+    fit = (among("start_states", start_states, ("virgin", "free")), rule, share, positive("start_deviation", start_deviation))
+    search = (leave_one_out, between("tries", tries, 0), seed_of(seed), between("evaluations", evaluations, 1))
+    settings = (*fit, *search, *fineness_of(harmonics, samples))
+    work = ResponseIdentificationWork(maker(problem_of), _parameters(parameters), _tests(tests), *settings)
+    return work.gathered(all_cases(work, checkpoint, 1, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseIdentificationWork:
+    """An identification as one case: the fit, with its tests left out one by one if that is asked for."""
+
+    problem_of: Callable[..., Problem]
+    free: Mapping[str, FreeParameter]
+    tests: Sequence[MeasuredResponse]
+    start_states: str
+    rule: Rules
+    share: Sharing
+    start_deviation: float
+    leave_one_out: bool
+    tries: int
+    seed: int
+    evaluations: int
+    harmonics: Harmonics
+    samples: int
+
+    def __post_init__(self) -> None:
+        for test in self.tests:
+            problem = self._at_the_start(test)
+            if not 0 <= test.output < len(problem.outputs):
+                raise fault(f"The output of {test.name}", f"must be a number from 0 to {len(problem.outputs) - 1}", test.output)
+
+    def _at_the_start(self, test: MeasuredResponse) -> Problem:
+        """The problem of a test at the start values."""
+        return made(partial(self.problem_of, **test.settings), **{name: each.start for name, each in self.free.items()})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Everything that the fit depends on."""
+        digest = sha256()
+        for test in self.tests:
+            digest.update(self._at_the_start(test).fingerprint.encode())
+            for values in (test.frequency, test.amplitude, test.force, np.zeros(0) if test.phase is None else test.phase):
+                digest.update(np.asarray(values, dtype=float).tobytes())
+            digest.update(
+                repr(replace(test, frequency=(1, 2, 3), amplitude=1.0, force=1.0, phase=None, free_phase=False)).encode()
+            )
+            digest.update(repr(test.free_phase).encode())
+        rest = [getattr(self, field.name) for field in fields(self) if field.name not in ("problem_of", "tests")]
+        return (f"identification of responses {digest.hexdigest()}, {rest!r}",)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return ("fitting responses",)
+
+    def prepare(self) -> None:
+        """Nothing: there is one case, and this process computes it."""
+
+    def fit(self) -> ResponseFit:
+        """The least squares, before its first evaluation."""
+        models = [FittedTest.of(test, self.problem_of, self.harmonics, self.samples) for test in self.tests]
+        if self.start_states == "free":
+            models = [replace(model, space=self._space(model)) for model in models]
+        return ResponseFit(models, self.free, self.start_deviation)
+
+    def _space(self, model: FittedTest) -> StartSpace:
+        """The start states of a test, scaled by its first point."""
+        problem = self._at_the_start(model.test)
+        refuse_forgetful(problem)
+        balance = HarmonicBalance(problem, model.harmonics, model.samples)
+        omega = 2.0 * np.pi * float(np.asarray(model.test.frequency)[0])
+        found = first_point(balance, omega, float(np.asarray(model.test.force)[0]))
+        return start_space(balance, found.evaluation, self.rule, self.share)
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The variables of the fit, and the misfit of each test that was left out."""
+        started = time.process_time()
+        with threadpool_limits(1, user_api="blas"):
+            fit = self.fit()
+            x = fit.best(self.tries, self.seed, self.evaluations)
+            report(1.0 / (1.0 + len(self.tests) * self.leave_one_out))
+            several_tests = self.leave_one_out and len(self.tests) > 1
+            held_out = _held_out(fit, x, self.evaluations, report) if several_tests else np.full(len(self.tests), np.nan)
+        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started)}
+
+    def gathered(self, results: Sequence[Arrays]) -> ResponseIdentification:
+        """The result of the variables that were found."""
+        x = np.asarray(results[0]["x"])
+        with threadpool_limits(1, user_api="blas"):
+            fit = self.fit()
+            fit.residuals(x)
+            statistics = fit.statistics(x)
+            dataset = dataset_of_fit(fit, x, statistics, np.asarray(results[0]["held_out"]))
+        notes = tuple(notes_of_fit(fit, x, statistics, dataset))
+        dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
+        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": float(results[0]["cpu_seconds"])}
+        return ResponseIdentification(dataset, self.problem_of, notes)
+
+
+def _parameters(parameters: Mapping[str, FreeParameter | tuple[float, float, float]]) -> dict[str, FreeParameter]:
+    """The free parameters, checked; at least one that all tests share."""
+    found = {}
+    for name, given in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
+        if not isinstance(given, FreeParameter) and len(given) != 3:
+            raise fault(f"parameter {name!r}", "must be a FreeParameter or (start, low, high)", given)
+        found[name] = given if isinstance(given, FreeParameter) else FreeParameter(*given)
+        if name in (GAIN, PHASE, "start"):
+            raise fault("The name of a parameter", f"must not be {name}, which means a variable of a test", name)
+    if not any(not free.each_test for free in found.values()):
+        raise fault("parameters", "must hold one that all tests have in common", list(found))
+    return found
+
+
+def _tests(tests: Sequence[MeasuredResponse]) -> list[MeasuredResponse]:
+    """The tests, checked and with names."""
+    found = [of_kind("A test", test, MeasuredResponse) for test in several("tests", tests)]
+    if not found:
+        raise fault("tests", "must hold at least one measured response", [])
+    named = [test if test.name else replace(test, name=f"test {k}") for k, test in enumerate(found, start=1)]
+    unique("Names of tests", [test.name for test in named])
+    return named
+
+
+def _held_out(fit: ResponseFit, x: Array, evaluations: int, report: Report) -> Array:
+    """Misfit of each test with the shared parameters of the others; what it has by itself is fitted to it."""
+    found = np.full(len(fit.tests), np.nan)
+    shared = [k for k, variable in enumerate(fit.variables) if variable.test < 0]
+    for t in range(len(fit.tests)):
+        report((t + 1.0) / (len(fit.tests) + 1.0))
+        fit.forget()
+        others = [k for k in range(len(fit.tests)) if k != t]
+        rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)
+        begin = [k for k, v in enumerate(fit.variables) if v.test != t]
+        fitted = rest.solved(x[begin], evaluations)
+        alone = ResponseFit([fit.tests[t]], fit.free, fit.start_deviation)
+        own = [k for k, v in enumerate(fit.variables) if v.test == t]
+        start = np.concatenate([fitted[: len(shared)], x[own]])
+        found[t] = misfit(alone, alone.solved_own(start, len(shared), evaluations), 0)
+    return found

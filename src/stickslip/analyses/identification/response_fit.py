@@ -1,0 +1,314 @@
+"""Least squares of measured against computed responses: variables, residuals with exact derivatives, covariance.
+
+Variables are those of all tests (parameters), then for each test its own parameters, gain, phase and start state. A parameter
+whose bounds are positive is fitted by its logarithm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from stickslip.analyses.identification.computed_response import ComputedResponse, FittedTest
+from stickslip.checks import Array, fault, finite, positive
+
+TINY = 1e-10
+"""Share of the largest curvature below which the data say nothing of a direction."""
+
+MISSED = -2.0
+"""Logarithm of computed over measured that a point without a solution counts as."""
+
+GAIN, PHASE = "gain", "phase offset"
+"""Names of the variables of a measuring chain."""
+
+MOST_STARTS, EXPLAINED = 4, 3.0
+"""Starts that are fitted at most, and the residual in standard errors, root mean square, from which on another one is."""
+
+BROAD = 10.0
+"""Limit of ln gain, of a phase offset and of start variables that no other bound holds."""
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter to identify: where it starts and its bounds, in the units of the problem's argument.
+
+    each_test: it has a value of its own in every test. deviation: standard deviation of what is known of it beforehand about
+    `start` (a prior), or None for nothing.
+    """
+
+    start: float
+    low: float
+    high: float
+    each_test: bool = False
+    deviation: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("start", "low", "high"):
+            finite(name, getattr(self, name))
+        if not self.low <= self.start <= self.high or self.low == self.high:
+            raise fault("start", "must lie between low and high, which differ", (self.start, self.low, self.high))
+        if self.deviation is not None:
+            positive("deviation", self.deviation)
+
+    @property
+    def logarithmic(self) -> bool:
+        return self.low > 0.0
+
+    def variable(self, value: float) -> float:
+        """The variable of a value: its logarithm, or its place between the bounds."""
+        return float(np.log(value)) if self.logarithmic else (value - self.low) / (self.high - self.low)
+
+    def value(self, variable: float) -> float:
+        """The value of a variable."""
+        return float(np.exp(variable)) if self.logarithmic else self.low + (self.high - self.low) * variable
+
+    def slope(self, value: float) -> float:
+        """d value/d variable."""
+        return value if self.logarithmic else self.high - self.low
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the fit: its name, test (−1: all), start and bounds; mean and deviation of a prior."""
+
+    name: str
+    test: int
+    start: float
+    low: float
+    high: float
+    deviation: float | None = None
+
+
+@dataclass(eq=False)
+class ResponseFit:
+    """The least squares of several tests; `start_deviation`: of the start variables' prior."""
+
+    tests: Sequence[FittedTest]
+    free: Mapping[str, FreeParameter]
+    start_deviation: float = 0.5
+    _last: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
+    computed: list[ComputedResponse | None] = field(default_factory=list)
+
+    @cached_property
+    def variables(self) -> list[Variable]:
+        """All variables in order."""
+        shared = [self._variable(name, -1) for name, free in self.free.items() if not free.each_test]
+        return shared + [variable for t in range(len(self.tests)) for variable in self._own(t)]
+
+    def _variable(self, name: str, test: int) -> Variable:
+        free = self.free[name]
+        low, start, high = (free.variable(value) for value in (free.low, free.start, free.high))
+        deviation = None if free.deviation is None else free.deviation / free.slope(free.start)
+        return Variable(name, test, start, low, high, deviation)
+
+    def _own(self, t: int) -> list[Variable]:
+        """The variables of one test."""
+        test, space = self.tests[t].test, self.tests[t].space
+        own = [self._variable(name, t) for name, free in self.free.items() if free.each_test]
+        own += [
+            Variable(name, t, 0.0, -BROAD, BROAD) for name, free in ((GAIN, test.free_gain), (PHASE, test.free_phase)) if free
+        ]
+        return own + [Variable("start", t, 0.0, -1.0, 1.0, self.start_deviation) for _ in range(space.size if space else 0)]
+
+    @cached_property
+    def places(self) -> list[dict[str, list[int]]]:
+        """For each test, the numbers of the variables that act on it, by name."""
+        found: list[dict[str, list[int]]] = [{} for _ in self.tests]
+        for k, variable in enumerate(self.variables):
+            for t in range(len(self.tests)) if variable.test < 0 else [variable.test]:
+                found[t].setdefault(variable.name, []).append(k)
+        return found
+
+    @property
+    def start(self) -> Array:
+        return np.array([variable.start for variable in self.variables])
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        return np.array([v.low for v in self.variables]), np.array([v.high for v in self.variables])
+
+    def values(self, x: Array, t: int) -> dict[str, float]:
+        """The parameters of a test at the variables."""
+        return {name: free.value(float(x[self.places[t][name][0]])) for name, free in self.free.items()}
+
+    def starts(self, x: Array, t: int) -> Array:
+        """The start variables of a test."""
+        return np.asarray(x[self.places[t].get("start", [])])
+
+    def chain(self, x: Array, t: int) -> complex:
+        """Gain and phase of the measuring chain of a test."""
+        gain, phase = (float(x[self.places[t][name][0]]) if name in self.places[t] else 0.0 for name in (GAIN, PHASE))
+        return complex(np.exp(complex(gain, phase)))
+
+    def residuals(self, x: Array) -> Array:
+        """Residuals of all tests, (computed − measured)/standard error, and of the priors."""
+        return self._at(x)[0]
+
+    def jacobian(self, x: Array) -> Array:
+        """Their derivatives by the variables."""
+        return self._at(x)[1]
+
+    def _at(self, x: Array) -> tuple[Array, Array]:
+        key = x.tobytes()
+        if key not in self._last:
+            parts = [self._of_test(x, t) for t in range(len(self.tests))]
+            parts.append(self._priors(x))
+            self._last = {key: (np.concatenate([r for r, _ in parts]), np.concatenate([J for _, J in parts]))}
+        return self._last[key]
+
+    def _priors(self, x: Array) -> tuple[Array, Array]:
+        known = [(k, v) for k, v in enumerate(self.variables) if v.deviation is not None]
+        J = np.zeros((len(known), x.size))
+        for row, (k, variable) in enumerate(known):
+            J[row, k] = 1.0 / (variable.deviation or 1.0)
+        return np.array([(x[k] - v.start) / (v.deviation or 1.0) for k, v in known]), J
+
+    def _of_test(self, x: Array, t: int) -> tuple[Array, Array]:
+        """Residuals and derivatives of one test."""
+        model, places = self.tests[t], self.places[t]
+        values = self.values(x, t)
+        found = model.computed(values, self.starts(x, t), list(self.free))
+        self.computed = (self.computed or [None] * len(self.tests))[: len(self.tests)]
+        self.computed[t] = found
+        chain = self.chain(x, t)
+        shown = chain * found.per_force
+        slopes = np.zeros((shown.size, x.size), dtype=complex)
+        for name, free in self.free.items():
+            slopes[:, places[name][0]] = chain * found.by_value[name] * free.slope(values[name])
+        for name, factor in ((GAIN, 1.0), (PHASE, 1.0j)):
+            if name in places:
+                slopes[:, places[name][0]] = factor * shown
+        if "start" in places:
+            slopes[:, places["start"]] = chain * found.by_start
+        return _compared(model, shown, slopes)
+
+    def found(self, t: int) -> ComputedResponse:
+        """The computed response of a test where residuals were last evaluated."""
+        found = self.computed[t]
+        if found is None:
+            raise AssertionError("residuals are evaluated first")
+        return found
+
+    def shown(self, x: Array, t: int) -> Any:
+        """The computed response of a test as its measuring chain shows it, where residuals were last evaluated."""
+        return self.chain(x, t) * self.found(t).per_force
+
+    def solved_own(self, x: Array, shared: int, evaluations: int) -> Array:
+        """The variables of the least squares in which the first ones, those of all tests, stay."""
+        if x.size == shared:
+            return x
+        low, high = (ends[shared:] for ends in self.bounds)
+        inside = np.clip(x[shared:], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+
+        def whole(own: Array) -> Array:
+            return np.concatenate([x[:shared], own])
+
+        def residuals(own: Array) -> Array:
+            return self.residuals(whole(own))
+
+        def jacobian(own: Array) -> Array:
+            return self.jacobian(whole(own))[:, shared:]
+
+        settings: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": evaluations}
+        return whole(least_squares(residuals, inside, jacobian, **settings).x)
+
+    def solved(self, x: Array, evaluations: int) -> Array:
+        """The variables of the least squares from a start."""
+        low, high = self.bounds
+        inside = np.clip(x, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+        settings: dict[str, Any] = {"bounds": (low, high), "method": "trf", "x_scale": "jac", "max_nfev": evaluations}
+        return np.asarray(least_squares(self.residuals, inside, self.jacobian, ftol=1e-10, xtol=1e-9, gtol=1e-10, **settings).x)
+
+    def best(self, tries: int, seed: int, evaluations: int) -> Array:
+        """The least squares from the start of the lowest cost: the given one, or one of `tries` more between the bounds.
+
+        Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost.
+        """
+        low, high = self.bounds
+        shared = [k for k, v in enumerate(self.variables) if v.test < 0]
+        starts = [self.start]
+        for share in qmc.Sobol(len(shared), seed=seed).random(tries) if tries else []:
+            starts.append(self.start)
+            starts[-1][shared] = low[shared] + share * (high[shared] - low[shared])
+        starts.sort(key=self.cost)
+        found: list[tuple[float, Array]] = []
+        for x in starts[:MOST_STARTS]:
+            self.forget()
+            solved = self.solved(x, evaluations)
+            found.append((self.cost(solved), solved))
+            if found[-1][0] < EXPLAINED**2 * self.residuals(solved).size:
+                break
+        return min(found, key=lambda each: each[0])[1]
+
+    def cost(self, x: Array) -> float:
+        """Sum of the squares of the residuals."""
+        return float(np.sum(self.residuals(x) ** 2))
+
+    def forget(self) -> None:
+        """Forget the solutions known so far: after far jumps they may lie on other branches."""
+        for model in self.tests:
+            model.known = [None] * len(model.known)
+        self._last = {}
+
+    def statistics(self, x: Array) -> FitStatistics:
+        """Standard errors and correlations at a solution."""
+        residuals, J = self._at(x)
+        priors = sum(v.deviation is not None for v in self.variables)
+        data = residuals[: residuals.size - priors]
+        own = J[: data.size]
+        curvature = J.T @ J
+        scale = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+        values, vectors = np.linalg.eigh(curvature / np.outer(scale, scale))
+        known = values > TINY * values.max(initial=1.0)
+        inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+        covariance = inverse / np.outer(scale, scale)
+        # Variables that a prior holds count by the share of them that the data determine.
+        determined = float(np.trace(covariance @ own.T @ own))
+        freedom = max(data.size - determined, 1.0)
+        noise = float(np.sum(data**2) / freedom)
+        blind = np.sum(vectors[:, ~known] ** 2, axis=1) > 0.1
+        error = np.where(blind, np.inf, np.sqrt(noise * np.diag(covariance)))
+        return FitStatistics(error, covariance, noise, float(stats.t.ppf(0.975, freedom)), blind)
+
+
+@dataclass(frozen=True, eq=False)
+class FitStatistics:
+    """Standard errors and covariance of the variables; noise: residual variance over that of the stated errors; quantile: of a
+    95 % interval in standard errors; blind: variables that the data say nothing of."""
+
+    error: Array
+    covariance: Array
+    noise: float
+    quantile: float
+    blind: np.ndarray[Any, np.dtype[np.bool_]]
+
+    @property
+    def correlation(self) -> Array:
+        size = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        return np.asarray(self.covariance / np.outer(size, size))
+
+
+def _compared(model: FittedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
+    """Residuals and derivatives, complex where the phase is measured, else of sizes.
+
+    Where errors are relative to each point, of the logarithm: a peak in the wrong place then counts no more than a missing one.
+    """
+    test, solved = model.test, np.abs(shown) > 0.0
+    if test.phase is None:
+        slopes = np.real(np.conj(shown)[:, None] * slopes) / np.maximum(np.abs(shown), 1e-300)[:, None]
+        shown = np.abs(shown)
+    if test.of_largest:
+        apart, rows = (shown - test.per_force) / test.deviation, slopes / test.deviation[:, None]
+    else:
+        apart = np.where(solved, np.log(np.where(solved, shown, 1.0) / test.per_force), MISSED) / test.error
+        rows = np.where(solved[:, None], slopes / np.where(solved, shown, 1.0)[:, None], 0.0) / test.error
+    if test.phase is None:
+        return np.asarray(apart), np.asarray(rows)
+    return np.concatenate([apart.real, apart.imag]), np.concatenate([rows.real, rows.imag])

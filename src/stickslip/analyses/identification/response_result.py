@@ -1,0 +1,160 @@
+"""What an identification of frequency responses gives: the labelled dataset, and what the tests cannot say in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
+from stickslip.checks import Array
+from stickslip.measurement.measured_response import MeasuredResponse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNCERTAIN = 0.5
+"""Half width of an interval, relative to the value, from which on a parameter counts as not found."""
+
+CORRELATED = 0.95
+"""Correlation from which on two parameters are named as one."""
+
+UNEXPLAINED = 2.0
+"""A misfit this many times the median one, and the stated error, is named."""
+
+
+def misfit(fit: ResponseFit, x: Array, t: int) -> float:
+    """Root mean square of computed − measured response per force, relative to the largest measured one."""
+    fit.residuals(x)
+    shown, measured = fit.shown(x, t), fit.tests[t].test.per_force
+    apart = shown - measured if fit.tests[t].test.phase is not None else np.abs(shown) - measured
+    return float(np.sqrt(np.mean(np.abs(apart) ** 2)) / np.abs(measured).max())
+
+
+def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any, dict[str, str]]:
+    return dims, values, {"units": units, "long_name": words}
+
+
+def dataset_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array) -> xr.Dataset:
+    import xarray as xr
+
+    variables, tests = fit.variables, [model.test for model in fit.tests]
+    shared = [k for k, variable in enumerate(variables) if variable.test < 0]
+    names = [variables[k].name for k in shared]
+    reach = statistics.quantile * statistics.error
+    ends = [np.clip(x + side * reach, *fit.bounds) for side in (-1.0, 1.0)]
+    low, high = ([fit.free[n].value(float(end[k])) for n, k in zip(names, shared, strict=True)] for end in ends)
+    values = [fit.free[n].value(float(x[k])) for n, k in zip(names, shared, strict=True)]
+    longest = max(np.size(test.frequency) for test in tests)
+
+    def along(of: Callable[[int], Any], fill: float = np.nan) -> Array:
+        rows = [np.asarray(of(t), dtype=float) for t in range(len(tests))]
+        return np.array([np.pad(row, (0, longest - row.size), constant_values=fill) for row in rows])
+
+    shown = [fit.shown(x, t) for t in range(len(tests))]
+    own_names, own = _own_values(fit, x)
+    correlation = statistics.correlation[np.ix_(shared, shared)]
+    at = ("test", "point")
+    data = {
+        "value": _described("parameter", values, "as given", "identified value"),
+        "low": _described("parameter", low, "as given", "lower end of the 95 % interval, not below the bound"),
+        "high": _described("parameter", high, "as given", "upper end of the 95 % interval, not above the bound"),
+        "correlation": _described(("parameter", "parameter_2"), correlation, "1", "correlation of the errors"),
+        "own_value": _described(("test", "own"), own, "as given", "what each test has by itself"),
+        "frequency": _described(at, along(lambda t: tests[t].frequency), "Hz", "frequency"),
+        "force": _described(at, along(lambda t: tests[t].force), "1", "measured force level"),
+        "response": _described(at, along(lambda t: tests[t].amplitude), "SI", "measured amplitude"),
+        "measured": _described(at, along(lambda t: np.abs(tests[t].per_force)), "SI", "measured response per force"),
+        "computed": _described(at, along(lambda t: np.abs(shown[t])), "SI", "computed response per force"),
+        "measured_phase": _described(at, along(lambda t: _phase(tests[t])), "degree", "measured phase of the displacement"),
+        "computed_phase": _described(
+            at, along(lambda t: np.degrees(np.angle(shown[t]))), "degree", "computed phase of the displacement"
+        ),
+        "solved": _described(at, along(lambda t: fit.found(t).solved, 0.0), "1", "1 where the problem has a solution"),
+        "slips": _described(at, along(lambda t: fit.found(t).slips, 0.0), "1", "1 where a contact slips or opens"),
+        "misfit": _described(
+            "test", [misfit(fit, x, t) for t in range(len(tests))], "1", "misfit relative to the largest response"
+        ),
+        "held_out": _described("test", held_out, "1", "misfit with the parameters of the other tests"),
+    }
+    widest = max(fit.starts(x, t).size for t in range(len(tests)))
+    if widest:
+        rows = [np.pad(s, (0, widest - s.size), constant_values=np.nan) for s in (fit.starts(x, t) for t in range(len(tests)))]
+        data["start_variables"] = _described(("test", "variable"), np.array(rows), "1", "start state of each test")
+    coords = {
+        "parameter": _described("parameter", names, "1", "parameter"),
+        "parameter_2": _described("parameter_2", names, "1", "parameter"),
+        "test": _described("test", [test.name for test in tests], "1", "test"),
+        "own": _described("own", own_names, "1", "what each test has by itself"),
+        "quantity": _described("test", [test.quantity for test in tests], "1", "measured quantity"),
+    }
+    return xr.Dataset(data, coords, {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))})
+
+
+def _phase(test: MeasuredResponse) -> Array:
+    if test.phase is None:
+        return np.full(np.size(test.frequency), np.nan)
+    return np.asarray(np.degrees(np.asarray(test.phase)))
+
+
+def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:
+    """What each test has by itself, by name: parameters, gain (a factor) and phase offset (rad)."""
+    names = list(dict.fromkeys(v.name for v in fit.variables if v.test >= 0 and v.name != "start"))
+    table = np.full((len(fit.tests), len(names)), np.nan)
+    for k, variable in enumerate(fit.variables):
+        if variable.name in names and variable.test >= 0:
+            value = float(x[k])
+            if variable.name in fit.free:
+                value = fit.free[variable.name].value(value)
+            elif variable.name == GAIN:
+                value = float(np.exp(value))
+            table[variable.test, names.index(variable.name)] = value
+    return names, table
+
+
+def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset) -> list[str]:
+    """What the tests cannot say, in sentences."""
+    names = [str(name) for name in dataset["parameter"].values]
+    found = []
+    if not np.any(dataset["slips"].values):
+        found.append("No contact slips or opens at any point: the responses say nothing of friction coefficients.")
+    for k, name in enumerate(names):
+        value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
+        free = fit.free[name]
+        if statistics.blind[k] or not np.isfinite(high) or high - low > 2.0 * UNCERTAIN * max(abs(value), 1e-300):
+            found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
+        elif min(abs(x[k] - free.variable(end)) for end in (free.low, free.high)) < 1e-6:
+            found.append(f"{name} lies at a bound, {value:.4g}: widen it, or the model lacks something.")
+    for i in range(len(names)):
+        for j in range(i):
+            r = float(dataset["correlation"].values[i, j])
+            if abs(r) > CORRELATED:
+                found.append(f"{names[j]} and {names[i]} can hardly be separated by these tests: correlation {r:.3f}.")
+    apart = dataset["misfit"].values
+    stated = np.array([model.test.error for model in fit.tests])
+    for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
+        how = "by no start state" if "start_variables" in dataset else "by these parameters"
+        sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
+        found.append(f"{dataset['test'].values[t]} is explained {how}: {sizes}.")
+    lost = int(np.sum(np.isfinite(dataset["frequency"].values)) - np.sum(dataset["solved"].values))
+    if lost:
+        found.append(f"{lost} points have no solution at the identified parameters; they count as wrong by their whole size.")
+    return found
+
+
+def summary(dataset: xr.Dataset) -> list[str]:
+    """Parameters with intervals, misfit of each test, notes."""
+    lines = []
+    for k, name in enumerate(dataset["parameter"].values):
+        value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
+        lines.append(f"{name} = {value:.5g}, 95 % interval {low:.5g} to {high:.5g}")
+    sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
+    worst = int(np.argmax(sizes))
+    lines.append(
+        f"{sizes.size} tests, misfit {np.median(sizes):.2g} % of the largest response in the median, at most "
+        f"{sizes[worst]:.2g} % ({dataset['test'].values[worst]})"
+    )
+    if np.isfinite(predicted).any():
+        lines.append(f"left out and predicted by the others: at most {np.nanmax(predicted):.2g} %")
+    return lines + [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]

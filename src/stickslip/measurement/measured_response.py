@@ -1,0 +1,74 @@
+"""Measured frequency responses: stepped sines of one output under a measured force, with amplitude and, if known, phase."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import Array, among, fault, not_negative, vector
+
+Held = Literal["force", "response"]
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResponse:
+    """A test: at each frequency [Hz] the amplitude of the first harmonic of an output and the force; (n,) each.
+
+    amplitude: in m, m/s or m/s² by `quantity`, a number for all or (n,). force: the force level, factor on the harmonic forces of
+    the problem (N where these are 1 N), a number or (n,): shakers drop out at resonance, so that it varies. phase: of the
+    displacement against the force in rad (n,), or None where only amplitudes are known.
+    held: what each computed point takes as measured, its "force", or its "response" amplitude, the force then being computed.
+    output: number of the output. settings: keywords of the problem for this test, say its preload or mounting.
+    error: standard error of a measured response per force, relative to it, or where `of_largest` to the largest of the curve.
+    free_gain, free_phase: a constant factor and a constant phase of the measuring chain are free variables of this test.
+    """
+
+    frequency: ArrayLike
+    amplitude: ArrayLike
+    force: ArrayLike
+    phase: ArrayLike | None = None
+    quantity: str = "acceleration"
+    output: int = 0
+    name: str = ""
+    held: Held = "force"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    error: float = 0.01
+    of_largest: bool = False
+    free_gain: bool = False
+    free_phase: bool = False
+
+    def __post_init__(self) -> None:
+        what = f"test {self.name!r}" if self.name else "A test"
+        frequency = vector(f"{what}, frequency", self.frequency)
+        if frequency.size < 3:
+            raise fault(f"{what}, frequency", "must hold at least three values", frequency.size)
+        object.__setattr__(self, "frequency", frequency)
+        for key in ("amplitude", "force"):
+            values = vector(f"{what}, {key}", np.broadcast_to(np.asarray(getattr(self, key), dtype=float), frequency.shape))
+            object.__setattr__(self, key, values)
+        for key in ("frequency", "amplitude", "force"):
+            if np.any(getattr(self, key) <= 0.0):
+                raise fault(f"{what}, {key}", "must be positive", float(np.min(getattr(self, key))))
+        if self.phase is not None:
+            object.__setattr__(self, "phase", vector(f"{what}, phase", self.phase, frequency.size))
+        elif self.free_phase:
+            raise fault(f"{what}, free_phase", "must go with measured phases", True)
+        among(f"{what}, held", self.held, ("force", "response"))
+        if not_negative(f"{what}, error", self.error) == 0.0:
+            raise fault(f"{what}, error", "must be positive", self.error)
+
+    @property
+    def per_force(self) -> Array:
+        """Response per force level (n,): complex with the phase of the displacement where that is known, else its size."""
+        size = np.asarray(self.amplitude, dtype=float) / np.asarray(self.force, dtype=float)
+        return size if self.phase is None else np.asarray(size * np.exp(1j * np.asarray(self.phase, dtype=float)))
+
+    @property
+    def deviation(self) -> Array:
+        """Standard error of `per_force` (n,)."""
+        size = np.abs(self.per_force)
+        return np.asarray(self.error * (np.full(size.shape, size.max()) if self.of_largest else size))

@@ -1,0 +1,218 @@
+"""Identification from frequency responses in a study: the table [response_identification], files of curves and what is free."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from stickslip.analyses.identification.identify_response import ResponseIdentificationWork
+from stickslip.analyses.identification.response_fit import FreeParameter
+from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
+from stickslip.checks import MOST, counted, fault
+from stickslip.measurement.measured_response import MeasuredResponse
+from stickslip.measurement.response_table import read_measured_response
+from stickslip.problem import Problem
+from stickslip.rigs import RIGS
+from stickslip.runs.work import Arrays, Work
+from stickslip.study.analyses.forced_response import sweep_of
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.fields import Number, Positive, Seed, Table
+from stickslip.study.tables import Ends
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
+Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+class ResponseIdentificationTable(Table):
+    """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
+
+    files: Annotated[list[str], Field(min_length=1, description="curves (text): frequency, amplitude, force, phase if known")]
+    quantity: Annotated[Literal["displacement", "velocity", "acceleration"], Field(description="that was measured")] = (
+        "acceleration"
+    )
+    output: Annotated[str | None, Field(description="name of the output that was measured; the first unless given")] = None
+    held: Annotated[
+        Literal["force", "response"], Field(description="what each computed point takes as measured; the other is computed")
+    ] = "force"
+    rig: Annotated[
+        dict[str, Three],
+        Field(description="[start, low, high] of arguments of the rig, SI; instead of factors for such a problem"),
+    ] = Field(default_factory=dict)
+    kt: Annotated[Ends | None, Field(description="[low, high] of a factor on the tangential stiffness of every contact")] = None
+    kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
+    mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
+    preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
+    damping: Annotated[Ends | None, Field(description="of a factor on the damping of the structure")] = None
+    mass: Annotated[Ends | None, Field(description="of a factor on the mass of the structure")] = None
+    stiffness: Annotated[Ends | None, Field(description="of a factor on the stiffness of the structure")] = None
+    each_test: Annotated[list[str], Field(description="which of these have a value of their own in every test")] = Field(
+        default_factory=list
+    )
+    error: Annotated[Positive, Field(description="standard error of a measured response per force, relative")] = 0.01
+    of_largest: Annotated[
+        bool, Field(description="the error is relative to the largest response of a curve, not to the point")
+    ] = False
+    free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
+    free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
+    start_states: Annotated[
+        Literal["virgin", "free"], Field(description="of the contacts: as the problem says, or of each test its own")
+    ] = "virgin"
+    leave_one_out: Annotated[bool, Field(description="predict each curve by the others too")] = False
+    tries: Annotated[int, Field(ge=0, le=MOST, description="further starts of the fit, of which the best is taken")] = 8
+    seed: Annotated[Seed, Field(description="of these starts")] = 0
+
+
+def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParameter]:
+    """The free parameters by name, arguments of a rig or factors."""
+    factors = {name: (1.0, *ends) for name in FACTORS if (ends := getattr(table, name)) is not None}
+    found = factors | {name: tuple(values) for name, values in table.rig.items()}
+    if not found:
+        raise fault("response_identification", f"must give bounds of {', '.join(FACTORS)}, or arguments of the rig", "none")
+    if both := sorted({*factors} & {*table.rig}):
+        raise fault(", ".join(both), "must be a factor or an argument of the rig", "both")
+    for name in table.each_test:
+        if name not in found:
+            raise fault("each_test", f"must name some of {', '.join(found)}", name)
+    for name, (start, low, high) in found.items():
+        if not low <= start <= high or low == high:
+            what = (
+                "[low, high] with 1 between them" if name in factors else "[start, low, high] with the start between the others"
+            )
+            raise fault(name, f"must be {what}", [low, high] if name in factors else [start, low, high])
+    own = table.each_test
+    return {name: FreeParameter(start, low, high, name in own) for name, (start, low, high) in found.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Adapted:
+    """A problem with factors on its contacts, preloads and structure, or the rig of other arguments."""
+
+    problem: Problem
+    rig: str
+    arguments: Mapping[str, Any]
+    of_rig: frozenset[str]
+
+    def __call__(self, **values: float) -> Problem:
+        own = {name: value for name, value in values.items() if name in self.of_rig}
+        factors = {name: value for name, value in values.items() if name not in own}
+        problem = RIGS[self.rig](**{**self.arguments, **own}) if own else self.problem
+        on_contacts = {name: factors[name] for name in FACTORS[:3] if name in factors}
+        problem = problem.with_contacts(lambda contact: with_factors(contact, on_contacts))
+        if "preload" in factors:
+            problem = with_preload_factor(problem, factors["preload"])
+        return _with_structure(problem, factors)
+
+
+def _with_structure(problem: Problem, factors: Mapping[str, float]) -> Problem:
+    """A copy with mass, stiffness and damping matrices times factors."""
+    damping, mass, stiffness = (factors.get(name, 1.0) for name in FACTORS[4:])
+    if damping == mass == stiffness == 1.0:
+        return problem
+    structure = problem.structure
+    C = damping * problem.C if not problem.dashpots else damping * replace(problem, dashpots=()).C
+    return problem.with_structure(replace(structure, M=mass * structure.M, K=stiffness * structure.K, C=C, damping=None))
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseIdentificationPlan(Plan):
+    """Curves, and what is fitted to them."""
+
+    sweep: Sweep
+    table: ResponseIdentificationTable
+    folder: Path
+    rig: tuple[str, Mapping[str, Any]]
+
+    @classmethod
+    def of(cls, asked: Asked) -> ResponseIdentificationPlan:
+        """The plan of a study."""
+        sweep, table = sweep_of(asked), ResponseIdentificationTable.model_validate(asked.tables[TABLE])
+        names = list(sweep.problem.output_names)
+        if table.output is not None and table.output not in names:
+            raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", table.output)
+        if table.rig and not asked.rig[0]:
+            raise fault(f"[{TABLE}]: rig", "must go with a ready problem, rig in [structure]", list(table.rig))
+        if sweep.harmonics == "auto":
+            raise fault("[sweep]: harmonics", "must be a number or a list for an identification", "auto")
+        return cls(sweep, table, asked.folder, asked.rig)
+
+    @property
+    def content(self) -> str:
+        """Identifies the curves, as far as they exist."""
+        files = [self.folder / name for name in self.table.files]
+        return sha256(b"".join(file.read_bytes() for file in files if file.is_file())).hexdigest()
+
+    @property
+    def summary(self) -> str:
+        return f"{counted(len(self.table.files), 'measured curve')}, free: {', '.join(free_parameters(self.table))}"
+
+    def tests(self) -> list[MeasuredResponse]:
+        """The curves, inside the band of the sweep."""
+        table, names = self.table, list(self.sweep.problem.output_names)
+        about: dict[str, Any] = {
+            "quantity": table.quantity,
+            "held": table.held,
+            "error": table.error,
+            "of_largest": table.of_largest,
+        }
+        about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
+        about["output"] = 0 if table.output is None else names.index(table.output)
+        return [self._inside(read_measured_response(self.folder / name, **about)) for name in table.files]
+
+    def _inside(self, test: MeasuredResponse) -> MeasuredResponse:
+        found = self.sweep.forced_response().frequencies
+        frequency = np.asarray(test.frequency)
+        kept = (frequency >= min(found)) & (frequency <= max(found))
+        frequency, amplitude, force = (np.asarray(one)[kept] for one in (test.frequency, test.amplitude, test.force))
+        phase = None if test.phase is None else np.asarray(test.phase)[kept]
+        return replace(test, frequency=frequency, amplitude=amplitude, force=force, phase=phase)
+
+    @cached_property
+    def work(self) -> ResponseIdentificationWork:
+        table, base = self.table, self.sweep.forced_response()
+        problem_of = Adapted(self.sweep.problem, *self.rig, frozenset(table.rig))
+        free, tests = free_parameters(table), self.tests()
+        return ResponseIdentificationWork(
+            problem_of,
+            free,
+            tests,
+            table.start_states,
+            rule="traction_ratio",
+            share="element",
+            start_deviation=0.5,
+            leave_one_out=table.leave_one_out,
+            tries=table.tries,
+            seed=table.seed,
+            evaluations=60,
+            harmonics=base.harmonics,
+            samples=base.samples,
+        )
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.work.gathered(results[""]).dataset
+
+
+TABLE = "response_identification"
+KINDS = {
+    TABLE: Kind(
+        ResponseIdentificationPlan.of,
+        TABLE,
+        {TABLE: ResponseIdentificationTable},
+        required=(TABLE,),
+        checks={TABLE: free_parameters},
+    )
+}
+"""Files are read when the work begins."""

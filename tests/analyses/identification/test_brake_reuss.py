@@ -1,0 +1,107 @@
+"""A measured joint: one set of friction parameters gives the damping of eight measured curves of the Brake-Reuss beam."""
+
+import numpy as np
+import pytest
+from analyses.identification.brake_reuss import (
+    FILE,
+    FREE,
+    by_damping,
+    constant_force,
+    curves,
+    linear_frequency,
+    one_mode,
+    per_force,
+)
+
+import stickslip as ss
+
+CURVES = np.array(
+    [
+        (5.0, 80.369, 0.1522, 0.1511, 80.375, 1.050),
+        (20.1, 80.190, 0.1973, 0.1955, 80.253, 1.060),
+        (29.8, 80.190, 0.2385, 0.2460, 80.311, 1.027),
+        (40.0, 80.129, 0.3025, 0.3043, 80.332, 0.998),
+        (50.2, 80.279, 0.3818, 0.3759, 80.571, 0.979),
+        (60.2, 80.379, 0.4611, 0.4567, 80.773, 0.980),
+        (70.3, 80.468, 0.5555, 0.5491, 80.976, 0.977),
+        (80.4, 80.529, 0.6401, 0.6508, 81.160, 0.989),
+    ]
+)
+"""Acceleration [m/s²]; frequency [Hz] and damping ratio [%] of the measured curve, its fit by one mode; damping ratio [%] of the
+computed curve by the same fit; linear frequency [Hz] and gain that the identification gives the curve."""
+IDENTIFIED = {"damping": 1.465e-3, "slip_force": 47.31, "chi": 0.681}
+"""By `test_the_damping_of_all_curves`."""
+CHI_INTERVAL = (0.663, 0.699)
+LARGEST = 0.0315
+OTHERS = 0.017
+"""Largest deviation of a computed damping ratio from the measured one, at 29.8 m/s², and the largest of the other curves."""
+MISFIT = 0.017
+"""Largest misfit of a curve, relative to its largest response."""
+BY_DAMPING = 0.022
+CHI_BY_DAMPING = 0.712
+"""Largest deviation of a damping ratio, and χ, where the deviations themselves are made small."""
+WITHOUT = (0.29, 0.420e-2)
+"""Largest misfit, and damping ratio at the largest acceleration, where all curves have one linear frequency."""
+
+measured = pytest.mark.skipif(FILE is None, reason="the measured curves are not shipped")
+
+
+def test_phase_resonance_has_the_damping_of_the_table():
+    """A test that needs no curves, and another way to ζ: half the loss factor where force and displacement are at 90°."""
+    problem = ss.rigs.jointed_mode(**IDENTIFIED)
+    found = ss.phase_resonance(problem, ss.hertz(70.0, 90.0), CURVES[:, 0], harmonics=1).dataset
+    assert 0.5 * found["loss_factor"].values == pytest.approx(1e-2 * CURVES[:, 2], rel=0.04)
+    assert found["frequency"].values[0] - found["frequency"].values[-1] == pytest.approx(0.65, abs=0.2)
+
+
+def test_full_slip_and_the_power_law():
+    """Far from full slip friction adds ζ ~ A^(χ+1), by the closed form of the loop energy."""
+    problem = ss.rigs.jointed_mode(**IDENTIFIED)
+    data = ss.phase_resonance(problem, ss.hertz(70.0, 90.0), [20.0, 40.0], quantity="acceleration", harmonics=1).dataset
+    friction = 0.5 * data["loss_factor"].values - IDENTIFIED["damping"]
+    assert np.log2(friction[1] / friction[0]) == pytest.approx(1.0 + IDENTIFIED["chi"], rel=0.02)
+
+
+@measured
+@pytest.mark.slow
+def test_the_damping_of_all_curves():
+    """The same fit of one mode to measured and computed curves, at the same points, each at its measured acceleration."""
+    found = ss.identify_response(ss.rigs.jointed_mode, FREE, curves(), tries=4, harmonics=1, evaluations=30)
+    data = found.dataset
+    for name, value in IDENTIFIED.items():
+        assert found.values[name] == pytest.approx(value, rel=5e-3)
+    chi = list(found.values).index("chi")
+    assert [float(data[end][chi]) for end in ("low", "high")] == pytest.approx(CHI_INTERVAL, abs=2e-3)
+    assert float(data["misfit"].max()) == pytest.approx(MISFIT, abs=1e-3)
+    deviations = []
+    for k, (_, frequency, zeta, computed_zeta, linear, gain) in enumerate(CURVES):
+        f = data["frequency"].values[k]
+        own, computed = (one_mode(f, per_force(data, which)[k]) for which in ("measured", "computed"))
+        assert own[1:3] == pytest.approx([frequency, 1e-2 * zeta], rel=5e-4)
+        assert computed[2] == pytest.approx(1e-2 * computed_zeta, rel=5e-3)
+        values = [float(data["own_value"].sel(own=name)[k]) for name in ("frequency", "gain")]
+        assert values == pytest.approx([linear, gain], rel=1e-3)
+        deviations.append(abs(computed[2] / own[2] - 1.0))
+    assert int(np.argmax(deviations)) == 2
+    assert max(deviations) == pytest.approx(LARGEST, abs=1e-3)
+    assert sorted(deviations)[-2] == pytest.approx(OTHERS, abs=1e-3)
+    parameters, ratios = by_damping(found)
+    assert np.max(np.abs(ratios - 1.0)) == pytest.approx(BY_DAMPING, abs=1e-3)
+    assert np.max(np.abs(ratios - 1.0)) < 0.03
+    assert parameters["chi"] == pytest.approx(CHI_BY_DAMPING, abs=0.01)
+    frequency, acceleration = constant_force(found, 1.0, points=3)[:, 1]
+    problem = found.problem(frequency=linear_frequency(data, acceleration))
+    forced = ss.forced_response(problem, [frequency], 1.0, harmonics=1).dataset
+    assert (2.0 * np.pi * frequency) ** 2 * float(forced["amplitude"][0, 0, 0]) == pytest.approx(acceleration, rel=0.03)
+
+
+@measured
+@pytest.mark.slow
+def test_one_linear_frequency_does_not_do():
+    """Friction softens; the measured frequency falls and then rises."""
+    shared = FREE | {"frequency": (80.3, 79.0, 81.5)}
+    found = ss.identify_response(ss.rigs.jointed_mode, shared, curves(), tries=0, harmonics=1, evaluations=15)
+    data = found.dataset
+    assert float(data["misfit"].max()) == pytest.approx(WITHOUT[0], abs=0.01)
+    last = one_mode(data["frequency"].values[7], per_force(data, "computed")[7])
+    assert last[2] == pytest.approx(WITHOUT[1], rel=0.02)

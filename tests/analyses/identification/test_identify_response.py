@@ -1,0 +1,153 @@
+"""Parameters from synthetic frequency responses with noise, whose truth is known, and derivatives against differences."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.analyses.identification.computed_response import FittedTest
+from stickslip.analyses.identification.response_fit import ResponseFit
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.solve.continuation import first_point
+from stickslip.starts.space import start_space
+
+FREQUENCIES = np.linspace(0.14, 0.24, 21)
+TRUTH = {"kt": 0.5, "limit": 1.0, "damping": 0.02}
+FREE = {"kt": (0.8, 0.1, 3.0), "limit": (0.6, 0.1, 5.0), "damping": (0.05, 0.002, 0.2)}
+
+
+def one_mass(kt=0.5, limit=1.0, damping=0.02, load=1.0):
+    return ss.rigs.single_mass(kt=kt, limit=limit * load, damping=damping)
+
+
+def measured(force, seed, noise=0.01, frequencies=FREQUENCIES, phase=True, **settings):
+    """A test of the true problem, its responses with a relative complex error."""
+    data = ss.forced_response(one_mass(**TRUTH, **settings), frequencies.tolist(), force, samples=128).dataset
+    X = data["response"].values[0, :, 0, 1] @ np.array([1.0, 1j])
+    rng = np.random.default_rng(seed)
+    X = X * (1.0 + noise * (rng.normal(size=X.size) + 1j * rng.normal(size=X.size)))
+    known = {"quantity": "displacement", "error": noise or 0.01, "settings": settings}
+    return ss.MeasuredResponse(frequencies, np.abs(X), force, np.angle(X) if phase else None, name=f"{force:g}", **known)
+
+
+@pytest.mark.parametrize("held", ["force", "response"])
+def test_derivatives_are_those_of_the_residuals(held):
+    """Exact derivatives by parameters, gain and phase against central differences, with the force and with the response given."""
+    tests = [measured(force, 1, frequencies=FREQUENCIES[3::5]) for force in (0.3, 1.0, 2.0)]
+    given = {"held": held, "free_gain": True, "free_phase": True}
+    tests = [ss.MeasuredResponse(t.frequency, t.amplitude, t.force, t.phase, "displacement", **given) for t in tests]
+    free = {name: ss.FreeParameter(*values) for name, values in FREE.items()} | {
+        "load": ss.FreeParameter(1.0, 0.5, 2.0, each_test=True)
+    }
+    fit = ResponseFit([FittedTest.of(test, one_mass, 3, 128) for test in tests], free)
+    x = fit.start + 0.01 * np.cos(np.arange(fit.start.size))
+    exact = fit.jacobian(x)
+    for k in range(x.size):
+        step = 1e-6 * np.eye(x.size)[k]
+        differences = (fit.residuals(x + step) - fit.residuals(x - step)) / 2e-6
+        assert exact[:, k] == pytest.approx(differences, abs=2e-4 * np.abs(exact[:, k]).max())
+
+
+def test_derivatives_by_start_states():
+    """A mass on three sliders that stick at a small force: only their start states and stiffness count, through the lift-off."""
+    problem = ss.rigs.three_mass_wedge()
+    frequencies = np.array([216.0, 219.0, 222.0])
+    test = ss.MeasuredResponse(frequencies, 1e-6, 1.0, quantity="displacement")
+    balance = HarmonicBalance(problem, 3, 128)
+    space = start_space(balance, first_point(balance, 2.0 * np.pi * 216.0, 1.0).evaluation, "traction_ratio", "element")
+
+    def rig(scale=1.0):
+        return problem.with_forces([*problem.forces]) if scale == 1.0 else problem
+
+    fit = ResponseFit([FittedTest(test, rig, 3, 128, [None] * 3, space)], {"scale": ss.FreeParameter(1.0, 0.5, 2.0)})
+    x = fit.start + 0.1
+    x[0] = 0.0
+    exact, count = fit.jacobian(x), 3
+    for k in range(1, x.size):
+        step = 1e-5 * np.eye(x.size)[k]
+        differences = (fit.residuals(x + step) - fit.residuals(x - step)) / 2e-5
+        assert exact[:count, k] == pytest.approx(differences[:count], abs=1e-3 * max(np.abs(exact[:count]).max(), 1e-300))
+    assert np.abs(exact[:count, 1:]).max() > 0.0
+
+
+def test_the_truth_lies_in_the_intervals():
+    """Three force levels, 1 % noise, with phases; verify/ has the statistics of twenty seeds."""
+    found = ss.identify_response(one_mass, FREE, [measured(force, 3) for force in (0.3, 1.0, 2.0)], samples=128)
+    for name, truth in TRUTH.items():
+        k = list(found.values).index(name)
+        low, high = (float(found.dataset[end][k]) for end in ("low", "high"))
+        assert found.values[name] == pytest.approx(truth, rel=0.03)
+        assert low < found.values[name] < high
+        assert 1e-4 < high / low - 1.0 < 0.1
+    assert float(found.dataset["misfit"].max()) < 0.02
+    assert not found.notes
+    assert str(found).count("95 % interval") == 3
+
+
+def test_amplitudes_alone_with_preloads_and_a_measured_force_that_varies():
+    """The force of every point is its own; two preloads are settings of their tests."""
+    tests = [measured(1.5, 5, 0.0, phase=False, load=load) for load in (0.7, 1.4)]
+    sagging = 1.5 * (1.0 - 0.5 * np.exp(-(((FREQUENCIES - 0.19) / 0.02) ** 2)))
+    responses = []
+    for f, force in zip(FREQUENCIES, sagging, strict=True):
+        one = ss.forced_response(one_mass(**TRUTH), [f], float(force), samples=128).dataset
+        responses.append(float(one["amplitude"][0, 0, 0]))
+    tests = [
+        *(
+            ss.MeasuredResponse(t.frequency, t.amplitude, t.force, None, "displacement", settings=t.settings, name=n)
+            for n, t in zip("ab", tests, strict=True)
+        ),
+        ss.MeasuredResponse(FREQUENCIES, responses, sagging, None, "displacement", name="sagging"),
+    ]
+    found = ss.identify_response(one_mass, FREE, tests, samples=128, leave_one_out=True)
+    for name, truth in TRUTH.items():
+        assert found.values[name] == pytest.approx(truth, rel=1e-5)
+    assert float(found.dataset["held_out"].max()) < 1e-4
+    again = ss.forced_response(found.problem(load=0.7), FREQUENCIES.tolist(), 1.5, samples=128).dataset
+    assert again["amplitude"].values[0, :, 0] == pytest.approx(tests[0].amplitude, rel=1e-5)
+
+
+def test_a_stuck_contact_says_nothing_of_friction():
+    small = [measured(force, 2) for force in (0.005, 0.01)]
+    found = ss.identify_response(one_mass, FREE, small, tries=0, samples=128)
+    assert found.values["kt"] == pytest.approx(0.5, rel=0.02)
+    assert any("say nothing of friction coefficients" in note for note in found.notes)
+    assert any(note.startswith("limit is not found") for note in found.notes)
+
+
+def test_what_every_test_has_by_itself():
+    """A stiffness that differs from mounting to mounting, a gain and a phase of the measuring chain."""
+
+    def mounted(kt, limit, extra):
+        structure = ss.Structure(np.eye(1), np.array([[1.0 + extra]]), ("1.x",), C=np.array([[0.02]]))
+        law = ss.Macroslip(kt, 1.0, normal_load=limit)
+        return ss.Problem(structure, (ss.Contact("c", law, (ss.between("1.x", "ground"),)),), (ss.Force("1.x", 1.0),), ("1.x",))
+
+    tests = []
+    for k, (force, extra) in enumerate(((0.8, 0.0), (1.5, 0.03), (2.5, -0.02))):
+        data = ss.forced_response(mounted(0.5, 1.0, extra), FREQUENCIES.tolist(), force, samples=128).dataset
+        X = data["response"].values[0, :, 0, 1] @ np.array([1.0, 1j]) * 1.1 * np.exp(0.2j)
+        chain = {"free_gain": True, "free_phase": True, "name": f"{k}"}
+        tests.append(ss.MeasuredResponse(FREQUENCIES, np.abs(X), force, np.angle(X), "displacement", **chain))
+    free = {"kt": (0.8, 0.1, 3.0), "limit": (0.6, 0.1, 5.0), "extra": ss.FreeParameter(0.0, -0.1, 0.1, each_test=True)}
+    found = ss.identify_response(mounted, free, tests, tries=2, samples=128)
+    assert found.values == pytest.approx({"kt": 0.5, "limit": 1.0}, rel=1e-4)
+    own = found.dataset["own_value"]
+    assert own.sel(own="extra").values == pytest.approx([0.0, 0.03, -0.02], abs=1e-4)
+    assert own.sel(own="gain").values == pytest.approx(1.1, rel=1e-4)
+    assert own.sel(own="phase offset").values == pytest.approx(0.2, abs=1e-4)
+
+
+def test_wrong_input():
+    test = measured(1.0, 0)
+    with pytest.raises(ss.InputError, match="start must lie between low and high"):
+        ss.identify_response(one_mass, {"kt": (5.0, 0.1, 3.0)}, [test])
+    with pytest.raises(ss.InputError, match="must hold one that all tests have in common"):
+        ss.identify_response(one_mass, {"kt": ss.FreeParameter(0.5, 0.1, 3.0, each_test=True)}, [test])
+    with pytest.raises(ss.InputError, match="tests must hold at least one"):
+        ss.identify_response(one_mass, FREE, [])
+    with pytest.raises(ss.InputError, match="Names of tests"):
+        ss.identify_response(one_mass, FREE, [test, test])
+    with pytest.raises(ss.InputError, match="force must be positive"):
+        ss.MeasuredResponse([0.1, 0.2, 0.3], 1.0, 0.0)
+    with pytest.raises(ss.InputError, match="free_phase must go with measured phases"):
+        ss.MeasuredResponse([0.1, 0.2, 0.3], 1.0, 1.0, free_phase=True)
