@@ -134,6 +134,7 @@ def test_newton_has_no_unknowns_for_what_is_left_out():
     assert (int(full.active_rows.max()), int(less.active_rows.max())) == (11 + 1, 5 + 1)
 
 
+@pytest.mark.slow
 def test_results_go_on_with_their_list(tmp_path):
     found = solved(UNEVEN["wedge"], (0, 1, 3))
     kept = ss.ForcedResponse(ss.open_results(found.save(tmp_path / "listed.nc")), WEDGE)

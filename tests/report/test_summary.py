@@ -73,3 +73,21 @@ def test_every_result_prints_its_answer():
         for value in vars(import_module(module.name)).values():
             if isinstance(value, type) and issubclass(value, Result):
                 assert value.__repr__ is Result.__repr__, value.__name__
+
+
+def test_results_of_python_print_the_sentences_of_their_report():
+    """Datasets made in Python name no analysis; the class does."""
+    law = ss.contact_law([ss.ContactLoop(*_loop(amplitude), 5.0) for amplitude in (2e-5, 4e-5)], laws=["jenkins"])
+    samples = ss.response_samples(ss.rigs.three_mass_wedge(), [222.0], starts=2, harmonics=1, samples=64)
+    curve = ss.performance_curve(ss.rigs.blade_and_wedge(), [10.0, 20.0], friction=0.4, harmonics=1, samples=64)
+    cycle = ss.damper_cycle(ss.rigs.laboratory_damper(), ss.dampers.in_phase(2e-5), steps=200)
+    for result, words in ((law, "jenkins"), (samples, "peak"), (curve, "lowest"), (cycle, "a cycle")):
+        lines = repr(result).splitlines()
+        assert not lines[1].startswith("dataset:"), lines
+        assert words in repr(result).lower()
+
+
+def _loop(amplitude):
+    turn = 2.0 * np.pi * np.arange(200) / 200
+    u = amplitude * np.cos(turn)
+    return u, ss.hysteresis_loop(ss.Macroslip(kt=1e6, mu=0.5, normal_load=5.0), u).force

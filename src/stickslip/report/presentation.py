@@ -43,7 +43,11 @@ class Presentation:
 
 def presentation_of(dataset: xr.Dataset) -> Presentation:
     """The presentation of a dataset, by the analysis that it came of."""
-    analysis = analysis_of(dataset)
+    return presentation_named(analysis_of(dataset))
+
+
+def presentation_named(analysis: str) -> Presentation:
+    """The presentation of an analysis by its name."""
     if analysis not in KINDS:
         raise fault("The analysis of the results", f"must be one of {', '.join(KINDS)}", analysis)
     presentation: Presentation = import_module(f"stickslip.report.{KINDS[analysis].report}").PRESENTATION

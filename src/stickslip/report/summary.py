@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from stickslip.report.markup import text
 from stickslip.report.pictures import picture
-from stickslip.report.presentation import presentation_of
+from stickslip.report.presentation import presentation_named
+from stickslip.study.kinds import KINDS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,10 +19,16 @@ if TYPE_CHECKING:
 def summary(result: Result) -> list[str]:
     """The title, and what came out in sentences; where the analysis has no report, what the result holds."""
     dataset: xr.Dataset | None = getattr(result, "dataset", None)
-    if dataset is None or "analysis" not in dataset.attrs:
+    analysis = analysis_named(type(result).__name__)
+    if dataset is None or analysis not in KINDS:
         return [_titled(type(result).__name__, dataset), *([] if dataset is None else [_content(dataset)])]
-    presentation = presentation_of(dataset)
+    presentation = presentation_named(analysis)
     return [_titled(presentation.title, dataset), *presentation.sentences(dataset)]
+
+
+def analysis_named(kind: str) -> str:
+    """The analysis of a class of results, which is named after it: response_bounds of ResponseBounds."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower()
 
 
 def summary_page(result: Result) -> str:
