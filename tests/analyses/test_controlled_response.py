@@ -139,3 +139,17 @@ def test_forces_with_two_phases_have_no_phase_resonance():
     frequency, level = (float(held.dataset[name][0, 4]) for name in ("frequency", "force_level"))
     forced = ss.forced_response(problem, [frequency], level).dataset
     assert float(forced["amplitude"][0, 0, 0]) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_phase_resonances_without_viscous_damping_are_those_of_the_slider():
+    """One mass, k = kt = limit = 1, closed describing function: 2 m at 0.194924 Hz and 0.63662, 50 m at 0.159534 Hz and 1.24777;
+    at 0.5 m the slider sticks and nothing takes energy out, so that there is none."""
+    structure = ss.Structure(np.eye(1), np.eye(1), ["1.x"])
+    slider = ss.Contact("slider", ss.Macroslip(kt=1.0, mu=1.0, normal_load=1.0), [ss.between("1.x", "ground")])
+    problem = ss.Problem(structure, [slider], [ss.Force("1.x", 1.0)], ["1.x"])
+    band = ss.radians_per_second(0.1, 2.0)
+    found = ss.phase_resonance(problem, band, [0.5, 2.0, 50.0], quantity="displacement", harmonics=1)
+    np.testing.assert_allclose(found.dataset.frequency[1:], [0.194924, 0.159534], rtol=2e-4)
+    np.testing.assert_allclose(found.dataset.force_level[1:], [0.63662, 1.24777], rtol=2e-4)
+    assert found.dataset.outcome.values[0] == ss.Outcome.NOT_CONVERGED
+    assert "No phase resonance was found at 0.5 m" in str(found)

@@ -38,3 +38,25 @@ def test_refused(tmp_path):
         ss.read_measured_response(written(tmp_path, "f [Hz],a [m/s2],force [lbf]\n80,1,1\n81,2,1\n82,1,1\n"))
     with pytest.raises(ss.InputError, match="amplitude must be positive"):
         ss.read_measured_response(written(tmp_path, "f [Hz],a [m/s2],force [N]\n80,1,1\n81,-2,1\n82,1,1\n"))
+
+
+def test_the_column_of_the_quantity_is_taken_in_a_unit_of_it(tmp_path):
+    text = "frequency [Hz], acceleration [m/s2], displacement [um], force [N]\n" + "\n".join(
+        f"{80 + k}, {10.0 + k}, {40.0 + k}, 2.0" for k in range(4)
+    )
+    path = written(tmp_path, text)
+    assert ss.read_measured_response(path).amplitude[0] == 10.0
+    assert ss.read_measured_response(path, quantity="displacement").amplitude[0] == pytest.approx(40e-6)
+    only = written(tmp_path, "frequency [Hz], displacement [um], force [N]\n80, 1, 1\n81, 2, 1\n82, 1, 1\n")
+    with pytest.raises(ss.InputError, match="must name amplitude"):
+        ss.read_measured_response(only)
+    titled = written(tmp_path, "frequency [Hz], amplitude [mm], force [N]\n80, 1, 1\n81, 2, 1\n82, 1, 1\n")
+    with pytest.raises(ss.InputError, match=r"unit of acceleration in .* must be one of m/s2"):
+        ss.read_measured_response(titled)
+
+
+def test_meganewtons_are_no_millinewtons(tmp_path):
+    rows = "80, 1, 1\n81, 2, 1\n82, 1, 1\n"
+    for unit, factor in (("MN", 1e6), ("mN", 1e-3), ("kn", 1e3)):
+        path = written(tmp_path, f"frequency [Hz], acceleration [m/s2], force [{unit}]\n{rows}")
+        assert ss.read_measured_response(path).force[0] == pytest.approx(factor)

@@ -139,7 +139,8 @@ def phase_resonance(
                 "The harmonic forces", "must have one phase in their first harmonic for a phase resonance", "several or none"
             )
         amplitudes = np.sort(np.array(work.amplitudes))
-        found = followed_resonances(work.held(0), amplitudes, begin, phase)
+        ends = 2.0 * np.pi * low, 2.0 * np.pi * high
+        found = followed_resonances(work.held(0), amplitudes, begin, phase, ends)
         return PhaseResonance(_resonance_dataset(work, amplitudes, found), problem)
 
 
@@ -332,16 +333,18 @@ def _dataset(work: ControlledResponseWork, curves: Sequence[Arrays]) -> xr.Datas
 def _resonance_dataset(work: ControlledResponseWork, amplitudes: Array, found: Sequence[Any]) -> xr.Dataset:
     import xarray as xr
 
-    solved = [each.evaluation for each in found if each.converged]
-    arrays = resonance_arrays(work.held(0), solved)
-    outcome = np.full(amplitudes.size, int(Outcome.NOT_CONVERGED))
-    outcome[: len(solved)] = int(Outcome.CONVERGED)
+    good = np.array([each.converged for each in found])
+    arrays = resonance_arrays(work.held(0), [each.evaluation for each in found if each.converged])
     data = {}
     for name, (units, words) in RESONANCE.items():
-        values = np.pad(arrays[name], (0, amplitudes.size - len(solved)), constant_values=np.nan)
+        values = np.full(amplitudes.size, np.nan)
+        values[good] = arrays[name]
         own = _level_units(work) if name.endswith("level") else units
         data[name.removeprefix("resonance_")] = _described("amplitude", values, own, words)
+    outcome = np.where(good, int(Outcome.CONVERGED), int(Outcome.NOT_CONVERGED))
     data["outcome"] = _described("amplitude", outcome, "1", "outcome of the solution")
     of = f"{work.quantity.name} of {work.problem.output_names[work.output]}"
     coords = {"amplitude": _described("amplitude", amplitudes, work.quantity.units, f"amplitude of the {of}")}
-    return xr.Dataset(data, coords, _attributes(work))
+    missing = ", ".join(f"{amplitude:.4g}" for amplitude in amplitudes[~good])
+    message = f"No phase resonance was found at {missing} {work.quantity.units}." if missing else ""
+    return xr.Dataset(data, coords, _attributes(work) | {"message": message})

@@ -96,18 +96,28 @@ def _same(one: Correction, other: Correction) -> bool:
     return abs(a.omega / b.omega - 1.0) < APART and abs(a.level / b.level - 1.0) < APART
 
 
-def followed_resonances(balance: HarmonicBalance, amplitudes: Array, omega: float, phase: float) -> list[Correction]:
+def followed_resonances(
+    balance: HarmonicBalance, amplitudes: Array, omega: float, phase: float, ends: tuple[float, float]
+) -> list[Correction]:
     """Phase resonances at ascending amplitudes, each from the one before; the first from that of the stuck structure near ω.
 
-    Where one is not found the list ends with what Newton's method left.
+    Without viscous damping the stuck structure needs no force, and nothing begins there: then, and wherever Newton's method
+    fails, the controlled curve between the ends of the band [rad/s] is searched. Where one is not found stands what Newton's
+    method left.
     """
     found: list[Correction] = []
     for amplitude in amplitudes.tolist():
         one = balance.holding(balance.system.control._replace(amplitude=amplitude))
-        found.append(_followed(one, found[-1].evaluation if found else None, omega, phase))
-        if not found[-1].converged:
-            break
+        before = found[-1].evaluation if found and found[-1].converged else None
+        solved = _followed(one, before, omega, phase)
+        found.append(solved if solved.converged else _on_curve(one, ends, phase) or solved)
     return found
+
+
+def _on_curve(balance: HarmonicBalance, ends: tuple[float, float], phase: float) -> Correction | None:
+    """The phase resonance of the least force on the controlled curve; None where it has none."""
+    found = phase_resonances(balance, controlled_curve(balance, ends, exactly=False).points, phase)
+    return found[0] if found else None
 
 
 def _followed(balance: HarmonicBalance, before: Evaluation | None, omega: float, phase: float) -> Correction:

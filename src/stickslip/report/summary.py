@@ -21,7 +21,8 @@ def summary(result: Result) -> list[str]:
     dataset: xr.Dataset | None = getattr(result, "dataset", None)
     analysis = analysis_named(type(result).__name__)
     if dataset is None or analysis not in KINDS:
-        return [_titled(type(result).__name__, dataset), *([] if dataset is None else [_content(dataset)])]
+        held = [] if dataset is None else [_content(dataset), str(dataset.attrs.get("message", ""))]
+        return [_titled(type(result).__name__, dataset), *filter(None, held)]
     presentation = presentation_named(analysis)
     return [_titled(presentation.title, dataset), *presentation.sentences(dataset)]
 

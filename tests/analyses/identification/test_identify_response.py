@@ -151,3 +151,17 @@ def test_wrong_input():
         ss.MeasuredResponse([0.1, 0.2, 0.3], 1.0, 0.0)
     with pytest.raises(ss.InputError, match="free_phase must go with measured phases"):
         ss.MeasuredResponse([0.1, 0.2, 0.3], 1.0, 1.0, free_phase=True)
+
+
+def test_what_the_model_does_not_explain_is_said():
+    """The phase of all tests with the wrong sign; one test of which a point is a thousand times too large; a fit cut short."""
+    tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0, 2.0)]
+    again = {"quantity": "displacement", "error": 0.01}
+    wrong = [ss.MeasuredResponse(t.frequency, t.amplitude, t.force, -t.phase, name=t.name, **again) for t in tests]
+    settings = {"harmonics": 3, "samples": 128}
+    found = ss.identify_response(one_mass, FREE, wrong, tries=0, evaluations=15, **settings)
+    assert any("The model does not explain the tests" in note for note in found.notes)
+    short = ss.identify_response(one_mass, FREE, tests, tries=0, evaluations=2, **settings)
+    assert any("stopped before it converged" in note for note in short.notes)
+    whole = ss.identify_response(one_mass, FREE, tests, tries=0, **settings)
+    assert not any("converged" in note or "explain" in note for note in whole.notes)

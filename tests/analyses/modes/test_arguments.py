@@ -126,3 +126,10 @@ def test_cases_are_solved_one_by_one():
 @pytest.mark.parametrize("figure", ["", "energy", "peaks", "shape", "states"])
 def test_figures_are_drawn(figure):
     assert small(mode=[1, 2]).plot(figure).axes
+
+
+def test_a_force_level_beyond_the_mode_is_refused_for_curves_as_for_peaks():
+    modes = ss.nonlinear_modes(ss.rigs.single_mass(), amplitude=(0.1, 5.0), harmonics=1)
+    for ask in (lambda: modes.peaks([50.0]), lambda: modes.response(50.0)):
+        with pytest.raises(ss.InputError, match="that of the largest amplitude of the mode"):
+            ask()

@@ -28,6 +28,9 @@ MISSED = -2.0
 GAIN, PHASE = "gain", "phase offset"
 """Names of the variables of a measuring chain."""
 
+UNFINISHED = 0.02
+"""Share of the sum of squares, and of that of the stated errors, that a fit which has ended no longer gains by a step."""
+
 MOST_STARTS, EXPLAINED = 4, 3.0
 """Starts that are fitted at most, and the residual in standard errors, root mean square, from which on another one is."""
 
@@ -246,6 +249,15 @@ class ResponseFit:
             if found[-1][0] < EXPLAINED**2 * self.residuals(solved).size:
                 break
         return min(found, key=lambda each: each[0])[1]
+
+    def unfinished(self, x: Array) -> bool:
+        """Whether a Gauss-Newton step inside the bounds would still lower the sum of squares by a part of it, beyond rounding."""
+        residuals, J = self._at(x)
+        low, high = self.bounds
+        inside = (x > low + 1e-6 * (high - low)) & (x < high - 1e-6 * (high - low))
+        step = np.linalg.lstsq(J[:, inside], -residuals, rcond=1e-10)[0]
+        gained = float(np.sum((J[:, inside] @ step) ** 2))
+        return gained > max(UNFINISHED * float(np.sum(residuals**2)), UNFINISHED * residuals.size)
 
     def cost(self, x: Array) -> float:
         """Sum of the squares of the residuals."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
-from stickslip.checks import Array
+from stickslip.checks import Array, counted
 from stickslip.measurement.measured_response import MeasuredResponse
 
 if TYPE_CHECKING:
@@ -134,9 +134,16 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     apart = dataset["misfit"].values
     stated = np.array([model.test.error for model in fit.tests])
     for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
-        how = "by no start state" if "start_variables" in dataset else "by these parameters"
+        how = "by any start state" if "start_variables" in dataset else "by these parameters"
         sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
-        found.append(f"{dataset['test'].values[t]} is explained {how}: {sizes}.")
+        found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
+    if np.median(apart / stated) > UNEXPLAINED:
+        found.append(
+            f"The model does not explain the tests: misfit {100.0 * np.median(apart):.2g} % in the median, stated errors "
+            f"{100.0 * np.median(stated):.2g} %. Check quantity, units and the sign of the phase; the intervals mean little."
+        )
+    if fit.unfinished(x):
+        found.append("The fit stopped before it converged: raise `evaluations`. The intervals mean little.")
     lost = int(np.sum(np.isfinite(dataset["frequency"].values)) - np.sum(dataset["solved"].values))
     if lost:
         found.append(f"{lost} points have no solution at the identified parameters; they count as wrong by their whole size.")
@@ -152,7 +159,7 @@ def summary(dataset: xr.Dataset) -> list[str]:
     sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
     worst = int(np.argmax(sizes))
     lines.append(
-        f"{sizes.size} tests, misfit {np.median(sizes):.2g} % of the largest response in the median, at most "
+        f"{counted(sizes.size, 'test')}, misfit {np.median(sizes):.2g} % of the largest response in the median, at most "
         f"{sizes[worst]:.2g} % ({dataset['test'].values[worst]})"
     )
     if np.isfinite(predicted).any():

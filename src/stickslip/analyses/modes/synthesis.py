@@ -165,14 +165,19 @@ class Synthesis:
     def _levels(self) -> Array:
         return self.mode.level_of_peak()
 
+    def _refuse_beyond(self, levels: Array) -> None:
+        """Refuse force levels whose peaks lie beyond the curve of the mode."""
+        most = self._levels.max()
+        if levels.size == 0 or not (levels.min() > 0.0 and levels.max() <= most):
+            rule = f"must be positive and at most {most:.4g}, that of the largest amplitude of the mode"
+            raise fault("force_levels", rule, levels.tolist(), "Compute the mode up to a larger amplitude.")
+
     def peaks(self, levels: Array, output: int) -> pd.DataFrame:
         """The peaks of force levels at an output, the highest of each level first."""
         import pandas as pd
 
-        least, most = self._levels[0], self._levels.max()
-        if levels.size == 0 or not (levels.min() > 0.0 and levels.max() <= most):
-            rule = f"must be positive and at most {most:.4g}, that of the largest amplitude of the mode"
-            raise fault("force_levels", rule, levels.tolist(), "Compute the mode up to a larger amplitude.")
+        self._refuse_beyond(levels)
+        least = self._levels[0]
         which, intervals = _crossed(self._levels, levels)
         places = self._solved(levels[which], intervals)
         low = np.flatnonzero(levels < least)
@@ -209,6 +214,7 @@ class Synthesis:
         """The curve of a force level."""
         import pandas as pd
 
+        self._refuse_beyond(np.array([level]))
         fine = self._along(np.linspace(0.0, self.mode.omega.size - 1.0, FINER * (self.mode.omega.size - 1) + 1))
         low, high = _sides(ModePath.of_columns(fine), level)
         below, above = np.flatnonzero(np.isfinite(low)), np.flatnonzero(np.isfinite(high))[::-1]
