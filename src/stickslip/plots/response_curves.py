@@ -179,7 +179,7 @@ def _by_stability(dataset: xr.Dataset, case: int, curve: Line) -> Iterator[Line]
         return
     stable, other = split(np.asarray(curve.y, dtype=float), unstable)
     yield replace(curve, y=stable)
-    yield replace(curve, y=other, style=replace(curve.style, dash="dash"), label=f"{curve.label}, unstable", listed=False)
+    yield replace(curve, y=other, style=replace(curve.style, dash="dash"), listed=False)
 
 
 def _peaks(
