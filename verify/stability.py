@@ -9,13 +9,14 @@ import numpy as np
 
 from robustness.problems import random_case
 from stickslip.analyses.forced_response import ForcedResponse, forced_response
-from stickslip.analyses.time_check import TimeCheck
+from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import InputError
 from stickslip.contact.cubic import CubicSpring
 from stickslip.contact.point import Contact, between
 from stickslip.loads import Force
+from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.stability.multipliers import Stability
+from stickslip.stability.multipliers import PeriodMap, Stability
 from stickslip.structure.matrices import Structure
 from stickslip.units import Band
 from verify.row import INDEPENDENT, Row, at_most
@@ -23,14 +24,15 @@ from verify.row import INDEPENDENT, Row, at_most
 TITLE = "Stability of periodic motions"
 ABOUT = (
     "Random problems of `robustness/problems.py` with lift-off and barely pressed contacts, gaps and start states, and masses on "
-    "cubic springs: of every curve one stable point and up to two unstable ones, integrated in time from their own state with "
-    "600 steps a period. A point counts as unstable in time where the motion leaves the periodic one."
+    "cubic springs: of twelve points of a curve one stable and up to three unstable ones, integrated in time from their own "
+    "state. A point is unstable in time where the motion ends four times farther from the periodic one than its first period, or "
+    "than half the steps change it."
 )
 POINTS = 200
 UNSTABLE_POINTS = 80
 KINDS = ("lift-off", "barely pressed", "cubic", "start state", "constant load", "varying load")
-NEAR = 0.02
-"""Largest multipliers this near to the unit circle would take hundreds of periods to show themselves in time."""
+TRIED = 12
+"""Points of a curve whose multipliers are computed."""
 
 
 class Compared(NamedTuple):
@@ -56,37 +58,44 @@ def cubic_case(seed: int) -> tuple[Problem, Band, float]:
 
 
 def response_of(kind: str, seed: int) -> ForcedResponse | None:
-    """The curve of a case with its stability; None where it could not be traced."""
+    """The curve of a case; None where it could not be traced."""
     if kind == "cubic":
         problem, band, level = cubic_case(seed)
     else:
         case = random_case(kind, seed)
         problem, band, level = case.problem, case.band, case.level
     try:
-        return forced_response(problem, band, level, harmonics=11, samples=512).with_stability()
+        return forced_response(problem, band, level, harmonics=11, samples=512)
     except InputError:
         return None
 
 
 def compared(kind: str, seed: int, rng: np.random.Generator) -> Iterator[Compared]:
-    """The chosen points of a case."""
+    """The chosen points of a case, out of some of its curve."""
     response = response_of(kind, seed)
     if response is None:
         return
-    flags, multipliers = response.dataset["stability"].values[0], response.dataset["multiplier"].values[0]
-    for wanted, count in ((Stability.STABLE, 1), (Stability.UNSTABLE, 2), (Stability.UNDECIDED, 1)):
-        chosen = np.flatnonzero(flags == wanted)
-        for point in rng.permutation(chosen)[:count]:
-            check = response.verify_in_time(0, int(point), steps_per_period=600, periods=400)
-            yield Compared(f"{kind} {seed}", int(point), complex(*multipliers[point]), Stability(wanted), has_left(check))
+    points, taken = SolvedPoints(response.dataset, response.problem), {Stability.STABLE: 1, Stability.UNSTABLE: 3}
+    map_ = PeriodMap(points.balance)
+    converged = np.flatnonzero(response.dataset["outcome"].values[0] == Outcome.CONVERGED)
+    for point in map(int, rng.permutation(converged)[:TRIED]):
+        found = map_.multipliers(points.evaluation(0, point))
+        if taken.get(found.verdict, 1) > 0:
+            taken[found.verdict] = taken.get(found.verdict, 1) - 1
+            left = has_left(response, point, 500, 200)
+            if left is None or left != (found.verdict == Stability.UNSTABLE):
+                left = has_left(response, point, 2000, 1000)
+            yield Compared(f"{kind} {seed}", point, found.leading, found.verdict, left)
 
 
-def has_left(check: TimeCheck) -> bool | None:
-    """Whether the motion in time left the periodic one, ten times as far as the error of the first period."""
-    first, last = (float(each.max()) for each in (check.first_period_difference, check.period_difference))
-    if check.unstable or (last > 0.02 and last > 10.0 * first):
+def has_left(response: ForcedResponse, point: int, steps: int, periods: int) -> bool | None:
+    """Whether the motion in time left the periodic one: it ends farther from it than its first period, or its steps, err."""
+    check = response.verify_in_time(0, point, steps_per_period=steps, periods=periods, tolerance=1e-4)
+    first, last, step = (float(each.max()) for each in (check.first_period_difference, check.period_difference, check.step_error))
+    allowed = 4.0 * max(first, step if np.isfinite(step) else 0.0, 1e-3)
+    if check.unstable or last > allowed:
         return True
-    return False if last + min(check.distance, 1.0) <= max(0.05, 10.0 * first) else None
+    return False if check.distance <= allowed else None
 
 
 def all_compared() -> list[Compared]:

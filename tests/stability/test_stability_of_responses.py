@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip import rigs
+from stickslip.cli import app
 from stickslip.plots.response_curves import response_curves
 from stickslip.report.responses import sentences, tables
 
@@ -76,3 +78,35 @@ def test_a_tuned_disk_is_refused_with_what_to_do():
     response = ss.forced_response(problem, [float(problem.frequencies(stuck=True)[0])], harmonics=3)
     with pytest.raises(ss.InputError, match=r"disk\.full\(\)"):
         response.with_stability()
+
+
+def test_modes_that_follow_at_once_change_the_largest_multiplier_by_what_is_said():
+    """A chain of 20 masses at its first resonance: the cut at twice the third harmonic against all modes."""
+    response = ss.forced_response(rigs.chain(), [0.012, 0.0125], harmonics=3, samples=64)
+    few, whole = response.with_stability().dataset, response.with_stability(float("inf")).dataset
+    assert few.attrs["stability_dropped_modes"] > 0 == whole.attrs["stability_dropped_modes"]
+    sizes = [np.hypot(*np.moveaxis(dataset.multiplier.values, -1, 0)) for dataset in (few, whole)]
+    allowed = few.attrs["stability_mode_error"] + few.multiplier_error.values + whole.multiplier_error.values
+    assert np.all(np.abs(sizes[0] - sizes[1]) <= 1.1 * allowed + 1e-9)
+    with pytest.raises(ss.InputError, match="highest"):
+        response.with_stability(-1.0)
+
+
+def test_a_study_asks_for_stability_by_a_table(tmp_path):
+    text = """[study]
+title = "One mass"
+analysis = "forced_response"
+[structure]
+rig = "single_mass"
+[stability]
+[sweep]
+frequency = [0.15, 0.2]
+force_levels = [0.5]
+harmonics = 3
+"""
+    (tmp_path / "mass.toml").write_text(text)
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "mass.toml"), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    assert "points stable" in done.output
+    (kept,) = (tmp_path / "out").rglob("*.nc")
+    assert set(np.unique(xr.load_dataset(kept, engine="h5netcdf").stability.values)) <= {0, 1}

@@ -14,13 +14,17 @@ from stickslip.checks import Array, positive
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.view import measure_in, nearest_point
-from stickslip.stability.multipliers import PeriodMap, Stability
+from stickslip.stability.multipliers import TIMES_ERROR, Multipliers, PeriodMap, Stability
 
 if TYPE_CHECKING:
     import xarray as xr
 
 REAL = 1e-6
 """Imaginary part of a multiplier, relative to its size, below which it is real."""
+
+
+KEPT = 2.0
+"""Modes up to so many times the highest harmonic of the highest frequency move by themselves, unless `highest` is given."""
 
 
 class Instability(IntEnum):
@@ -45,20 +49,52 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
 
     `stability`, `multiplier` (the largest, real and imaginary part), `multiplier_error`, `stuck_sliders` (case, point, ...);
     `peak_stability` (case, peak, output); `stability_change` and its frequency (case, change). highest: natural frequency in Hz
-    up to which modes move by themselves, all unless given.
+    up to which modes move by themselves. Unless it is given, those below twice the highest harmonic; what the others change is
+    found where the largest multiplier is nearest to the unit circle, and points that might change sides are solved with all.
     """
     points = SolvedPoints(dataset, problem)
+    converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]
     with threadpool_limits(1, user_api="blas"):
-        map_ = PeriodMap(points.balance, np.inf if highest is None else 2.0 * np.pi * positive("highest", highest))
-        values = _of_points(dataset, points, map_)
+        map_ = PeriodMap(points.balance, _highest(dataset, points, highest))
+        found = {place: map_.multipliers(points.evaluation(*place)) for place in converged}
+        error = 0.0
+        if highest is None and map_.modes.dropped and converged:
+            error = _with_all_modes(points, found)
+    values = _of_points(dataset, found, error)
     changes = [_changes(dataset, values, case) for case in range(dataset.sizes["case"])]
     if dataset.attrs.get("listed_frequencies"):
         changes = [[] for _ in changes]
-    return dataset.assign(_variables(dataset, values, changes)).assign_attrs(stability_dropped_modes=map_.modes.dropped)
+    return dataset.assign(_variables(dataset, values, changes)).assign_attrs(
+        stability_dropped_modes=map_.modes.dropped, stability_mode_error=error
+    )
 
 
-def _of_points(dataset: xr.Dataset, points: SolvedPoints, map_: PeriodMap) -> dict[str, Any]:
-    """Arrays (case, point)."""
+def _highest(dataset: xr.Dataset, points: SolvedPoints, highest: float | None) -> float:
+    """The largest natural frequency of modes that move by themselves, rad/s."""
+    if highest is None:
+        return 2.0 * np.pi * KEPT * points.balance.highest * float(np.nanmax(dataset["frequency"].values, initial=0.0))
+    return np.inf if highest == np.inf else 2.0 * np.pi * positive("highest", highest)
+
+
+def _with_all_modes(points: SolvedPoints, found: dict[tuple[int, int], Multipliers]) -> float:
+    """What the modes left out change of the multiplier nearest to the unit circle; points that might change sides are solved anew
+    with all modes."""
+    whole = PeriodMap(points.balance)
+    nearest = min(found, key=lambda place: _distance(found[place]))
+    again = whole.multipliers(points.evaluation(*nearest))
+    error = abs(abs(again.leading) - abs(found[nearest].leading))
+    for place in [place for place, each in found.items() if _distance(each) <= TIMES_ERROR * error]:
+        found[place] = whole.multipliers(points.evaluation(*place))
+    return float(error)
+
+
+def _distance(multipliers: Multipliers) -> float:
+    """Distance of the largest multiplier from the unit circle."""
+    return abs(abs(multipliers.leading) - 1.0)
+
+
+def _of_points(dataset: xr.Dataset, multipliers: dict[tuple[int, int], Multipliers], error: float) -> dict[str, Any]:
+    """Arrays (case, point); error: of the modes left out."""
     shape = dataset["outcome"].shape
     found: dict[str, Any] = {
         "stability": np.zeros(shape, dtype=np.int8),
@@ -66,10 +102,9 @@ def _of_points(dataset: xr.Dataset, points: SolvedPoints, map_: PeriodMap) -> di
         "multiplier_error": np.full(shape, np.nan),
         "stuck_sliders": np.zeros(shape, dtype=np.int64),
     }
-    for place in map(tuple, np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)):
-        of = map_.multipliers(points.evaluation(*map(int, place)))
-        found["stability"][place], found["multiplier"][place] = of.verdict, of.leading
-        found["multiplier_error"][place], found["stuck_sliders"][place] = of.error, of.exact_ones
+    for place, each in multipliers.items():
+        found["stability"][place], found["multiplier"][place] = each.verdict, each.leading
+        found["multiplier_error"][place], found["stuck_sliders"][place] = max(each.error, error), each.exact_ones
     return found
 
 

@@ -61,5 +61,8 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
             f"  up to {stuck} sliders never slip: their multipliers of exactly 1 say that forces are not unique, no more"
         )
     if dropped:
-        lines.append(f"  {dropped} high modes follow at once: instabilities of their own are not seen")
+        error = float(dataset.attrs["stability_mode_error"])
+        lines.append(
+            f"  {dropped} high modes follow at once, which changes the largest multiplier by {error:.1g} where it matters most"
+        )
     return lines

@@ -7,6 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from stickslip.checks import Array, Index, InputError
 from stickslip.contact.law import SLIDERS
@@ -33,6 +34,10 @@ UNDECIDED = 1e-3
 
 MERGED = 1e-9
 """Instants closer than this share of a period are one."""
+
+
+BESIDE = 1e-9
+"""How far from an eigenvalue, relative to it, its vectors are found, so that the matrix can still be factorised."""
 
 
 class Stability(IntEnum):
@@ -96,8 +101,9 @@ class PeriodMap:
             steps *= 2
             fine = self._map(contacts, steps)
             # The error falls with the square of the step, so a third of the difference is left of it.
-            values, before = _sorted(fine + (fine - coarse) / 3.0), _sorted(fine)
-            error = abs(abs(values[0]) - abs(before[0])) if values.size else 0.0
+            left = (fine - coarse) / 3.0
+            values = _sorted(fine + left)
+            error = _size_change(fine + left, values[0], left) if values.size and values[0] != 0.0 else 0.0
             distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
             if distance > TIMES_ERROR * error or not error > 0.1 * UNDECIDED or steps >= MOST_STEPS:
                 return Multipliers(values, float(error), steps, contacts.exact_ones)
@@ -121,6 +127,17 @@ def _sorted(matrix: Array) -> NDArray[np.complex128]:
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
+def _size_change(matrix: Array, value: complex, change: Array) -> float:
+    """How a change of a matrix changes the size of one of its eigenvalues, δμ = yᴴ δΦ x/(yᴴ x), y and x by inverse iteration."""
+    factors = linalg.lu_factor(matrix - value * (1.0 + BESIDE) * np.eye(matrix.shape[0]), check_finite=False)
+    right = left = np.ones(matrix.shape[0], dtype=complex)
+    for _ in range(2):
+        right, left = linalg.lu_solve(factors, right), linalg.lu_solve(factors, left, trans=2)
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+    moved = np.vdot(left, change @ right) / np.vdot(left, right)
+    return float(abs((moved * np.conj(value)).real)) / abs(value)
+
+
 class ContactPeriod:
     """What the contacts do over the period of a solved point, for any number of steps."""
 
@@ -142,7 +159,7 @@ class ContactPeriod:
         self.moving = (still == 0.0).astype(np.int64)
         self.exact_ones = int(still.sum())
         self.laws = _law_rows(table)
-        self.start = self._start()
+        self.start, self.used = self._start(), self._used()
 
     def _start(self) -> float:
         """In the middle of the longest time without a change; at a sample, where laws have kernels of their own."""
@@ -153,6 +170,17 @@ class ContactPeriod:
         middle = self.instants[widest] + 0.5 * gaps[widest]
         return float(np.floor(middle) if self.laws.any() else middle)
 
+    def _used(self) -> Index:
+        """The rows whose contacts slip, open or have a law with kernels of its own."""
+        table = self.table
+        used = self.laws.copy()
+        used[np.repeat(np.arange(used.size), np.diff(table.friction_first))[self.moving == 1]] = True
+        for c in np.flatnonzero(table.normal_row >= 0):
+            springs = slice(table.normal_first[c], table.normal_first[c + 1])
+            least = table.normal_stiffness[springs] * self.u[table.normal_row[c]].min() + table.normal_constant[springs]
+            used[table.normal_row[c]] = bool(np.any(least <= 0.0))
+        return np.flatnonzero(used)
+
     def path(self, steps: int) -> tuple[Path, Index]:
         """The path on that many steps and the instants of change; the columns of the period map that are contact states."""
         table, samples = self.table, self.samples
@@ -162,7 +190,13 @@ class ContactPeriod:
         state = self._states(shifted, 0.5 * (grid[1:] + grid[:-1]))
         u, v = self._motion(grid + self.start)
         path = Path(
-            grid * (self.period / samples), u, v * (samples / self.period), state, self.moving, self._known(shifted, grid)
+            grid * (self.period / samples),
+            u,
+            v * (samples / self.period),
+            state,
+            self.moving,
+            self._known(shifted, grid),
+            self.used,
         )
         rows = np.repeat(np.arange(table.friction_first.size - 1), np.diff(table.friction_first))
         sliders = np.flatnonzero(~self.laws[rows] & (self.moving == 1) & (state[0] == STICK))

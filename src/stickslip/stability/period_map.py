@@ -33,6 +33,7 @@ class Path(NamedTuple):
 
     u, v (rows, K+1): motion and velocity [m/s]; state (K, elements): of every slider in each interval; moving (elements,): which
     of them ever leave the stuck state; y (K, rows): of laws with kernels of their own at t_0 and where else it is known, or NaN.
+    used: the rows whose δλ is ever other than zero.
     """
 
     instants: Array
@@ -41,6 +42,7 @@ class Path(NamedTuple):
     state: Index
     moving: Index
     y: Array
+    used: Index
 
 
 @kernel
@@ -80,14 +82,14 @@ def _block_step(A: Array, h: float, out: Array) -> None:
 
 
 @kernel
-def _advance(modes: BlockModes, h: float, x: Array, begin: Array, end: Array) -> None:
-    """Move the states x over a step without δλ; fill what δλ at its beginning and at its end takes from them (2b, rows)."""
+def _advance(blocks: Array, force: Array, h: float, x: Array, begin: Array, end: Array) -> None:
+    """Move the states x over a step without δλ; fill what δλ at its beginning and at its end takes from them (2b, used rows)."""
     step = np.empty((3, 2, 2))
-    for b in range(modes.blocks.shape[0]):
-        _block_step(modes.blocks[b], h, step)
+    for b in range(blocks.shape[0]):
+        _block_step(blocks[b], h, step)
         i, j = 2 * b, 2 * b + 1
         for r in range(begin.shape[1]):
-            one, two = modes.force[i, r], modes.force[j, r]
+            one, two = force[i, r], force[j, r]
             end[i, r], end[j, r] = step[2, 0, 0] * one + step[2, 0, 1] * two, step[2, 1, 0] * one + step[2, 1, 1] * two
             begin[i, r] = step[1, 0, 0] * one + step[1, 0, 1] * two - end[i, r]
             begin[j, r] = step[1, 1, 0] * one + step[1, 1, 1] * two - end[j, r]
@@ -194,15 +196,19 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
     for i in range(columns.size):
         memory[columns[i], size + i] = 1.0
     kept, forces = np.zeros((rows, width)), np.zeros((rows, width))
-    begin, end = np.zeros((size, rows)), np.zeros((size, rows))
-    w, rate, nothing = np.dot(modes.motion, x), np.dot(modes.velocity, x), np.zeros((rows, rows))
+    used, whole = path.used, np.zeros((rows, rows))
+    begin, end, pushed = np.zeros((size, used.size)), np.zeros((size, used.size)), np.zeros((size, used.size))
+    for i in range(used.size):
+        pushed[:, i] = modes.force[:, used[i]]
+    by_rate, free_rate, rated = np.zeros((rows, rows)), np.zeros((rows, width)), np.any(table.kind != SLIDERS)
+    w, nothing = np.dot(modes.motion, x), np.zeros((rows, rows))
     tangent = no_tangent(rows)
     y = path.y[0].copy()
     for k in range(path.instants.size - 1):
         h = path.instants[k + 1] - path.instants[k]
         if k == 0 or _changed(table, path, k):
             _enter(table, path, k, w, memory, tangent, kept)
-            _balance(table, tangent, modes.static, nothing, np.dot(modes.motion, x), rate, kept, forces)
+            _balance(table, tangent, modes.static, nothing, np.dot(modes.motion, x), free_rate, kept, forces)
             w = np.dot(modes.motion, x) - np.dot(modes.static, forces)
             _remember(table, path, k, w, memory)
         for c in range(table.kind.size):
@@ -211,15 +217,20 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
                     if path.y[k, r] == path.y[k, r]:
                         y[r] = path.y[k, r]
                 law_tangent(table, c, path.u[:, k : k + 2], path.v[:, k : k + 2], y, tangent)
-        _advance(modes, h, x, begin, end)
-        x -= np.dot(begin, forces)
+        _advance(modes.blocks, pushed, h, x, begin, end)
+        x -= np.dot(begin, _rows_of(forces, used))
         _keep(table, path, k, w, memory, tangent, kept)
-        free, free_rate = np.dot(modes.motion, x), np.dot(modes.velocity, x)
-        compliance, by_rate = np.dot(modes.motion, end) + modes.static, np.dot(modes.velocity, end)
-        _balance(table, tangent, compliance, by_rate, free, free_rate, kept, forces)
-        x -= np.dot(end, forces)
-        w = free - np.dot(compliance, forces)
-        rate = np.dot(modes.velocity, x)
+        free, part = np.dot(modes.motion, x), np.dot(modes.motion, end)
+        whole[:] = modes.static
+        for i in range(used.size):
+            whole[:, used[i]] += part[:, i]
+        if rated:
+            free_rate, part = np.dot(modes.velocity, x), np.dot(modes.velocity, end)
+            for i in range(used.size):
+                by_rate[:, used[i]] = part[:, i]
+        _balance(table, tangent, whole, by_rate, free, free_rate, kept, forces)
+        x -= np.dot(end, _rows_of(forces, used))
+        w = free - np.dot(whole, forces)
         _remember(table, path, k, w, memory)
         for c in range(table.kind.size):
             if table.kind[c] != SLIDERS:
@@ -231,6 +242,15 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
     for i in range(columns.size):
         result[size + i] = memory[columns[i]]
     return result
+
+
+@kernel
+def _rows_of(values: Array, rows: Index) -> Array:
+    """values[rows]."""
+    found = np.empty((rows.size, values.shape[1]))
+    for i in range(rows.size):
+        found[i] = values[rows[i]]
+    return found
 
 
 @kernel

@@ -12,7 +12,9 @@ class StabilityTable(Table):
     """Stability of every point of the curves."""
 
     highest: Number | None = Field(
-        default=None, gt=0.0, description="natural frequency in Hz up to which modes move by themselves; all unless given"
+        default=None,
+        gt=0.0,
+        description="natural frequency in Hz up to which modes move by themselves; twice the highest harmonic unless given",
     )
 
 
