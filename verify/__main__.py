@@ -39,6 +39,7 @@ TOPICS = (
     "performance",
     "hostile_input",
     "disks",
+    "stability",
     "damper_cycle",
     "identification",
 )

@@ -81,7 +81,7 @@ def test_a_tuned_disk_is_refused_with_what_to_do():
 
 
 def test_modes_that_follow_at_once_change_the_largest_multiplier_by_what_is_said():
-    """A chain of 20 masses at its first resonance: the cut at twice the third harmonic against all modes."""
+    """A chain of 20 masses at its first resonance: the cut at eight times the third harmonic against all modes."""
     response = ss.forced_response(rigs.chain(), [0.012, 0.0125], harmonics=3, samples=64)
     few, whole = response.with_stability().dataset, response.with_stability(float("inf")).dataset
     assert few.attrs["stability_dropped_modes"] > 0 == whole.attrs["stability_dropped_modes"]

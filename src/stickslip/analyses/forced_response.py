@@ -174,7 +174,7 @@ class ForcedResponse(
         δx(T) = Φ δx(0). The motion is stable where all eigenvalues of Φ, Floquet's multipliers, are smaller than 1. A slider that
         never slips has a multiplier of exactly 1, which is not counted: it may stand anywhere between two limits.
         highest: natural frequency [Hz] up to which modes of the stuck structure move by themselves; those above follow at once,
-        so that an instability of their own is not seen. Unless given, twice the highest harmonic, and what the others change
+        so that an instability of their own is not seen. Unless given, eight times the highest harmonic, and what others change
         is estimated; `float("inf")` for all.
 
         The dataset gains `stability` (case, point): stable, unstable or undecided, `multiplier` (case, point, part), the

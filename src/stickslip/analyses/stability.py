@@ -23,7 +23,7 @@ REAL = 1e-6
 """Imaginary part of a multiplier, relative to its size, below which it is real."""
 
 
-KEPT = 2.0
+KEPT = 8.0
 """Modes up to so many times the highest harmonic of the highest frequency move by themselves, unless `highest` is given."""
 
 
@@ -48,9 +48,11 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
     """A forced response with the stability of every converged point.
 
     `stability`, `multiplier` (the largest, real and imaginary part), `multiplier_error`, `stuck_sliders` (case, point, ...);
-    `peak_stability` (case, peak, output); `stability_change` and its frequency (case, change). highest: natural frequency in Hz
-    up to which modes move by themselves. Unless it is given, those below twice the highest harmonic; what the others change is
-    found where the largest multiplier is nearest to the unit circle, and points that might change sides are solved with all.
+    `peak_stability` (case, peak, output); `stability_change` and its frequency (case, change).
+
+    highest: natural frequency in Hz up to which modes move by themselves. Unless it is given, those below eight times the highest
+    harmonic; what the others change is found where the largest multiplier is nearest to the unit circle, and points that might
+    change sides are solved with all.
     """
     points = SolvedPoints(dataset, problem)
     converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]

@@ -121,15 +121,11 @@ def _slider_tangent(table: ContactTable, c: int, z: float, state: Index, tangent
 
 
 @kernel
-def _pulled(table: ContactTable, tangent: Tangent, r: int, motion: Array, velocity: Array, column: int) -> float:
-    """δλ of row r by the motion and velocity (rows, columns) of a column."""
-    value = tangent.own[r] * motion[r, column] + tangent.own_rate[r] * velocity[r, column]
-    if table.loading_row[r] >= 0:
-        value += tangent.normal[r] * motion[table.loading_row[r], column]
-    if table.partner_row[r] >= 0:
-        o = table.partner_row[r]
-        value += tangent.cross[r] * motion[o, column] + tangent.cross_rate[r] * velocity[o, column]
-    return float(value)
+def _add_row(total: Array, factor: float, values: Array) -> None:
+    """total += factor values."""
+    if factor != 0.0:
+        for k in range(total.size):
+            total[k] += factor * values[k]
 
 
 @kernel
@@ -145,37 +141,36 @@ def _balance(
 ) -> None:
     """δλ = D δw + kept with δw = free − compliance δλ and δẇ = free_rate − rate δλ: fills forces (rows, columns)."""
     rows, columns = kept.shape
-    active = np.zeros(rows, dtype=np.int64)
-    count = 0
+    # Whole tuples of arrays passed for every number would cost more than all else.
+    own, normal, cross, own_rate, cross_rate = tangent.own, tangent.normal, tangent.cross, tangent.own_rate, tangent.cross_rate
+    loading, partner = table.loading_row, table.partner_row
+    active, count = np.zeros(rows, dtype=np.int64), 0
     for r in range(rows):
-        if (
-            tangent.own[r] != 0.0
-            or tangent.normal[r] != 0.0
-            or tangent.cross[r] != 0.0
-            or tangent.own_rate[r] != 0.0
-            or tangent.cross_rate[r] != 0.0
-        ):
+        if own[r] != 0.0 or normal[r] != 0.0 or cross[r] != 0.0 or own_rate[r] != 0.0 or cross_rate[r] != 0.0:
             active[count] = r
             count += 1
         forces[r] = kept[r]
     if count == 0:
         return
-    matrix, right = np.empty((count, count)), np.empty((count, columns))
-    whole = np.empty(rows)
+    matrix, right, whole = np.zeros((count, count)), np.empty((count, columns)), np.empty(rows)
     for i in range(count):
         r = active[i]
-        for s in range(rows):
-            whole[s] = _pulled(table, tangent, r, compliance, rate, s)
-        for column in range(columns):
-            right[i, column] = kept[r, column] + _pulled(table, tangent, r, free, free_rate, column)
+        whole[:] = 0.0
+        right[i] = kept[r]
+        for onto, motion, velocity in ((whole, compliance, rate), (right[i], free, free_rate)):
+            _add_row(onto, own[r], motion[r])
+            _add_row(onto, own_rate[r], velocity[r])
+            if loading[r] >= 0:
+                _add_row(onto, normal[r], motion[loading[r]])
+            if partner[r] >= 0:
+                _add_row(onto, cross[r], motion[partner[r]])
+                _add_row(onto, cross_rate[r], velocity[partner[r]])
         for j in range(count):
             matrix[i, j] = whole[active[j]]
             whole[active[j]] = 0.0
         matrix[i, i] += 1.0
         for s in range(rows):
-            if whole[s] != 0.0:
-                for column in range(columns):
-                    right[i, column] -= whole[s] * kept[s, column]
+            _add_row(right[i], -whole[s], kept[s])
     solution = np.linalg.solve(matrix, right)
     for i in range(count):
         forces[active[i]] = solution[i]
