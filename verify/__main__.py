@@ -40,6 +40,7 @@ TOPICS = (
     "modes",
     "hostile_input",
     "disks",
+    "stability",
     "damper_cycle",
     "identification",
     "response_identification",

@@ -34,7 +34,7 @@ __all__ = ["inlined", "kernel"]
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parent
-_FOLDERS = ("contact", "harmonic", "platforms", "solve", "time")
+_FOLDERS = ("contact", "harmonic", "platforms", "solve", "stability", "time")
 
 UNUSED_SECONDS = 3 * 86400.0
 """Age from which a folder of other sources is removed; younger ones may belong to a process that still runs."""

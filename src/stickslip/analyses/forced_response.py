@@ -22,6 +22,7 @@ from stickslip.analyses.response_dataset import as_given, curve_arrays, response
 from stickslip.analyses.sampling import sampling_warning
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
@@ -39,6 +40,7 @@ from stickslip.renamed import renamed_arguments
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity
 from stickslip.results.result import Result
+from stickslip.results.stability import has_stability, words
 from stickslip.results.view import measure_in, nearest_point
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
@@ -87,7 +89,11 @@ class ForcedResponse(
         names = {"peak_frequency": "frequency", "peak_amplitude": measure.kind, "peak_max_abs": "max_abs"}
         names = {key: name for key, name in names.items() if name != measure.kind or key == "peak_amplitude"}
         names["peak_loss_factor"] = "loss_factor"
+        if has_stability(self.dataset):
+            names["peak_stability"] = "stability"
         table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"]).rename(columns=names)
+        if has_stability(self.dataset):
+            table["stability"] = words(self.dataset["peak_stability"], table["stability"].to_numpy())
         return table[["force_level", "output", "peak", *names.values()]].sort_values(
             ["force_level", "output", "peak"], ignore_index=True
         )
@@ -160,6 +166,24 @@ class ForcedResponse(
     def with_stress(self, recovery: StressRecovery) -> ForcedResponse:
         """A copy whose dataset also holds the stress along its curves, for figures, report and tables."""
         return replace(self, dataset=with_stress(self.dataset, self.problem, recovery))
+
+    def with_stability(self, highest: float | None = None) -> ForcedResponse:
+        """A copy whose dataset also says which of its points are stable, for figures, report and tables.
+
+        The perturbation δx of a periodic motion, with velocities and what sliders remember, is carried round one period,
+        δx(T) = Φ δx(0). The motion is stable where all eigenvalues of Φ, Floquet's multipliers, are smaller than 1. A slider that
+        never slips has a multiplier of exactly 1, which is not counted: it may stand anywhere between two limits.
+        highest: natural frequency [Hz] up to which modes of the stuck structure move by themselves; those above follow at once,
+        so that an instability of their own is not seen. Unless given, eight times the highest harmonic, and what others change
+        is estimated; `float("inf")` for all.
+
+        The dataset gains `stability` (case, point): stable, unstable or undecided, `multiplier` (case, point, part), the
+        largest, `multiplier_error`, `stuck_sliders`, `peak_stability` (case, peak, output), and `stability_change` with its
+        frequency (case, change): fold, branch_point, period_doubling or neimark_sacker. Refused for tuned disks: ask it of
+        `disk.full()`.
+        Source: Hsu, J. Appl. Mech. 39 (1972) 551-559, for the period map; the treatment of contacts is ours.
+        """
+        return replace(self, dataset=with_stability(self.dataset, self.problem, highest))
 
     def absolute(self) -> xr.Dataset:
         """Response and amplitude with the motion of the base added (`BaseMotion`); those of `dataset` are relative to it."""

@@ -70,7 +70,7 @@ class Dahl(SingleLoad):
 
 
 @kernel
-def _moved(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[float, float, float, float, float, float]:
+def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[float, float, float, float, float, float]:
     """One step from traction T0, the limit going from L0 to L1: T1, its derivatives by T0, du, L0, L1, and the friction work.
 
     With the mean limit L and x = kt |du|/L: T1 = s L + (T0 − s L) exp(−x), and the work ∫ T²/L |du|. What a falling limit
@@ -144,7 +144,7 @@ def _direction(kt: float, d: int, motion: PeriodMotion, forces: PeriodForces) ->
     for n in range(samples):
         before = n - 1 if n else samples - 1
         du = u[n] - u[before]
-        traction, by_before, by_du, by_L0, by_L1, work = _moved(kt, traction, du, limit[before], limit[n])
+        traction, by_before, by_du, by_L0, by_L1, work = dahl_step(kt, traction, du, limit[before], limit[n])
         by_start *= by_before
         kept[n] = by_start
         forces.y[d, n] = traction - kt * u[n]
@@ -167,7 +167,7 @@ def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     work = 0.0
     for d in range(data.kt.size):
         kt, u0, u = data.kt[d], motion.u0[d], motion.u[d]
-        found = _moved(kt, motion.intercept[d] + kt * u0, u - u0, motion.limit0, motion.limit)
+        found = dahl_step(kt, motion.intercept[d] + kt * u0, u - u0, motion.limit0, motion.limit)
         forces.y[d], forces.by_u[d, d], forces.by_limit[d] = found[0] - kt * u, found[2] - kt, found[4]
         work += found[5]
     return work

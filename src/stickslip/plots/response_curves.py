@@ -15,6 +15,7 @@ from stickslip.plots.case_lines import THIN, case_lines
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
 from stickslip.plots.look import CROSS, FREE, STUCK, Style, contact
 from stickslip.results.representative import is_cloud, levels_of
+from stickslip.results.stability import has_stability, split, unstable_steps
 from stickslip.results.view import (
     Length,
     along_curve,
@@ -52,6 +53,8 @@ def response_curves(
     quantity: displacement in µm (or m), velocity or acceleration, or per force receptance, mobility or inertance; that of the
     result's peaks unless given. It is measured as these are: amplitude of the first harmonic, rms, or largest value in time.
 
+    Unstable parts are dashed in a response `with_stability`.
+
     Dots mark the highest peak of what is drawn: solved where the result has peaks of it, else the highest point of the curve that
     stands above its neighbours. Crosses at the foot are points without convergence.
     """
@@ -59,7 +62,11 @@ def response_curves(
     derived, per_force = quantity_named(quantity or own.name, per_force)
     measure, lines = Measure(derived, own.kind), case_lines(dataset)
     scales = [_scale(dataset, case, per_force, derived) for case in range(len(lines))]
-    curves = [_curve(dataset, case, index, scales[case], measure, line) for case, line in enumerate(lines)]
+    curves = [
+        part
+        for case, line in enumerate(lines)
+        for part in _by_stability(dataset, case, _curve(dataset, case, index, scales[case], measure, line))
+    ]
     firsts = [cases[0] for cases in levels_of(dataset)][: 1 if per_force else None]
     linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()]
     for case in firsts:
@@ -162,6 +169,17 @@ def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: M
     hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
     hover |= {"dissipated per cycle in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
     return Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
+
+
+def _by_stability(dataset: xr.Dataset, case: int, curve: Line) -> Iterator[Line]:
+    """The curve, its unstable parts dashed where their stability is known."""
+    unstable = unstable_steps(dataset, case) if has_stability(dataset) else np.zeros(0, dtype=bool)
+    if not unstable.any():
+        yield curve
+        return
+    stable, other = split(np.asarray(curve.y, dtype=float), unstable)
+    yield replace(curve, y=stable)
+    yield replace(curve, y=other, style=replace(curve.style, dash="dash"), listed=False)
 
 
 def _peaks(

@@ -24,6 +24,7 @@ from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
+from stickslip.results.stability import has_stability, stability_sentences
 from stickslip.results.view import highest_peak, measure_in
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += [f"  {len(shown)} of {len(levels)} force levels; all stand in the report"] if len(shown) < len(levels) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
+    lines += stability_sentences(dataset) if has_stability(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
 
 

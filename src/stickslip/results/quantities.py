@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.harmonic.measure import Measure, Quantity, quantity_named
+from stickslip.results.stability import has_stability
+from stickslip.results.stability import words as words_of_flags
 from stickslip.results.view import levels_in_newtons, measure_in, nearest_point, sizes
 
 if TYPE_CHECKING:
@@ -89,7 +91,7 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     """
     own = measure_in(dataset)
     quantity, per_force = quantity_named(name or own.name, per_force)
-    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor"]].to_dataframe().reset_index()
+    table = dataset[["peak_frequency", "peak_amplitude", "peak_loss_factor", *_stability(dataset)]].to_dataframe().reset_index()
     table = table.dropna(subset=["peak_frequency"])
     if own.per_force:
         table["peak_amplitude"] = table["peak_amplitude"] * table["force_level"]
@@ -108,9 +110,17 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     what = own.kind if quantity == own.quantity else f"{words} at the {own.quantity.name} peak"
     size = f"{what} [{_units(dataset, quantity, per_force)}]"
     names = {"peak_frequency": "frequency [Hz]", "peak_amplitude": size, "peak_loss_factor": "loss_factor"}
+    if has_stability(dataset):
+        names["stability"] = "stability"
+        table["stability"] = words_of_flags(dataset["peak_stability"], table["peak_stability"].to_numpy())
     table = table.rename(columns=names)
     which = ["force_level", *(["start"] if "start" in dataset.coords else []), "output", "peak"]
     return table[[*which, *names.values()]].sort_values(which, ignore_index=True)
+
+
+def _stability(dataset: xr.Dataset) -> list[str]:
+    """The variable of the peaks' stability, where a result has it."""
+    return ["peak_stability"] if has_stability(dataset) else []
 
 
 def other_peaks(dataset: xr.Dataset, name: str | None) -> str:

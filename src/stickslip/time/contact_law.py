@@ -87,7 +87,7 @@ def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes)
 
 
 @kernel
-def _limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
+def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
     """L = μ Σ N + L0 of friction element e, and dL/dz."""
     load, slope = 0.0, 0.0
     for k in range(table.load_first[e], table.load_last[e]):
@@ -105,7 +105,7 @@ def _friction_row(
     """T − K_c u = Σ y_e, every y_e clamped; the derivative follows from the same decision."""
     total, own, coupling = 0.0, 0.0, 0.0
     for e in range(table.friction_first[r], table.friction_first[r + 1]):
-        bound, slope = _limit(table, e, z)
+        bound, slope = slip_limit(table, e, z)
         kt, y, side = table.stiffness[e], before[e], 0.0
         if bound <= 0.0 or y > bound - kt * u:
             side = 1.0
@@ -130,7 +130,7 @@ def _law_rows(
     last, elements = first + size, table.friction_first[first + size] - e
     y0, L0, L, slope = np.zeros(size), 0.0, 0.0, 0.0
     if elements:
-        L, slope = _limit(table, e, z)
+        L, slope = slip_limit(table, e, z)
         L0 = before.limit[e]
         y0[:] = before.intercept[e : e + size]
     velocity = np.empty(size)

@@ -1,4 +1,4 @@
-"""Forced response in a study, with the stresses of a table [stress]."""
+"""Forced response in a study, with the stresses of a table [stress] and the stability that [stability] asks for."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.runs.work import Arrays
 from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.stability import StabilityTable, stability_of
 from stickslip.study.stress import StressTable, recovery_of
 
 if TYPE_CHECKING:
@@ -23,11 +24,12 @@ class ForcedResponsePlan(Plan):
 
     sweep: Sweep
     recovery: StressRecovery | None = None
+    stability: StabilityTable | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> ForcedResponsePlan:
         """The plan of a study."""
-        return cls(sweep_of(asked), recovery_of(asked))
+        return cls(sweep_of(asked), recovery_of(asked), stability_of(asked))
 
     @property
     def summary(self) -> str:
@@ -39,6 +41,7 @@ class ForcedResponsePlan(Plan):
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         response = self.works[""].gathered(results[""])
+        response = response if self.stability is None else response.with_stability(self.stability.highest)
         return (response if self.recovery is None else response.with_stress(self.recovery)).dataset
 
 
@@ -49,4 +52,8 @@ def sweep_of(asked: Asked) -> Sweep:
     return asked.sweep
 
 
-KINDS = {"forced_response": Kind(ForcedResponsePlan.of, "responses", {"stress": StressTable}, repeats=True)}
+KINDS = {
+    "forced_response": Kind(
+        ForcedResponsePlan.of, "responses", {"stress": StressTable, "stability": StabilityTable}, repeats=True
+    )
+}

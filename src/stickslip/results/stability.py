@@ -1,0 +1,68 @@
+"""What a result says of the stability of its points, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.checks import Array
+from stickslip.results.view import level_text, points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+UNSTABLE = 2
+"""The flag of an unstable point."""
+
+
+def has_stability(dataset: xr.Dataset) -> bool:
+    """Whether a result holds the stability of its points."""
+    return "stability" in dataset.variables
+
+
+def words(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
+    """The meanings of flags of a variable, "branch point" for branch_point."""
+    attributes = variable.attrs
+    names = dict(zip(np.atleast_1d(attributes["flag_values"]).tolist(), str(attributes["flag_meanings"]).split(), strict=True))
+    return [names[int(flag)].replace("_", " ").replace("neimark sacker", "Neimark-Sacker") for flag in flags]
+
+
+def unstable_steps(dataset: xr.Dataset, case: int) -> np.ndarray:
+    """Which steps from one of `points` to the next have an unstable point at an end, (points − 1,)."""
+    unstable = dataset["stability"].values[case, points(dataset, case)] == UNSTABLE
+    return np.asarray(unstable[1:] | unstable[:-1])
+
+
+def split(values: Array, unstable: np.ndarray) -> tuple[Array, Array]:
+    """A curve as its stable and its unstable steps, NaN at points that no step of the kind reaches."""
+    kept = []
+    for wanted in (~unstable, unstable):
+        reached = np.append(wanted, False) | np.append(False, wanted)
+        kept.append(np.where(reached, values, np.nan))
+    return kept[0], kept[1]
+
+
+def stability_sentences(dataset: xr.Dataset) -> list[str]:
+    """How many points of each force level are unstable or undecided, and where and how stability changes."""
+    lines, flags = ["stability"], dataset["stability"].values
+    changes, frequencies = dataset["stability_change"], dataset["stability_change_frequency"].values
+    for case in range(dataset.sizes["case"]):
+        counts = [int(np.count_nonzero(flags[case] == flag)) for flag in (1, UNSTABLE, 3)]
+        found = np.isfinite(frequencies[case])
+        kinds = words(changes, changes.values[case, found])
+        places = ", ".join(f"{kind} at {hertz:.6g} Hz" for kind, hertz in zip(kinds, frequencies[case, found], strict=True))
+        undecided = f", {counts[2]} undecided" if counts[2] else ""
+        where = f"; {places}" if places else ""
+        lines.append(f"  {level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")
+    stuck, dropped = int(np.nanmax(dataset["stuck_sliders"].values, initial=0)), int(dataset.attrs["stability_dropped_modes"])
+    if stuck:
+        lines.append(
+            f"  up to {stuck} sliders never slip: their multipliers of exactly 1 say that forces are not unique, no more"
+        )
+    if dropped:
+        error = float(dataset.attrs["stability_mode_error"])
+        lines.append(
+            f"  {dropped} high modes follow at once, which changes the largest multiplier by {error:.1g} where it matters most"
+        )
+    return lines

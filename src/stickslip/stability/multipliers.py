@@ -1,0 +1,241 @@
+"""Floquet's multipliers of one solved point, and whether it is stable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from stickslip.checks import Array, Index, InputError
+from stickslip.contact.law import SLIDERS
+from stickslip.contact.period import STICK
+from stickslip.contact.table import ContactTable
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.harmonic.decoupling import states
+from stickslip.stability.contact_path import contact_path
+from stickslip.stability.modes import block_modes
+from stickslip.stability.period_map import Path, period_map
+
+STEPS = 32
+"""Steps of a period to begin with, beside the instants at which contacts change; doubled until the verdict is clear."""
+
+MOST_STEPS = 2048
+
+CLEAR = 0.02
+"""A largest multiplier so far from the unit circle, and so many times as far as its estimated error, is on its side."""
+
+TIMES_ERROR = 4.0
+
+UNDECIDED = 1e-3
+"""Distance from the unit circle within which a multiplier may be left undecided."""
+
+MERGED = 1e-9
+"""Instants closer than this share of a period are one."""
+
+
+BESIDE = 1e-9
+"""How far from an eigenvalue, relative to it, its vectors are found, so that the matrix can still be factorised."""
+
+
+class Stability(IntEnum):
+    """Whether a periodic motion returns after a small disturbance."""
+
+    UNKNOWN = 0
+    STABLE = 1
+    UNSTABLE = 2
+    UNDECIDED = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """values: the eigenvalues of the period map, largest first; error: estimated, of the first; steps: of the period.
+
+    exact_ones: multipliers of exactly 1, of sliders that never slip, which are not among the values: any position of such a
+    slider between two limits is a periodic motion.
+    """
+
+    values: NDArray[np.complex128]
+    error: float
+    steps: int
+    exact_ones: int
+
+    @property
+    def leading(self) -> complex:
+        """The largest, with positive imaginary part of a pair; 0 where nothing moves by itself."""
+        return complex(self.values[0].real, abs(self.values[0].imag)) if self.values.size else 0j
+
+    @property
+    def verdict(self) -> Stability:
+        """Whether the largest multiplier lies inside the unit circle."""
+        size = abs(self.leading)
+        if not np.isfinite(size):
+            return Stability.UNKNOWN
+        if abs(size - 1.0) <= min(max(self.error, np.finfo(float).eps), UNDECIDED):
+            return Stability.UNDECIDED
+        return Stability.UNSTABLE if size > 1.0 else Stability.STABLE
+
+
+class PeriodMap:
+    """The period maps of the solved points of one balance. highest: rad/s, up to which natural frequency modes move by
+    themselves; those above follow at once."""
+
+    def __init__(self, balance: HarmonicBalance, highest: float = np.inf) -> None:
+        if not balance.problem.systems.alike:
+            raise InputError(
+                "Stability must be asked for a structure that all harmonics share, but a tuned disk has one for each nodal "
+                "diameter, and mean springs act on harmonic 0 alone. Ask it of `disk.full()`, without mean springs."
+            )
+        modes = block_modes(states(balance.problem.systems.at(1)), balance.rows, highest)
+        if modes is None:
+            raise InputError("Stability must be asked for damping that decouples, but two modes are critically damped together.")
+        self.balance, self.modes = balance, modes
+
+    def multipliers(self, evaluation: Evaluation, steps: int = STEPS) -> Multipliers:
+        """The multipliers of a point, with twice `steps` or as many more as its verdict needs."""
+        contacts = ContactPeriod(evaluation, self.balance)
+        coarse = self._map(contacts, steps)
+        while True:
+            steps *= 2
+            fine = self._map(contacts, steps)
+            # The error falls with the square of the step, so a third of the difference is left of it.
+            left = (fine - coarse) / 3.0
+            values = _sorted(fine + left)
+            error = _size_change(fine + left, values[0], left) if values.size and values[0] != 0.0 else 0.0
+            distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
+            if distance > TIMES_ERROR * error or not error > 0.1 * UNDECIDED or steps >= MOST_STEPS:
+                return Multipliers(values, float(error), steps, contacts.exact_ones)
+            coarse = fine
+
+    def _map(self, contacts: ContactPeriod, steps: int) -> Array:
+        path, columns = contacts.path(steps)
+        whole = period_map(contacts.table, self.modes, path, columns)
+        size = self.modes.force.shape[0]
+        kept = np.concatenate([self.modes.real, np.arange(size, size + columns.size)])
+        return np.asarray(whole[np.ix_(kept, kept)])
+
+    def matrix(self, evaluation: Evaluation, steps: int) -> Array:
+        """The period map with so many steps, beside the instants at which contacts change."""
+        return self._map(ContactPeriod(evaluation, self.balance), steps)
+
+
+def _sorted(matrix: Array) -> NDArray[np.complex128]:
+    """Eigenvalues, largest first."""
+    values = np.linalg.eigvals(matrix).astype(complex)
+    return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def _size_change(matrix: Array, value: complex, change: Array) -> float:
+    """How a change of a matrix changes the size of one of its eigenvalues, δμ = yᴴ δΦ x/(yᴴ x), y and x by inverse iteration."""
+    factors = linalg.lu_factor(matrix - value * (1.0 + BESIDE) * np.eye(matrix.shape[0]), check_finite=False)
+    right = left = np.ones(matrix.shape[0], dtype=complex)
+    for _ in range(2):
+        right, left = linalg.lu_solve(factors, right), linalg.lu_solve(factors, left, trans=2)
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+    moved = np.vdot(left, change @ right) / np.vdot(left, right)
+    return float(abs((moved * np.conj(value)).real)) / abs(value)
+
+
+class ContactPeriod:
+    """What the contacts do over the period of a solved point, for any number of steps."""
+
+    def __init__(self, evaluation: Evaluation, balance: HarmonicBalance) -> None:
+        self.table, self.period = evaluation.table, 2.0 * np.pi / evaluation.point.omega
+        table, tables = self.table, balance.tables
+        self.samples = tables.E.shape[0]
+        w = evaluation.w[: balance.rows]
+        self.u = np.ascontiguousarray(w @ tables.E.T)
+        self.v = np.ascontiguousarray(w @ tables.D.T) * (2.0 * np.pi / self.samples)
+        most = 4 * self.samples * (table.stiffness.size + table.normal_stiffness.size + balance.rows)
+        instants, elements, new = np.empty(most), np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+        self.y = np.zeros((balance.rows, self.samples))
+        count, still, self.last = contact_path(
+            table, self.u, self.v, np.ascontiguousarray(w[:, 0]), evaluation.point.omega, instants, elements, new, self.y
+        )
+        order = np.argsort(instants[:count] % self.samples, kind="stable")
+        self.instants, self.elements, self.new = instants[order] % self.samples, elements[order], new[order]
+        self.moving = (still == 0.0).astype(np.int64)
+        self.exact_ones = int(still.sum())
+        self.laws = _law_rows(table)
+        self.start, self.used = self._start(), self._used()
+
+    def _start(self) -> float:
+        """In the middle of the longest time without a change; at a sample, where laws have kernels of their own."""
+        if not self.instants.size:
+            return 0.0
+        gaps = np.diff(np.append(self.instants, self.instants[0] + self.samples))
+        widest = int(np.argmax(gaps))
+        middle = self.instants[widest] + 0.5 * gaps[widest]
+        return float(np.floor(middle) if self.laws.any() else middle)
+
+    def _used(self) -> Index:
+        """The rows whose contacts slip, open or have a law with kernels of its own."""
+        table = self.table
+        used = self.laws.copy()
+        used[np.repeat(np.arange(used.size), np.diff(table.friction_first))[self.moving == 1]] = True
+        for c in np.flatnonzero(table.normal_row >= 0):
+            springs = slice(table.normal_first[c], table.normal_first[c + 1])
+            least = table.normal_stiffness[springs] * self.u[table.normal_row[c]].min() + table.normal_constant[springs]
+            used[table.normal_row[c]] = bool(np.any(least <= 0.0))
+        return np.flatnonzero(used)
+
+    def path(self, steps: int) -> tuple[Path, Index]:
+        """The path on that many steps and the instants of change; the columns of the period map that are contact states."""
+        table, samples = self.table, self.samples
+        shifted = (self.instants - self.start) % samples
+        grid = np.unique(np.concatenate([np.arange(steps + 1) * (samples / steps), shifted]))
+        grid = grid[np.append(np.diff(grid) > MERGED * samples, True)]
+        state = self._states(shifted, 0.5 * (grid[1:] + grid[:-1]))
+        u, v = self._motion(grid + self.start)
+        path = Path(
+            grid * (self.period / samples),
+            u,
+            v * (samples / self.period),
+            state,
+            self.moving,
+            self._known(shifted, grid),
+            self.used,
+        )
+        rows = np.repeat(np.arange(table.friction_first.size - 1), np.diff(table.friction_first))
+        sliders = np.flatnonzero(~self.laws[rows] & (self.moving == 1) & (state[0] == STICK))
+        stuck = np.isin(np.arange(self.laws.size), rows[self.moving == 0])
+        return path, np.concatenate([sliders, table.stiffness.size + np.flatnonzero(self.laws & ~stuck)]).astype(np.int64)
+
+    def _states(self, shifted: Array, middles: Array) -> Index:
+        """State of every slider in each interval (K, elements)."""
+        state = np.empty((middles.size, self.last.size), dtype=np.int64)
+        for e in range(self.last.size):
+            own = np.flatnonzero(self.elements == e)
+            if not own.size:
+                state[:, e] = self.last[e]
+                continue
+            order = own[np.argsort(shifted[own], kind="stable")]
+            state[:, e] = self.new[order][np.searchsorted(shifted[order], middles) - 1]
+        return state
+
+    def _motion(self, at: Array) -> tuple[Array, Array]:
+        """Motion of the rows and its rate per sample, by the cubic between samples."""
+        n = np.floor(at).astype(int)
+        x, n, m = at - n, n % self.samples, (n + 1) % self.samples
+        u0, u1, v0, v1 = self.u[:, n], self.u[:, m], self.v[:, n], self.v[:, m]
+        c2, c3 = 3.0 * (u1 - u0) - 2.0 * v0 - v1, 2.0 * (u0 - u1) + v0 + v1
+        return np.ascontiguousarray(u0 + x * (v0 + x * (c2 + x * c3))), np.ascontiguousarray(v0 + x * (2.0 * c2 + 3.0 * x * c3))
+
+    def _known(self, shifted: Array, grid: Array) -> Array:
+        """y of laws with kernels of their own (K, rows) where it is known, else NaN."""
+        known = np.full((grid.size - 1, self.u.shape[0]), np.nan)
+        known[0] = self.y[:, int(self.start) % self.samples]
+        for k in np.flatnonzero(self.elements <= -2):
+            a, b = self.table.first_row[[-2 - self.elements[k], -1 - self.elements[k]]]
+            place = min(np.searchsorted(grid, shifted[k] - MERGED * self.samples), grid.size - 2)
+            known[place, a:b] = self.y[a:b, self.new[k]]
+        return known
+
+
+def _law_rows(table: ContactTable) -> NDArray[np.bool_]:
+    """The tangential rows of contacts whose law has kernels of its own."""
+    rows = np.repeat(table.kind != SLIDERS, np.diff(table.first_row))
+    rows[table.normal_row[table.normal_row >= 0]] = False
+    return np.asarray(rows)
