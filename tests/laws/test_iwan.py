@@ -160,10 +160,16 @@ def test_separating_and_landing_in_time_and_in_harmonics():
 def test_wrong_numbers_are_refused():
     with pytest.raises(InputError, match="either kn or normal_load"):
         Iwan(1.0, 0.5)
-    with pytest.raises(InputError, match="count must be a whole number"):
+    with pytest.raises(InputError, match="count must be at least 2"):
         Iwan(1.0, 0.5, 1.0, count=1)
     for chi in (-1.0, np.nan, np.inf):
         with pytest.raises(InputError, match="chi must lie above -1"):
             FourParameter(chi)
     with pytest.raises(InputError, match=r"nu must lie in \[0, 0.5\]"):
         mindlin_sphere(1.0, 0.7, 1.0, 0.3, 1.0)
+
+
+def test_wrong_spectrum_and_count_are_refused():
+    for change in ({"spectrum": "hertz"}, {"count": "many"}, {"count": 1}):
+        with pytest.raises(InputError):
+            Iwan(kt=1.0, mu=0.3, normal_load=1.0, **change)

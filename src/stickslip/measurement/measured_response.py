@@ -13,6 +13,9 @@ from stickslip.checks import Array, among, fault, not_negative, vector
 
 Held = Literal["force", "response"]
 
+LARGEST_PHASE = 20.0
+"""rad; a curve turns by π at each resonance, and in degrees the first one already goes beyond."""
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse:
@@ -48,16 +51,19 @@ class MeasuredResponse:
             raise fault(f"{what}, frequency", "must hold at least three values", frequency.size)
         object.__setattr__(self, "frequency", frequency)
         for key in ("amplitude", "force"):
-            values = vector(f"{what}, {key}", np.broadcast_to(np.asarray(getattr(self, key), dtype=float), frequency.shape))
-            object.__setattr__(self, key, values)
+            object.__setattr__(self, key, vector(f"{what}, {key}", getattr(self, key), frequency.size))
         for key in ("frequency", "amplitude", "force"):
             if np.any(getattr(self, key) <= 0.0):
                 raise fault(f"{what}, {key}", "must be positive", float(np.min(getattr(self, key))))
         if self.phase is not None:
             object.__setattr__(self, "phase", vector(f"{what}, phase", self.phase, frequency.size))
+            largest = float(np.max(np.abs(np.asarray(self.phase))))
+            if largest > LARGEST_PHASE:
+                raise fault(f"{what}, phase", "must be in rad", largest, "Are these degrees?")
         elif self.free_phase:
             raise fault(f"{what}, free_phase", "must go with measured phases", True)
         among(f"{what}, held", self.held, ("force", "response"))
+        among(f"{what}, quantity", self.quantity, ("displacement", "velocity", "acceleration"))
         if not_negative(f"{what}, error", self.error) == 0.0:
             raise fault(f"{what}, error", "must be positive", self.error)
 

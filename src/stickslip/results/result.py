@@ -50,6 +50,6 @@ class Result:
     def _figure(self, figure: str, options: Mapping[str, Any]) -> Any:
         """The chart of a figure, or the drawing."""
         if figure not in self.figures:
-            raise fault("figure", "must be a known one", figure, nearest(figure, filter(None, self.figures)))
+            raise fault("figure", "must be a known one", figure, nearest(str(figure), filter(None, self.figures)))
         module, function = self.figures[figure].split(":")
         return getattr(import_module(f"stickslip.plots.{module}"), function)(getattr(self, "dataset", self), **options)

@@ -30,6 +30,11 @@ DRIFTS = "A body drifts: all contacts that hold it slip, and nothing else does."
 DRIFT_STEPS = 10
 """Steps in a row in which means alone move, after which a body drifts."""
 
+STANDS_STILL = "The curve stands still: positions change and nothing else does. A body that friction alone holds may drift."
+
+STANDING_STEPS = 300
+"""Steps in a row within `STILL` of the parameter, after which a curve stands still."""
+
 STILL = 1e-6
 """Share of a step up to which everything but the means stands still."""
 
@@ -130,6 +135,7 @@ class _Tracer:
         yield current
         bend: tuple[Array, float, float] | None = None
         mark, renewal, drifting = current, 64, 0
+        place, standing = current.point.value(self.parameter), 0
         for count in range(self.control.points):
             if self._remaining(current) <= 0.0:
                 return
@@ -146,6 +152,9 @@ class _Tracer:
             yield current
             if drifting == DRIFT_STEPS:
                 raise LostCurveError(DRIFTS)
+            place, standing = (place, standing + 1) if abs(value - place) < STILL * self.scale else (value, 0)
+            if standing == STANDING_STEPS:
+                raise LostCurveError(STANDS_STILL)
             if self._meets(mark, current):
                 raise LostCurveError(CLOSED)
             if count == renewal:

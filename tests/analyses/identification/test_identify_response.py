@@ -165,3 +165,18 @@ def test_what_the_model_does_not_explain_is_said():
     assert any("stopped before it converged" in note for note in short.notes)
     whole = ss.identify_response(one_mass, FREE, tests, tries=0, **settings)
     assert not any("converged" in note or "explain" in note for note in whole.notes)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"phase": [-90.0, -95.0, -100.0]}, "must be in rad"),
+        ({"amplitude": [1.0, 2.0]}, "must have 3 entries"),
+        ({"amplitude": "large"}, "amplitude"),
+        ({"quantity": "accel"}, "quantity must be one of displacement, velocity, acceleration"),
+    ],
+)
+def test_wrong_measured_responses(change, words):
+    given = {"frequency": [1.0, 2.0, 3.0], "amplitude": 1.0, "force": 1.0} | change
+    with pytest.raises(ss.InputError, match=words):
+        ss.MeasuredResponse(**given)
