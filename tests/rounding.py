@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 
 NUMERICAL = (
     *("harmonic", "physics", "laws", "time_domain", "structure", "analyses", "disks", "robustness"),
-    *("dampers", "measurement", "rigs"),
+    *("dampers", "measurement", "rigs", "stability", "interfaces"),
 )
 PART = ("harmonic", "physics", "structure", "analyses/performance/test_following.py")
 """Where rounding decided in the past; a few minutes for two processors."""
