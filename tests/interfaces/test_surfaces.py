@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import stickslip as ss
 from stickslip.checks import InputError
 
+UNTURNED = np.eye(3)
 TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
 
 
@@ -232,11 +233,12 @@ def test_wrong_input(make, words):
         make()
 
 
-def facing_surfaces(shape):
-    """Two grids of nodes that face each other along z, the upper one at `shape` above the lower one."""
+def facing_surfaces(shape, turn=UNTURNED):
+    """Two grids of nodes that face each other along z, the upper one at `shape` above the lower one, turned in space."""
     x, y = np.linspace(0.0, 4e-3, 5), np.linspace(0.0, 3e-3, 4)
-    structure = ss.assemble({"a": structure_of(grid(x, y), "low"), "b": structure_of(grid(x, y, shape), "up")})
-    return ss.NodeSurface.of(structure, "a/low", (0, 0, 1)), ss.NodeSurface.of(structure, "b/up", (0, 0, -1))
+    low, up = (structure_of(points @ turn.T, name) for points, name in ((grid(x, y), "low"), (grid(x, y, shape), "up")))
+    structure = ss.assemble({"a": low, "b": up})
+    return ss.NodeSurface.of(structure, "a/low", turn[:, 2]), ss.NodeSurface.of(structure, "b/up", -turn[:, 2])
 
 
 @pytest.mark.parametrize("law", [ss.Gap(kn=1e6, gap=2e-6), ss.Macroslip(kt=1e6, mu=0.3, kn=1e6, gap=2e-6)])
@@ -250,6 +252,14 @@ def test_gaps_of_the_mesh_add_to_that_of_the_law(law):
     )  # the foot on a surface askew by 1.5e-3
     closing = sum(float(contact.elements.normal.forces(4e-6).sum()) for contact in contacts)
     assert closing == pytest.approx(1e6 * np.sum(low.weights * np.maximum(4e-6 - expected, 0.0)), rel=1e-4)
+
+
+def test_gaps_of_the_mesh_do_not_depend_on_where_it_lies_in_space():
+    gaps = []
+    for turn in (UNTURNED, TURN):
+        low, up = facing_surfaces(lambda x, y: 1e-6 + 1.5e-3 * x + 1e-3 * y, turn)
+        gaps.append([contact.law.gap for contact in ss.surface_contacts("s", ss.Gap(kn=1e6), low, up, mesh_gap=True)])
+    np.testing.assert_allclose(gaps[1], gaps[0], atol=1e-12)
 
 
 def test_gaps_of_the_mesh_need_a_mesh_opposite_and_a_law_with_a_gap():

@@ -80,6 +80,12 @@ def test_bulk_data_gives_coordinates_of_grid_points(tmp_path):
     assert any("1 grid points of blade.bdf in coordinate systems of their own" in note for note in model.notes)
 
 
+def test_coordinates_of_a_deck_are_in_the_units_of_the_model(tmp_path):
+    (tmp_path / "blade.cdb").write_text(ARCHIVE)
+    model = ss.read_model(Chain().save(tmp_path, "npz"), names=tmp_path / "blade.cdb", units="mm-t-s")
+    np.testing.assert_allclose(model.nodes["3"], [0.3e-3, 0.04e-3, -1e-6], rtol=1e-12)
+
+
 def test_a_deck_of_abaqus_gives_coordinates_and_sets(tmp_path):
     model = named(tmp_path, "blade.inp", "*NODE\n1, 0.1, 0.02\n2, 0.2\n*NSET, NSET=PAD\n1, 2\n")
     assert model.nodes["1"] == (0.1, 0.02, 0.0)

@@ -170,7 +170,7 @@ class ForcedResponse(
     def with_stability(self, highest: float | None = None) -> ForcedResponse:
         """A copy whose dataset also says which of its points are stable, for figures, report and tables.
 
-        The perturbation δx of a periodic motion, with velocities and what sliders remember, is carried round one period,
+        The perturbation δx of a periodic motion, with velocities and what sliders remember, is integrated over one period,
         δx(T) = Φ δx(0). The motion is stable where all eigenvalues of Φ, Floquet's multipliers, are smaller than 1. A slider that
         never slips has a multiplier of exactly 1, which is not counted: it may stand anywhere between two limits.
         highest: natural frequency [Hz] up to which modes of the stuck structure move by themselves; those above follow at once,

@@ -57,7 +57,8 @@ def surface_contacts(
             continue
         title = f"{name} {each.rpartition('/')[2]}"
         own = law.share(float(weight))
-        own = _apart(own, against.gap(point.tolist(), normal.tolist())) if mesh_gap and isinstance(against, NodeSurface) else own
+        if mesh_gap and isinstance(against, NodeSurface):
+            own = _with_gap(own, against.gap(point.tolist(), normal.tolist()))
         contact = contact_in_space(title, own, node(each), opposite, _frame(name, normal, along), start)
         contacts.append(replace(contact, balanced=balanced))
     if not contacts:
@@ -67,7 +68,7 @@ def surface_contacts(
     return tuple(contacts)
 
 
-def _apart(law: Law, distance: float) -> Law:
+def _with_gap(law: Law, distance: float) -> Law:
     """The law with a distance added to its gap."""
     whole: Any = law
     apart: Law = replace(whole, gap=whole.gap + distance)

@@ -100,9 +100,9 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if stated and not known & stated:
         few = f"{', '.join(sorted(known)[:3])}{', ...' if len(known) > 3 else ''}"
         raise fault(file, f"must hold nodes of the model ({few})", sorted(stated)[:3])
-    wild = next((node for node, point in deck.nodes.items() if not np.all(np.isfinite(point))), None)
-    if wild is not None:
-        raise fault(f"{file}: the coordinates of node {wild}", "must be finite numbers", list(deck.nodes[wild]))
+    infinite = next((node for node, point in deck.nodes.items() if not np.all(np.isfinite(point))), None)
+    if infinite is not None:
+        raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
     return replace(content, nodes=nodes, sets=sets, notes=(*content.notes, *deck.notes))
 

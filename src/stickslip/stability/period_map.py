@@ -1,4 +1,4 @@
-"""A perturbation of a periodic motion, carried round one period: the matrix whose eigenvalues are Floquet's multipliers.
+"""A perturbation of a periodic motion over one period: the matrix whose eigenvalues are Floquet's multipliers.
 
 Between two instants δλ, the change of what contacts carry beyond their stuck springs, is taken as linear in time, and the modes
 of the stuck structure are exact. A stuck slider keeps its intercept, δy = const; a slipping one follows its limit,
