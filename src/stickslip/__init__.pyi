@@ -6,7 +6,7 @@ from . import units as units
 
 # Structures and models
 from .models.read import read_model as read_model, read_structure as read_structure
-from .interfaces.node_surface import NodeSurface as NodeSurface
+from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
 from .interfaces.surface_contacts import surface_contacts as surface_contacts
 from .structure.assembly import Spring as Spring, assemble as assemble
 from .structure.cyclic import CyclicStructure as CyclicStructure, cyclic as cyclic, sector_chain as sector_chain

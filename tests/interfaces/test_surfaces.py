@@ -268,3 +268,24 @@ def test_gaps_of_the_mesh_need_a_mesh_opposite_and_a_law_with_a_gap():
     for law, against in ((ss.Gap(kn=1e6), None), (array, up), (ss.Macroslip(kt=1e6, mu=0.3, normal_load=1.0), up)):
         with pytest.raises(InputError, match="mesh_gap must go with a surface opposite and a law that has a gap and kn"):
             ss.surface_contacts("s", law, low, against, mesh_gap=True)
+
+
+def test_a_mean_motion_spreads_a_force_by_area_and_reports_the_mean():
+    """Rigid translation moves the mean as itself; shares are those of contacts."""
+    points = grid([0.0, 1.0, 3.0], [0.0, 2.0, 3.0])
+    structure, along = structure_of(points), np.array([1.0, -2.0, 0.5])
+    found = ss.mean_motion(structure, "pad", along)
+    rows = {dof: k for k, dof in enumerate(structure.dofs)}
+    coefficients = np.zeros(len(rows))
+    for dof, coefficient in found.items():
+        coefficients[rows[dof]] = coefficient
+    np.testing.assert_allclose(coefficients.reshape(-1, 3).sum(axis=0), along, rtol=1e-12)
+    np.testing.assert_allclose(coefficients.reshape(-1, 3)[:, 0], surface(points, (0.0, 0.0, 1.0)).weights, rtol=1e-12)
+
+
+def test_a_mean_motion_of_a_line_and_of_one_node():
+    line = structure_of([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    assert ss.mean_motion(line, "pad", (1.0, 0.0, 0.0)) == pytest.approx({"pad/1.x": 1 / 6, "pad/2.x": 0.5, "pad/3.x": 1 / 3})
+    assert ss.mean_motion(structure_of([[0.0, 0.0, 0.0]]), "pad", (0.0, 0.0, 2.0)) == {"pad/1.z": 2.0}
+    with pytest.raises(InputError, match="direction must not be zero"):
+        ss.mean_motion(line, "pad", (0.0, 0.0, 0.0))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 import stickslip as ss
 from stickslip.problem.at_rest import normal_loads_at_rest
@@ -54,3 +55,44 @@ def test_a_check_names_frequencies_and_loads(tmp_path):
     above = path.read_text().replace("frequency = [145.0, 235.0]", "frequency = [1450.0, 2350.0]")
     _, nowhere, _ = model_summary(job(above, tmp_path, "wedge").sweep)
     assert nowhere == "None of them lies between 1450 and 2350 Hz, where the response is computed."
+
+
+def test_contacts_open_at_rest_are_those_of_the_least_potential_energy():
+    """A chain pulled off some stops and pressed on others; SciPy minimises ½ qᵀKq − pᵀq + Σ kn max(q − gap, 0)²/2."""
+    rng, size = np.random.default_rng(4), 6
+    K = 3.0 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    dofs = tuple(f"{k}.y" for k in range(size))
+    for _ in range(10):
+        p, gaps, kn = 4.0 * rng.normal(size=size), rng.uniform(-0.5, 0.5, size), 20.0
+        stops = tuple(
+            ss.Contact(dof, ss.Gap(kn=kn, gap=float(gap)), (), ss.between(dof, "ground"))
+            for dof, gap in zip(dofs, gaps, strict=True)
+        )
+        forces = tuple(ss.Force(dof, 0.0, static=float(each)) for dof, each in zip(dofs, p, strict=True))
+        problem = ss.Problem(ss.Structure(np.eye(size), K, dofs), stops, (ss.Force("0.y", 1.0), *forces), ("0.y",))
+
+        def energy(q, p=p, gaps=gaps, kn=kn):
+            N = np.maximum(kn * (q - gaps), 0.0)
+            return 0.5 * q @ K @ q - p @ q + 0.5 * N @ N / kn, K @ q - p + N
+
+        q = optimize.minimize(energy, 0.0 * p, jac=True, method="L-BFGS-B", options={"ftol": 1e-15, "gtol": 1e-10}).x
+        expected = np.maximum(kn * (q - gaps), 0.0)
+        assert 0 < np.count_nonzero(expected) < size
+        np.testing.assert_allclose(list(normal_loads_at_rest(problem).values()), expected, atol=1e-5)
+
+
+def test_modal_damping_across_an_open_gap_is_warned_of():
+    """Two masses apart: modes with the gap closed damp their relative motion, as C shows; those without do not."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 1.0]), ("1.y", "2.y"))
+    stop = ss.Contact("stop", ss.Gap(kn=10.0, gap=0.1), (), ss.between("1.y", "2.y"))
+
+    def problem(on, static=0.0):
+        damped = structure.with_damping(ss.ModalDamping(0.01, on=on))
+        return ss.Problem(damped, (stop,), (ss.Force("1.y", 1.0, static=static),), ("1.y",))
+
+    assert problem("stuck").C[0, 1] < -0.02
+    (warning,) = problem("stuck").warnings
+    assert "Contacts with a gap, open at rest (stop), are closed in the modes" in warning
+    assert not problem("free").warnings
+    assert not problem("free").C[0, 1]
+    assert not problem("stuck", static=1.0).warnings

@@ -239,3 +239,38 @@ def test_a_body_beside_a_rig_is_refused(folder):
     rig = '[study]\nanalysis = "forced_response"\n[structure]\nrig = "single_mass"\n[sweep]\nat = [0.1]\n'
     with pytest.raises(InputError, match="body must go with matrices"):
         study(folder, rig + '[[body]]\nname = "b"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n')
+
+
+def test_a_force_spread_over_a_surface(folder):
+    """The whole force arrives; the set is kept without being named, and reduction needs no `keep` beside it."""
+    spread = STUDY.replace(
+        'direction = "left/tip.x"\namplitude = 1.0', 'surface = "left/PLATL"\ndirection = { x = 1.0, y = -2.0 }\namplitude = 3.0'
+    )
+    assert spread != STUDY
+    problem = study(folder, spread).sweep.problem
+    force = next(each for each in problem.forces if each.amplitudes[1])
+    assert {dof.rpartition(".")[2] for dof in force.coefficients} == {"x", "y"}
+    for axis, total in (("x", 1.0), ("y", -2.0)):
+        assert sum(c for dof, c in force.coefficients.items() if dof.endswith(axis)) == pytest.approx(total)
+    assert all(dof.startswith("left/PLATL/") for dof in force.coefficients)
+
+
+@pytest.mark.parametrize(
+    ("direction", "message"),
+    [
+        ('"left/tip.x"', r"direction with surface must be x, y or z, or a table of these, but is 'left/tip.x'"),
+        ("{ w = 1.0 }", r"direction with surface must be x, y or z, or a table of these, but is 'w'"),
+    ],
+)
+def test_a_force_on_a_surface_has_a_direction_in_space(folder, direction, message):
+    with pytest.raises(InputError, match=message):
+        study(folder, STUDY.replace('direction = "left/tip.x"', f'surface = "left/PLATL"\ndirection = {direction}'))
+
+
+def test_a_model_held_by_its_surface_alone_may_be_reduced(folder):
+    """Contact surfaces are places enough; without any, the modes have nothing to go with."""
+    named = study(folder, STUDY).sweep.problem.structure
+    node = next(dof for dof in named.dofs if dof.startswith("left/PLATR/") and dof.endswith(".x"))
+    alone = STUDY.replace("keep = { tip = [0.0, 122.0, 0.0] }\n", "").replace("left/tip.x", node)
+    assert alone.count("keep") == STUDY.count("keep") - 1
+    assert len(study(folder, alone).sweep.problem.structure.dofs) == len(named.dofs) - 3

@@ -122,8 +122,7 @@ class NodeSurface:
         size = float(np.linalg.norm(across))
         if size <= LEVEL * np.linalg.norm(out):
             raise _no_way_out(name, out)
-        weights = _line_weights(plane.flat[:, 0]) if plane.rank else np.ones(1)
-        return cls(name, nodes, points, np.tile(across / size, (len(nodes), 1)), weights, 0.0)
+        return cls(name, nodes, points, np.tile(across / size, (len(nodes), 1)), _line_shares(plane), 0.0)
 
     def facing(self, point: Sequence[float]) -> NodeSurface:
         """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
@@ -177,6 +176,26 @@ class NodeSurface:
     def long_axis(self) -> Array:
         """The direction (3,) in which the surface is longest."""
         return np.asarray(self._plane.axes[0])
+
+
+def mean_motion(structure: Structure, name: str, direction: Sequence[float]) -> dict[str, float]:
+    """Coefficients of the mean displacement of a set of nodes along (x, y, z), each with its share w_k of the area, Σ w_k = 1.
+
+    As the direction of a `Force` it spreads the force evenly over the surface; as that of an `Output` it reports the mean.
+    Nodes on a line share its length. Contact surfaces have the same shares.
+    """
+    along, nodes = vector("direction", direction, 3), nodes_of(structure, name)
+    if not along.any():
+        raise fault("direction", "must not be zero", direction)
+    points = np.array([structure.nodes[each] for each in nodes])
+    plane = _Plane.of(points)
+    weights = _line_shares(plane) if plane.rank < 2 else NodeSurface._of_points(name, nodes, points, None, None).weights
+    return {
+        dof: float(share * coefficient)
+        for each, share in zip(nodes, weights, strict=True)
+        for dof, coefficient in node(each)(along.tolist()).items()
+        if coefficient
+    }
 
 
 def _no_way_out(name: str, out: Array) -> InputError:
@@ -336,8 +355,11 @@ def _clipped(polygon: Array, beyond: Array) -> Array:
     return np.array(kept).reshape(-1, 2)
 
 
-def _line_weights(along: Array) -> Array:
-    """Shares of points on a line: half the way to each neighbour."""
+def _line_shares(plane: _Plane) -> Array:
+    """Shares of points on a line, half the way to each neighbour; 1 for one point alone."""
+    if not plane.rank:
+        return np.ones(1)
+    along = plane.flat[:, 0]
     order = np.argsort(along)
     steps = np.diff(along[order])
     lengths = np.zeros(along.size)

@@ -136,5 +136,5 @@ def structure_of(
         remedy = "Leave [damping] out (in Python: damping), or write own_damping = false, so that C counts for nothing."
         raise InputError(f"Damping must be given once, but {where} a matrix C beside the damping rule. {remedy}")
     if places is None and modes is not None:
-        raise InputError("modes must go with keep, the places that are not reduced, but stands alone.")
+        raise InputError("modes must go with keep or a contact surface, the places that are not reduced, but stands alone.")
     return whole(model, damping) if places is None else reduced(model, places, modes, damping, progress)

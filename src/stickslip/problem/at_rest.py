@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,40 +13,52 @@ from stickslip.checks import Array
 from stickslip.contact.law import FrictionElements, NormalElements
 from stickslip.contact.point import Contact
 from stickslip.contact.start import MeanTraction, Start, TractionRatio
-from stickslip.problem.problem import Problem
+
+if TYPE_CHECKING:
+    from stickslip.problem.problem import Problem
 
 ROUNDS = 30
-"""How often the contacts that slip under the static loads are looked for."""
+"""How often the contacts that slip or are open under the static loads are looked for."""
 
-Slips = list[list[Array]]
-"""By contact and tangential direction: of each friction element 0 where it sticks at rest, else the sign of its force."""
+
+class State(NamedTuple):
+    """Of a contact at rest: by tangential direction, of each friction element 0 where it sticks, else the sign of its force; and
+    which normal elements are closed.
+    """
+
+    slips: list[Array]
+    closed: NDArray[np.bool_]
+
+    def same(self, other: State) -> bool:
+        pairs = zip((*self.slips, self.closed), (*other.slips, other.closed), strict=True)
+        return all(np.array_equal(one, two) for one, two in pairs)
 
 
 def normal_loads_at_rest(problem: Problem) -> dict[str, float]:
-    """Normal load of each contact with a normal direction, N, if all are closed: K q + Bᵀ f(B q) = p.
+    """Normal load of each contact with a normal direction, N, at K q + Bᵀ f(B q) = p; 0 of those that are open.
 
     f = S w + f₀ by the start states: T = kt (u − s) of slider offsets, ±μN where that is more, m μ N of traction ratios, T̄ of
     mean tractions; friction that forgets its start carries nothing at rest. Empty where such contacts do not hold the structure,
-    or where the search for those that slip does not end.
+    or where the search for those that slip or open does not end.
     """
     _, _, stuck, B, _ = problem.systems.at(0)
     ends = np.cumsum([len(contact.directions) for contact in problem.contacts])
     places = [slice(int(end) - len(c.directions), int(end)) for c, end in zip(problem.contacts, ends, strict=True)]
-    slips: Slips = [[np.zeros(group.stiffness.size) for group in contact.elements.friction] for contact in problem.contacts]
+    states = [_all_stuck(contact) for contact in problem.contacts]
     w = np.zeros(B.shape[0])
     for _ in range(ROUNDS):
         S, constant = np.zeros((w.size, w.size)), np.zeros(w.size)
-        for contact, rows, signs in zip(problem.contacts, places, slips, strict=True):
-            S[rows, rows], constant[rows] = _linear(contact, signs)
+        for contact, rows, state in zip(problem.contacts, places, states, strict=True):
+            S[rows, rows], constant[rows] = _linear(contact, state)
         stiffness = stuck + B.conj().T @ ((S - np.diag(problem.contact_stiffness)) @ B)
         motion = _solved(stiffness, problem.static_load - B.conj().T @ constant)
         if motion is None:
             return {}
         w = (B @ motion).real
-        found = [_slipping(contact, w[rows], signs) for contact, rows, signs in zip(problem.contacts, places, slips, strict=True)]
-        if all(np.array_equal(a, b) for one, other in zip(found, slips, strict=True) for a, b in zip(one, other, strict=True)):
+        found = [_state(contact, w[rows], state) for contact, rows, state in zip(problem.contacts, places, states, strict=True)]
+        if all(one.same(other) for one, other in zip(found, states, strict=True)):
             break
-        slips = found
+        states = found
     else:
         return {}
     normals = {
@@ -65,13 +77,19 @@ def _solved(stiffness: NDArray[Any], load: NDArray[Any]) -> NDArray[Any] | None:
             return None
 
 
-def _linear(contact: Contact, slips: list[Array]) -> tuple[Array, Array]:
-    """S and f₀ of a closed contact, by its directions."""
+def _all_stuck(contact: Contact) -> State:
+    normal = contact.elements.normal
+    slips = [np.zeros(group.stiffness.size) for group in contact.elements.friction]
+    return State(slips, np.ones(0 if normal is None else normal.stiffness.size, dtype=bool))
+
+
+def _linear(contact: Contact, state: State) -> tuple[Array, Array]:
+    """S and f₀ of a contact, by its directions."""
     size, normal = len(contact.directions), contact.elements.normal
     S, constant = np.zeros((size, size)), np.zeros(size)
     if normal is not None:
-        S[-1, -1], constant[-1] = normal.stiffness.sum(), normal.constant.sum()
-    for t, (start, group, signs) in enumerate(zip(contact.starts, contact.elements.friction, slips, strict=True)):
+        S[-1, -1], constant[-1] = normal.stiffness[state.closed].sum(), normal.constant[state.closed].sum()
+    for t, (start, group, signs) in enumerate(zip(contact.starts, contact.elements.friction, state.slips, strict=True)):
         if not contact.law.remembers_start:
             continue
         values = start.values(group.stiffness.size)
@@ -79,8 +97,9 @@ def _linear(contact: Contact, slips: list[Array]) -> tuple[Array, Array]:
             constant[t] += values.sum()
             continue
         ratios = values if isinstance(start, TractionRatio) else signs
-        S[t, -1] += ratios @ (_limits(group, normal, 1.0) - _limits(group, normal, 0.0))
-        constant[t] += ratios @ _limits(group, normal, 0.0)
+        at_zero = _limits(group, normal, 0.0, state)
+        S[t, -1] += ratios @ (_limits(group, normal, 1.0, state) - at_zero)
+        constant[t] += ratios @ at_zero
         if not isinstance(start, TractionRatio):
             stuck = np.where(signs == 0.0, group.stiffness, 0.0)
             S[t, t] += stuck.sum()
@@ -88,18 +107,22 @@ def _linear(contact: Contact, slips: list[Array]) -> tuple[Array, Array]:
     return S, constant
 
 
-def _limits(group: FrictionElements, normal: NormalElements | None, z: float) -> Array:
-    """The limit of each friction element of a closed contact at normal displacement z, linear in z, N."""
-    return group.limits(np.zeros(0) if normal is None else normal.stiffness * z + normal.constant)
+def _limits(group: FrictionElements, normal: NormalElements | None, z: float, state: State) -> Array:
+    """The limit of each friction element at normal displacement z, linear in z, N."""
+    return group.limits(np.zeros(0) if normal is None else np.where(state.closed, normal.stiffness * z + normal.constant, 0.0))
 
 
-def _slipping(contact: Contact, w: Array, slips: list[Array]) -> list[Array]:
-    """The elements that slip at a displacement of the contact: their springs would carry more than the limit."""
+def _state(contact: Contact, w: Array, state: State) -> State:
+    """At a displacement of the contact, friction elements slip whose springs would carry more than the limit; normal ones that
+    would pull are open.
+    """
     normal = contact.elements.normal
-    return [
-        _signs(start, group, w[t], _limits(group, normal, w[-1])) if contact.law.remembers_start else signs
-        for t, (start, group, signs) in enumerate(zip(contact.starts, contact.elements.friction, slips, strict=True))
+    closed = state.closed if normal is None else normal.forces(w[-1]) > 0.0
+    slips = [
+        _signs(start, group, w[t], _limits(group, normal, w[-1], state)) if contact.law.remembers_start else signs
+        for t, (start, group, signs) in enumerate(zip(contact.starts, contact.elements.friction, state.slips, strict=True))
     ]
+    return State(slips, closed)
 
 
 def _signs(start: Start, group: FrictionElements, u: float, limits: Array) -> Array:

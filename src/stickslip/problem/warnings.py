@@ -14,6 +14,7 @@ import numpy as np
 from stickslip.checks import Array, first_of
 from stickslip.contact.point import Contact, Direction
 from stickslip.contact.start import SliderOffset
+from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.structure.damping import ModalDamping
 
 if TYPE_CHECKING:
@@ -39,7 +40,14 @@ AXES, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """All warnings about a problem."""
-    found = (_stiffness(problem), _friction(problem), _starts(problem), _damping(problem), *_directions(problem))
+    found = (
+        _stiffness(problem),
+        _friction(problem),
+        _starts(problem),
+        _damping(problem),
+        _damped_gaps(problem),
+        *_directions(problem),
+    )
     return tuple(filter(None, found))
 
 
@@ -97,6 +105,27 @@ def _damping(problem: Problem) -> str:
     if largest <= LARGEST_RATIO:
         return ""
     return f"A large damping ratio: {largest:g}, {100.0 * largest:g} % of critical damping. One per cent is 0.01."
+
+
+def _damped_gaps(problem: Problem) -> str:
+    """Modal damping of modes in which contacts are closed that are open at rest: it joins their sides like dashpots."""
+    rule = problem.structure.damping
+    if not isinstance(rule, ModalDamping) or rule.on != "stuck" or not any(map(_has_gap, problem.contacts)):
+        return ""
+    loads = normal_loads_at_rest(problem)
+    open_ = [contact.name for contact in problem.contacts if _has_gap(contact) and not loads.get(contact.name, 1.0)]
+    if not open_:
+        return ""
+    return (
+        f"Contacts with a gap, open at rest ({_named(open_)}), are closed in the modes to which the damping ratio belongs: it "
+        'damps the motion of their sides against each other although they do not touch. Give ModalDamping on = "free".'
+    )
+
+
+def _has_gap(contact: Contact) -> bool:
+    """Whether the contact is open while nothing is displaced."""
+    normal = contact.elements.normal
+    return normal is not None and bool(np.all(normal.constant < 0.0))
 
 
 def _directions(problem: Problem) -> Iterator[str]:

@@ -139,10 +139,15 @@ def several(given: Any) -> list[Any]:
 
 def force(table: ForceTable, names: Names, units: Units) -> Force:
     """A force in SI."""
-    values = in_si(table, units)
     place = {table.direction: 1.0} if isinstance(table.direction, str) else table.direction
+    return force_along(names.coefficients(place), table, units)
+
+
+def force_along(direction: Mapping[str, float], table: ForceTable, units: Units) -> Force:
+    """A force in SI along a direction with coefficients in SI."""
+    values = in_si(table, units)
     amplitude = {table.harmonic: complex_amplitude(values["amplitude"])}
-    return Force(names.coefficients(place), amplitude, values["static"], omega_power=table.omega_power)
+    return Force(direction, amplitude, values["static"], omega_power=table.omega_power)
 
 
 def complex_amplitude(given: Any) -> complex:

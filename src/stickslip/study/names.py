@@ -44,7 +44,7 @@ def names_in(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key, places in (("contact", ("between", "tangential", "normal")), ("force", ("direction",)), ("dashpot", ("between",))):
         tables = document.get(key)
         for number, table in enumerate(tables if isinstance(tables, list) else (), start=1):
-            if isinstance(table, dict):
+            if isinstance(table, dict) and not (key == "force" and "surface" in table):
                 for place in places:
                     yield from ((f"[[{key}]] {number}: {place}", name) for name in words(table.get(place)))
     base = document.get("base")

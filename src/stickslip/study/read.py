@@ -30,7 +30,7 @@ from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
 from stickslip.study.renamed import with_new_names
-from stickslip.study.surfaces import contacts_on, surfaces_in
+from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
 from stickslip.study.tables import BaseTable, BodyTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
 from stickslip.study.units import SYSTEMS, Units
 
@@ -295,7 +295,7 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     """A problem from models, bodies, contacts and forces."""
     units = tables.units
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
-    several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact)
+    several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)
     bodies, pulls = bodies_of(tables.bodies, units, (*structures, GROUND), found)
     whole = len(structures) == len(tables.structures) and len(bodies) == len(tables.bodies)
@@ -304,7 +304,7 @@ def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found:
     names = Names(known or (parts.structure.dofs if parts else ()), units)
     found.messages += names.faults(document) if parts and not known else []
     contacts = contacts_of(tables, names, parts, found, messages[1])
-    forces, dashpots = (*forces_of(tables, names, found), *pulls), dashpots_of(tables, names, found)
+    forces, dashpots = (*forces_of(tables, names, parts, found), *pulls), dashpots_of(tables, names, found)
     if tables.sweep and tables.sweep.outputs is None:
         found.messages.append("[sweep]: outputs must be given, but is missing. Name degrees of freedom to report.")
     outputs = build.outputs(tables.sweep, names) if tables.sweep else ()
@@ -334,11 +334,15 @@ def contacts_of(tables: Tables, names: Names, parts: Parts | None, found: Found,
     return tuple(contacts)
 
 
-def forces_of(tables: Tables, names: Names, found: Found) -> tuple[Force, ...]:
-    numbered = [(number, table) for number, table in enumerate(tables.force, start=1) if table is not None]
-    made: list[Force | None] = [
-        found.attempt(f"[[force]] {number}", build.force, table, names, tables.units) for number, table in numbered
-    ]
+def forces_of(tables: Tables, names: Names, parts: Parts | None, found: Found) -> tuple[Force, ...]:
+    """The forces; those on surfaces follow once the structure is there."""
+    made: list[Force | None] = []
+    for number, table in enumerate(tables.force, start=1):
+        place = f"[[force]] {number}"
+        if table is not None and table.surface is not None:
+            made.append(found.attempt(place, force_on, table, parts, tables.units) if parts else None)
+        elif table is not None:
+            made.append(found.attempt(place, build.force, table, names, tables.units))
     made.append(found.attempt("[base]", build.base, tables.base, names, tables.units) if tables.base else None)
     return tuple(force for force in made if force is not None)
 

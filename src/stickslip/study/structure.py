@@ -38,10 +38,10 @@ def structure(
     """
     own = SYSTEMS[table.units] if table.units is not None else units
     model = _model(table, folder, own)
-    places = None
-    if table.keep is not None:
-        besides = [name for name in surfaces if name in model.sets and name not in table.keep]
-        places = places_of(model, table.keep, own.system.metres, besides)
+    keep = {} if table.keep is None else table.keep
+    besides = [name for name in surfaces if name in model.sets and name not in keep]
+    reduced = table.keep is not None or (table.modes is not None and besides)
+    places = places_of(model, keep, own.system.metres, besides) if reduced else None
     notes = (*map(str, places or ()), *model.notes, *implausible(model))
     made = structure_of(model, places, table.modes, damping, progress)
     return made if table.shift is None else made.shifted([own.system.metres * each for each in table.shift]), notes

@@ -1,4 +1,4 @@
-"""[[contact]] tables with a `surface`: contacts at the nodes of a set, against a body, another set or the ground."""
+"""[[contact]] and [[force]] tables with a `surface`: contacts at the nodes of a set, and forces spread over it."""
 
 from __future__ import annotations
 
@@ -11,20 +11,26 @@ import numpy as np
 from stickslip.checks import Array, InputError, counted, fault, nearest
 from stickslip.contact.law import Law
 from stickslip.contact.point import GROUND, Contact
-from stickslip.interfaces.node_surface import NodeSurface
+from stickslip.interfaces.node_surface import NodeSurface, mean_motion
 from stickslip.interfaces.surface_contacts import Opposite, surface_contacts
+from stickslip.loads import Force
+from stickslip.study.build import force_along
 from stickslip.study.contacts import ContactTable, FrictionTable, SurfaceTable
 from stickslip.study.parts import Parts
 from stickslip.study.starts import start_rules
+from stickslip.study.tables import ForceTable
 from stickslip.study.units import Units, in_si
+
+AXES = ("x", "y", "z")
 
 FAR, SMALLEST = 10.0, 1e-4
 """Distance of what lies opposite from where on it is likely a slip, over the size of the surface or this length [m]."""
 
 
-def surfaces_in(tables: Iterable[ContactTable | None]) -> list[str]:
-    """Names of the sets of nodes that contacts may speak of."""
-    given = [name for table in tables if isinstance(table, SurfaceTable) for name in (table.surface, table.against)]
+def surfaces_in(contacts: Iterable[ContactTable | None], forces: Iterable[ForceTable | None]) -> list[str]:
+    """Names of the sets of nodes that contacts and forces may speak of."""
+    given = [name for table in contacts if isinstance(table, SurfaceTable) for name in (table.surface, table.against)]
+    given += [table.surface for table in forces if table is not None]
     return [name for name in dict.fromkeys(given) if name is not None and name != GROUND]
 
 
@@ -40,6 +46,16 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
     more: dict[str, Any] = {"start": start, "balanced": getattr(table, "balanced", False), "mesh_gap": table.mesh_gap}
     contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, **more)
     return contacts, _note(name, surface, len(contacts), table, _middle(table, against, parts))
+
+
+def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
+    """A force spread over a surface, in SI."""
+    given = {table.direction: 1.0} if isinstance(table.direction, str) else table.direction
+    unknown = [axis for axis in given if axis not in AXES]
+    if unknown:
+        raise fault("direction with surface", "must be x, y or z, or a table of these", unknown[0])
+    along = [given.get(axis, 0.0) for axis in AXES]
+    return force_along(mean_motion(parts.structure, str(table.surface), along), table, units)
 
 
 def _opposite(table: SurfaceTable, parts: Parts) -> Opposite:

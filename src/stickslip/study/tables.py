@@ -181,7 +181,13 @@ class ForceTable(Table):
 
     renamed: ClassVar[dict[str, str]] = {"at": "direction"}
 
-    direction: Annotated[Place, Field(description="degree of freedom, or a table of coefficients")]
+    direction: Annotated[
+        Place,
+        Field(description="degree of freedom, or a table of coefficients; with `surface` x, y or z, or a table of these"),
+    ]
+    surface: Annotated[
+        str | None, Field(description="set of nodes over which the force is spread by area; `amplitude` is the whole force")
+    ] = None
     amplitude: Annotated[Amplitude, FORCE, Field(description="F for F cos ωt, or [re, im]; F sin ωt is [0, −F]")] = 0.0
     harmonic: Annotated[int, Field(ge=1, le=1000, description="h")] = 1
     static: Annotated[Number, FORCE, Field(description="constant part; force levels leave it as it is")] = 0.0

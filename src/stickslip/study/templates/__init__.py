@@ -1,6 +1,6 @@
 """Commented study files to start from, KIND.toml in this folder; $words stand for inserted values.
 
-`beside.py` writes the files that some of them need beside them.
+`beside.py` and `models.py` write the files that some of them need beside them.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from stickslip.checks import fault, similar
 from stickslip.dampers import SHAPES
 from stickslip.files import write_text
 from stickslip.study.templates.beside import (
-    blade_model,
     synthetic_contact_record,
     synthetic_loops,
     synthetic_responses,
     wedge_matrices,
 )
+from stickslip.study.templates.models import blade_model, two_beams_with_a_gap, two_jointed_beams
 
 FORCE_LEVELS = (1.0, 5.0, 20.0, 50.0, 80.0, 100.0)
 """Force levels of the published experiment on the single blade, N."""
@@ -30,6 +30,8 @@ KINDS = tuple(sorted(Path(file.name).stem for file in resources.files(__name__).
 BESIDE: dict[str, Callable[[Path], tuple[dict[str, str], list[Path]]]] = {
     "lumped": wedge_matrices,
     "model": blade_model,
+    "jointed_beams": two_jointed_beams,
+    "beams_with_a_gap": two_beams_with_a_gap,
     "identification": synthetic_loops,
     "contact_law": synthetic_contact_record,
     "response_identification": synthetic_responses,

@@ -15,10 +15,6 @@ from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import loop_of, synthetic_record, true_cycle
 from stickslip.rigs import blade_and_wedge, three_mass_wedge
 from stickslip.rigs.laboratory_damper import laboratory_damper
-from stickslip.structure.solid import box_mesh, solid
-
-BLADE = (8.0, 120.0, 30.0)
-"""Thickness, height and width of the blade, mm."""
 
 
 def wedge_matrices(study: Path) -> tuple[dict[str, str], list[Path]]:
@@ -27,29 +23,6 @@ def wedge_matrices(study: Path) -> tuple[dict[str, str], list[Path]]:
     with replacing(file) as temporary:
         np.savez(temporary, M=structure.M, K=structure.K, C=np.asarray(structure.C))
     return {"matrices": file.name}, [file]
-
-
-def blade_model(study: Path) -> tuple[dict[str, str], list[Path]]:
-    """A clamped blade as another program would export it: matrices in mm, t, s with names and coordinates of its nodes."""
-    file = study.with_suffix(".npz")
-    with replacing(file) as temporary:
-        np.savez_compressed(temporary, **_blade())  # type: ignore[arg-type]
-    return {"model": file.name}, [file]
-
-
-def _blade() -> dict[str, object]:
-    thickness, height, width = (1e-3 * size for size in BLADE)
-    lines = (np.array([0.0, thickness]), np.linspace(0.0, height, 9), np.linspace(0.0, width, 3))
-    blade = solid(box_mesh(*lines)).clamp(lambda points: points[:, 1] < 1e-9)
-    names = {
-        int(row): f"{node}.{axis}"
-        for node, rows in enumerate(blade.numbers, start=1)
-        for axis, row in zip("xyz", rows, strict=True)
-        if row >= 0
-    }
-    nodes = np.column_stack([np.arange(1, len(blade.points) + 1), 1e3 * blade.points])
-    dofs = [names[row] for row in range(blade.size)]
-    return {"M": 1e-3 * blade.M.toarray(), "K": 1e-3 * blade.K.toarray(), "dofs": dofs, "nodes": nodes}
 
 
 def synthetic_loops(study: Path) -> tuple[dict[str, str], list[Path]]:

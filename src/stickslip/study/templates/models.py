@@ -1,0 +1,100 @@
+"""Models of the templates as another program would export them: matrices with names of rows, and a table of nodes with sets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.checks import Array
+from stickslip.files import replacing, write_text
+from stickslip.structure.solid import Solid, box_mesh, solid
+
+MM = 1e-3
+Where = Callable[[Array], bool]
+"""Whether a point [mm] belongs to a set of nodes."""
+
+BLADE = (8.0, 120.0, 30.0)
+"""Thickness, height and width of the blade, mm."""
+
+
+def blade_model(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """A clamped blade: matrices in mm, t, s with names and coordinates of its nodes."""
+    thickness, height, width = BLADE
+    blade = _block([0.0, thickness], np.linspace(0.0, height, 9), np.linspace(0.0, width, 3))
+    file = _write_matrices(study.with_suffix(".npz"), blade.clamp(lambda points: points[:, 1] < 1e-9))
+    return {"model": file.name}, [file]
+
+
+def two_jointed_beams(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """Beams of 40 x 20 x 5 and 140 x 20 x 5 mm that overlap by 20 mm, the short one clamped; 3 x 5 nodes each in the joint."""
+    x, y = [20.0, 30.0, 40.0], [0.0, 5.0, 10.0, 15.0, 20.0]
+    upper = _block(np.arange(0.0, 41.0, 10.0), y, [0.0, 5.0]).clamp(lambda points: points[:, 0] < 1e-9)
+    lower = _block(np.arange(20.0, 161.0, 10.0), y, [-5.0, 0.0])
+    joint = _on(x, y, [0.0])
+    return _written(study, {"upper": (upper, {"JOINT": joint}), "lower": (lower, {"JOINT": joint})})
+
+
+def two_beams_with_a_gap(study: Path) -> tuple[dict[str, str], list[Path]]:
+    """Clamped beams of 160 x 20 x 3.344 mm, 0.01 mm apart; 5 x 3 nodes on each side of the last quarter of both."""
+    x, y, thickness, gap = np.linspace(0.0, 160.0, 17), [0.0, 10.0, 20.0], 3.344, 0.01
+    end = x[x >= 120.0].tolist()
+    beams = {}
+    for name, bottom in (("upper", gap), ("lower", -thickness)):
+        beam = _block(x, y, [bottom, bottom + thickness]).clamp(lambda points: points[:, 0] < 1e-9)
+        inside, outside = (bottom, bottom + thickness) if name == "upper" else (0.0, bottom)
+        beams[name] = (beam, {"INSIDE": _on(end, y, [inside]), "OUTSIDE": _on(end, y, [outside])})
+    return _written(study, beams)
+
+
+def _block(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Solid:
+    """A free block of steel between grid lines in mm."""
+    return solid(box_mesh(*(MM * np.asarray(lines, dtype=float) for lines in (x, y, z))))
+
+
+def _on(x: Sequence[float], y: Sequence[float], z: Sequence[float]) -> Where:
+    """Whether a point lies on grid lines, all three [mm]: mid-edge nodes do not."""
+    lines = [np.asarray(each) for each in (x, y, z)]
+    return lambda point: all(np.abs(line - c).min() < 1e-6 for line, c in zip(lines, point, strict=True))
+
+
+def _written(study: Path, bodies: Mapping[str, tuple[Solid, Mapping[str, Where]]]) -> tuple[dict[str, str], list[Path]]:
+    """Matrices and nodes of several bodies, STUDY_NAME.npz and STUDY_NAME.csv; the words of the study are the files."""
+    words: dict[str, str] = {}
+    files: list[Path] = []
+    for name, (body, sets) in bodies.items():
+        place = study.with_name(f"{study.stem}_{name}")
+        written = [_write_matrices(place.with_suffix(".npz"), body), _write_nodes(place.with_suffix(".csv"), body, sets)]
+        words |= {name: written[0].name, f"{name}_nodes": written[1].name}
+        files += written
+    return words, files
+
+
+def _write_matrices(file: Path, body: Solid) -> Path:
+    """M and K in mm, t, s with the names of their rows and, for models without a table of nodes, their coordinates."""
+    names = {
+        int(row): f"{node}.{axis}"
+        for node, rows in enumerate(body.numbers, start=1)
+        for axis, row in zip("xyz", rows, strict=True)
+        if row >= 0
+    }
+    nodes = np.column_stack([np.arange(1, len(body.points) + 1), body.points / MM])
+    dofs = [names[row] for row in range(body.size)]
+    with replacing(file) as temporary:
+        np.savez_compressed(temporary, M=1e-3 * body.M.toarray(), K=1e-3 * body.K.toarray(), dofs=dofs, nodes=nodes)
+    return file
+
+
+def _write_nodes(file: Path, body: Solid, sets: Mapping[str, Where]) -> Path:
+    """A table of nodes with coordinates [mm] and sets."""
+    points = body.points / MM
+    rows = [
+        ",".join([str(node), *(f"{c:.9g}" for c in point), _sets_at(point, sets)]) for node, point in enumerate(points, start=1)
+    ]
+    return write_text(file, "\n".join(["node,x,y,z,set", *rows]) + "\n")
+
+
+def _sets_at(point: Array, sets: Mapping[str, Where]) -> str:
+    return " ".join(name for name, holds in sets.items() if holds(point))
