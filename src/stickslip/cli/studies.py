@@ -102,12 +102,15 @@ def check(
 ) -> None:
     """Check a study without running it, and list all its faults."""
     from stickslip.study.model_summary import model_summary
+    from stickslip.study.run_time import run_time
 
     job = read_job(study)
     _ = job.plan.works  # reads the files that the study names
     say(f"{study} is valid: {job.plan.summary}.")
     for sentence in model_summary(job.sweep) if job.sweep else []:
         say(sentence)
+    if time := run_time(job):
+        say(time)
     if show:
         say(f"Wrote {written_model(job, study)}: open it in a browser.")
 

@@ -1,0 +1,77 @@
+"""How long a study of responses over a band will take: some points are traced where contacts slip, and counted up."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from time import process_time
+from typing import TYPE_CHECKING
+
+import numba
+import numpy as np
+
+from stickslip.checks import counted
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.solve.continuation import first_point, trace
+from stickslip.solve.curve_points import LostCurveError
+from stickslip.study.analysis import Sweep
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    from stickslip.study.read import Job
+
+POINTS = 300
+"""Solutions of a curve and of its peaks as dear as those that are tried; the templates take 100 to 1900."""
+
+TRIED, LONGEST = 15, 1.0
+"""Points that are traced to see how long one takes, and CPU seconds after which it is enough."""
+
+AUTOMATIC = 7
+"""Harmonics that stand for those which are chosen during the run."""
+
+STEPS = ((10.0, "seconds"), (90.0, "about a minute"), (1200.0, "minutes"), (5400.0, "about an hour"), (40000.0, "hours"))
+"""CPU seconds up to which computing takes so long: what is estimated is right to a factor of five."""
+
+LARGEST = 4000
+"""Degrees of freedom, and harmonic coefficients of contact rows, up to which a check solves a point."""
+
+CURVES = ("forced_response", "response_samples")
+"""Analyses whose cases are curves."""
+
+
+def run_time(job: Job) -> str:
+    """A sentence on the time of all curves over a band; empty for other analyses, and where no point could be solved."""
+    sweep = job.sweep
+    if sweep is None or job.analysis not in CURVES or not isinstance(sweep.frequencies, Band):
+        return ""
+    if not any(Path(str(numba.config.CACHE_DIR)).rglob("*.nbi")):  # type: ignore[attr-defined]
+        return "The first run on this machine compiles for about a minute; a check after it estimates the time of a run."
+    curves, band = sum(len(work.names) for work in job.plan.works.values()), sweep.frequencies
+    seconds = _seconds_a_point(sweep, band)
+    if seconds is None:
+        return ""
+    words = next((words for limit, words in STEPS if POINTS * curves * seconds < limit), "days")
+    return f"Computing {counted(curves, 'curve')} takes {words} of one core, by a rough estimate from a few points."
+
+
+def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
+    """CPU seconds of a point on the way to the highest linear resonance, at the largest force level."""
+    harmonics = AUTOMATIC if sweep.harmonics == "auto" else sweep.harmonics
+    orders = harmonics if isinstance(harmonics, int) else len(harmonics)
+    if max(sweep.problem.structure.M.shape[0], (2 * orders + 1) * len(sweep.problem.B)) > LARGEST:
+        return None
+    balance = HarmonicBalance(sweep.problem, harmonics, sweep.samples)
+    stuck = sweep.problem.frequencies(stuck=True)
+    inside = stuck[(stuck > band.low) & (stuck < band.high)]
+    middle = float(inside[0]) if inside.size else 0.5 * (band.low + band.high)
+    with np.errstate(all="ignore"):
+        first = first_point(balance, 2.0 * np.pi * middle, max(sweep.force_levels))
+    if not first.converged:
+        return None
+    points, begun = 0, process_time()
+    with suppress(LostCurveError):
+        for _ in trace(balance, first, "omega", 2.0 * np.pi * band.low):
+            points += 1
+            if points >= TRIED or process_time() - begun > LONGEST:
+                break
+    return (process_time() - begun) / points if points else None

@@ -1,0 +1,46 @@
+"""How long a run will take, as `check` says it."""
+
+import numba
+import pytest
+
+from stickslip.cli import main
+from stickslip.study import read
+from stickslip.study.run_time import run_time
+from stickslip.study.templates import write_new
+
+
+def study(tmp_path, kind="lumped", *changes):
+    path, *_ = write_new(kind, tmp_path / "study.toml")
+    text = path.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
+    return path
+
+
+def test_a_check_says_how_long_a_run_takes(tmp_path, capsys):
+    """Three curves of three masses take seconds on any machine; ten thousand do not."""
+    path = study(tmp_path)
+    run_time(read(path))  # compiles, where that is still to be done
+    assert run_time(read(path)) == "Computing 3 curves takes seconds of one core, by a rough estimate from a few points."
+    with pytest.raises(SystemExit) as end:
+        main(["check", str(path)])
+    assert not end.value.code
+    assert "Computing 3 curves takes seconds of one core" in capsys.readouterr().out
+    levels = ", ".join(f"{1.0 + 0.0001 * k:.4f}" for k in range(10000))
+    old = next(line for line in path.read_text().splitlines() if line.startswith("force_levels"))
+    many = run_time(read(study(tmp_path / "many", "lumped", (old, f"force_levels = [{levels}]"))))
+    assert many.startswith("Computing 10000 curves takes ")
+    assert "seconds" not in many
+
+
+def test_listed_frequencies_and_other_analyses_have_no_estimate(tmp_path):
+    old = next(line for line in study(tmp_path).read_text().splitlines() if line.startswith("frequency"))
+    assert run_time(read(study(tmp_path / "at", "lumped", (old, "at = [160.0, 161.0]")))) == ""
+    assert run_time(read(study(tmp_path / "other", "damper_cycle"))) == ""
+
+
+def test_without_compiled_kernels_a_check_compiles_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "empty"))
+    assert "compiles for about a minute" in run_time(read(study(tmp_path)))
