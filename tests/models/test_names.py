@@ -137,3 +137,20 @@ def test_damaged_decks_are_refused_or_read(tmp_path_factory, name, text, data):
     except InputError:
         return
     assert all(np.isfinite(point).all() for point in model.nodes.values())
+
+
+def test_nodes_without_coordinates_and_strange_nodes_of_sets_are_noted(tmp_path):
+    """A table of part of the nodes is taken, but not in silence; clamped nodes, with coordinates and without rows, are usual."""
+    model = named(tmp_path, "nodes.csv", "node,x,y,z,set\n1,0.1,0,0,PAD\n2,0.2,0,0,PAD\n70,0,0,0,PAD\n")
+    assert [note for note in model.notes if "nodes.csv" in note] == [
+        "nodes.csv gives no coordinates of 4 nodes of the model: 3, 4, 5, 6."
+    ]
+    model = named(tmp_path, "part.inp", "*NODE\n" + "".join(f"{k}, {k}.\n" for k in range(1, 7)) + "*NSET, NSET=PAD\n1, 77\n")
+    assert "Sets of part.inp name 1 node that the model does not have: 77." in model.notes
+
+
+def test_a_cell_left_out_of_a_table_is_no_zero(tmp_path):
+    """`1,,0.02,0` lacks its x; a table with columns node, x, y has z = 0 throughout."""
+    with pytest.raises(InputError, match=r"The coordinates of node 1 must be finite numbers, but is \['', '0\.02', '0'\]"):
+        named(tmp_path, "nodes.csv", "node,x,y,z\n1,,0.02,0\n")
+    assert named(tmp_path, "nodes.csv", "node,x,y\n1,0.1,0.02\n").nodes["1"] == (0.1, 0.02, 0.0)

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stickslip.checks import InputError, fault, nearest
+from stickslip.checks import InputError, counted, fault, first_of, nearest
 from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.deck import Deck, read_deck
@@ -31,6 +31,8 @@ DECKS: Mapping[str, Callable[[Path], Deck]] = {
     **dict.fromkeys((".bdf", ".dat", ".nas"), read_grid),
 }
 """Readers of the decks of programs, by the ending of the file."""
+SHOWN = 5
+"""Nodes that a note lists."""
 LONGEST_NAME = 200
 """Characters of a node's or set's name."""
 
@@ -78,7 +80,7 @@ def with_names(content: Content, path: Path) -> Content:
     if reader is not None:
         return with_nodes(content, _deck(reader, path), path.name)
     rows = _table(path)
-    nodes = located((row["node"], _point(row)) for row in rows if row.get("x"))
+    nodes = located((row["node"], _point(row)) for row in rows if any(row.get(axis) for axis in "xyz"))
     members: dict[str, dict[str, None]] = {}
     for row in rows:
         for name in (row.get("set") or "").split():
@@ -104,7 +106,17 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if infinite is not None:
         raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
-    return replace(content, nodes=nodes, sets=sets, notes=(*content.notes, *deck.notes))
+    return replace(content, nodes=nodes, sets=sets, notes=(*content.notes, *deck.notes, *_missing(known, deck, file)))
+
+
+def _missing(known: set[str], deck: Deck, file: str) -> Iterator[str]:
+    """Notes on nodes of the model without coordinates, and on nodes of sets that nothing else knows."""
+    without = sorted(known - deck.nodes.keys()) if deck.nodes else []
+    if without:
+        yield f"{file} gives no coordinates of {counted(len(without), 'node')} of the model: {first_of(without, SHOWN)}."
+    strange = sorted({node for members in deck.sets.values() for node in members} - known - deck.nodes.keys())
+    if strange:
+        yield f"Sets of {file} name {counted(len(strange), 'node')} that the model does not have: {first_of(strange, SHOWN)}."
 
 
 def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
@@ -154,7 +166,7 @@ def _direction(text: str) -> str:
 
 def _point(row: Mapping[str, str]) -> Point:
     try:
-        x, y, z = (float(row.get(axis) or 0.0) for axis in "xyz")
+        x, y, z = (float(row[axis]) if axis in row else 0.0 for axis in "xyz")
     except ValueError:
         x = math.nan
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
