@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 _ABSENT = {"free": "without contacts", "stuck": "with stuck contacts"}
 
+SAME = 5e-4
+"""Relative difference of two frequencies or amplitudes below which a sentence calls them the same."""
+
 
 def headline(dataset: xr.Dataset, output: int = 0) -> str:
     """One or two sentences over all force levels."""
@@ -138,8 +141,9 @@ def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
         if linear is not None:
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"
+            away = f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side}"
             meant = f"the {_which_resonance(dataset, which)} {_ABSENT[which]}"
-            words.append(f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side} {meant}")
+            words.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
     return ", " + " and ".join(words) if words else ""
 
 
@@ -148,8 +152,9 @@ def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     for which in ("stuck", "free"):
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
-            ratio = peak.amplitude / linear[1]
-            words.append(f"{percent(abs(1.0 - ratio))} {'lower' if ratio <= 1.0 else 'higher'} than {_ABSENT[which]}")
+            change = peak.amplitude / linear[1] - 1.0
+            other = f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than"
+            words.append(f"{'as high as' if abs(change) < SAME else other} {_ABSENT[which]}")
     return "; " + ", ".join(words) if words else ""
 
 

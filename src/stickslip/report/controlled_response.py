@@ -33,18 +33,17 @@ def _newtons(dataset: xr.Dataset, level: float) -> str:
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """Where force and displacement are at 90°, for each amplitude: the lowest force."""
-    lines = [f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"]
-    count = dataset.sizes["case"]
+    lines, count, held = [], dataset.sizes["case"], f"{dataset.attrs['quantity']} of {dataset.attrs['output_held']} held"
     for case in range(min(count, MOST)):
         found = dataset["resonance_frequency"].values[case]
         if not (found.size and np.isfinite(found[0])):
-            lines.append(f"  {_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
+            lines.append(f"{held} at {_name(dataset, case)}: force and displacement are nowhere at 90° in the band")
             continue
         force, loss = (float(dataset[f"resonance_{name}"].values[case, 0]) for name in ("force_level", "loss_factor"))
         at = f"{_newtons(dataset, force)} at {hertz(float(found[0]))} Hz"
-        lines.append(f"  {_name(dataset, case)}: at 90° with {at}, loss factor {loss:.4g}")
+        lines.append(f"{held} at {_name(dataset, case)}: phase resonance with {at}, loss factor {loss:.4g}")
     if count > MOST:
-        lines.append(f"  {MOST} of {count} amplitudes; all stand in the report")
+        lines.append(f"{MOST} of {count} amplitudes; all stand in the report")
     return lines
 
 

@@ -172,10 +172,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     kt, mu = 1e-6 * float(own["kt"]), float(own["mu"])
     low, high = 1e-6 * own["kt_interval"].values
     lines = [
-        str(dataset.attrs["summary"]),
         f"{best}: kt = {kt:.4g} N/um, 95 % between {low:.4g} and {high:.4g}; "
         f"mu = {mu:.4g}, 95 % between {float(own['mu_interval'][0]):.4g} and {float(own['mu_interval'][1]):.4g}",
         f"misfit {_misfits(own)}; energy per cycle {_energies(dataset)}",
+        str(dataset.attrs["summary"]),
     ]
     others = [law for law in dataset["law"].values if law != best]
     if others:
