@@ -114,17 +114,38 @@ def test_the_peaks_of_one_mass(one_mass, tmp_path):
     assert data.attrs["title"] == "One mass and a slider"
 
 
-def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path, monkeypatch):
+def test_figures_are_drawn_on_request(one_mass, tmp_path):
+    """By the run itself or afterwards, all or some, in other formats and places; a report renews those that lie there."""
+    one_mass.write_text(QUICK)
+    out = tmp_path / "out"
+    assert stickslip_command("run", one_mass, "--out", out, "--figures").exit_code == 0
+    written = {path.name for path in (out / "figures").iterdir()}
+    assert {"response.png", "response.svg", "loops.png"} <= written
+    (out / "figures" / "response.svg").write_text("old")
+    assert stickslip_command("report", out).exit_code == 0
+    assert (out / "figures" / "response.svg").read_text() != "old"
+    shown = stickslip_command("plot", out / "results.nc", "--figure", "response", "--format", "pdf", "--out", tmp_path / "slides")
+    assert shown.exit_code == 0
+    assert [path.name for path in (tmp_path / "slides").iterdir()] == ["response.pdf"]
+    assert "response.pdf" in shown.output
+    assert stickslip_command("plot", out).exit_code == 0
+    assert {path.name for path in (out / "figures").iterdir()} == written
+    wrong = stickslip_command("plot", out, "--figure", "respons")
+    assert wrong.exit_code == 2
+    assert "must be a figure of these results, but is 'respons'. Did you mean 'response'?" in wrong.output
+    wrong = stickslip_command("plot", out, "--format", "gif")
+    assert "--format must be png, svg or pdf, but is 'gif'" in wrong.output
+
+
+def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path):
     one_mass.write_text(QUICK)
     out = tmp_path / "deep" / "out"
     result = stickslip_command("run", one_mass, "--out", out)
     assert result.exit_code == 0
     assert "highest peaks of 1.x" in result.output
     assert "force 0.5" in result.output
-    written = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
-    assert {"results.nc", "report.html", "figures/response.png", "figures/response.svg"} <= written
+    assert {path.relative_to(out).as_posix() for path in out.rglob("*")} == {"results.nc", "report.html"}
     (out / "report.html").unlink()
-    monkeypatch.setattr("stickslip.plots.files.write_figure", lambda figure, path, suffix: None)
     for place in (out, out / "results.nc"):
         assert stickslip_command("report", place).exit_code == 0
     assert "One mass and a slider" in (out / "report.html").read_text()

@@ -31,7 +31,7 @@ def command(*arguments):
 
 def test_a_record_becomes_an_answer_a_report_and_results(record, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    shown = command("contact-law", record, "--normal-load", 100)
+    shown = command("contact-law", record, "--normal-load", 100, "--figures")
     assert shown.exit_code == 0, shown.output
     found = re.search(r"jenkins: kt = ([\d.]+) N/um, .*; mu = ([\d.]+), 95 %", shown.output)
     assert float(found[1]) == pytest.approx(20.0, rel=0.01)

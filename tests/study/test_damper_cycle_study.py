@@ -27,7 +27,7 @@ def test_the_template_runs_to_a_report(tmp_path, capsys):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     study.write_text(TEMPLATE.replace("steps = 1000 ", "steps = 200 "))
     with pytest.raises(SystemExit) as end:
-        main(["run", str(study), "--out", str(out)])
+        main(["run", str(study), "--out", str(out), "--figures"])
     assert not end.value.code
     found = open_results(out / "results.nc")
     python = damper_cycle(laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6), steps=200)
@@ -133,7 +133,7 @@ def finished(study, out, *options):
 def test_every_steady_cycle_from_a_study(tmp_path, capsys):
     text = STARTS_TEMPLATE.replace("count = 20 ", "count = 6 ").replace("steps = 500 ", "steps = 100 ")
     (tmp_path / "study.toml").write_text(text)
-    found = finished(tmp_path / "study.toml", tmp_path / "out", "--workers", "1")
+    found = finished(tmp_path / "study.toml", tmp_path / "out", "--workers", "1", "--figures")
     python = steady_cycles(laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), out_of_phase(0.3e-6), starts=6, steps=100)
     np.testing.assert_allclose(found.loop_energy, [cycle.energy for cycle in python.cycles], rtol=1e-9)
     assert tuple(found.starts.values) == python.counts

@@ -143,7 +143,7 @@ def assert_resumes_to_the_same(folder, whole, workers):
     assert resumed.returncode == 0, resumed.stderr
     assert f"Resuming from {counted(len(before), 'completed curve')} in" in resumed.stdout or not before
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), whole)
-    assert sorted(path.name for path in (folder / "out").iterdir()) == ["figures", "report.html", "results.nc"]
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["report.html", "results.nc"]
     return len(before)
 
 

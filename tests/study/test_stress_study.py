@@ -38,7 +38,9 @@ def rig(monkeypatch):
 
 def test_a_run_with_stress(tmp_path):
     (tmp_path / "beam.toml").write_text(STUDY)
-    result = CliRunner().invoke(app, ["run", str(tmp_path / "beam.toml"), "--out", str(tmp_path / "out"), "--workers", "1"])
+    result = CliRunner().invoke(
+        app, ["run", str(tmp_path / "beam.toml"), "--out", str(tmp_path / "out"), "--workers", "1", "--figures"]
+    )
     assert result.exit_code == 0, result.output
     data = open_results(tmp_path / "out" / "results.nc")
     top = int(np.nanargmax(data.amplitude.values[1, :, 0]))

@@ -12,7 +12,7 @@ import typer
 from stickslip.checks import fault
 from stickslip.cli.app import guarded
 from stickslip.cli.places import free_folder
-from stickslip.cli.studies import Overwrite, Resume, carry_out
+from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out
 from stickslip.console import say
 
 
@@ -33,6 +33,7 @@ def contact_law(
     out: Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME of the first file unless given.")] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
+    figures: Figures = False,
 ) -> None:
     """Find law, stiffness and friction of one contact, with intervals, from its measured loops."""
     from stickslip import study
@@ -47,7 +48,7 @@ def contact_law(
     job = study.job(text, Path(), "contact law")
     folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
     _ = job.plan.works  # reads the files
-    carry_out(Run({"": job}, folder, resume, 1))
+    carry_out(Run({"": job}, folder, resume, 1), figures)
     say(f"Results: {folder}")
 
 

@@ -1,14 +1,14 @@
-"""Commands on results: `report` and `export`."""
+"""Commands on results: `report`, `plot` and `export`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stickslip.checks import fault
+from stickslip.checks import fault, nearest
 from stickslip.cli.app import guarded
 from stickslip.cli.places import results_in, writable_folder
 from stickslip.console import say
@@ -17,18 +17,45 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+FIGURES, FORMATS = "figures", ("png", "svg")
+"""Where figures go beside results, and as what."""
+
 
 @guarded
 def report(
     ctx: typer.Context, results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")]
 ) -> None:
-    """Write the report and the figures of results again."""
+    """Write the report of results again."""
     from stickslip.results.files import open_results
 
     files = results_in(results)
     say_several(files, results)
     folder = results if results.is_dir() else results.parent
     write_reports({name: open_results(file) for name, file in files.items()}, writable_folder(folder))
+
+
+@guarded
+def plot(
+    ctx: typer.Context,
+    results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
+    figure: Annotated[list[str] | None, typer.Option(help="One by its name; several times. All unless given.")] = None,
+    format: Annotated[list[str] | None, typer.Option(help="png, svg or pdf; several times. png and svg unless given.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the figures; `figures` beside the results unless given.")] = None,
+) -> None:
+    """Draw the figures of results as files for papers and slides."""
+    from stickslip.results.files import open_results
+
+    formats = tuple(format or FORMATS)
+    unknown = [each for each in formats if each not in ("png", "svg", "pdf")]
+    if unknown:
+        raise fault("--format", "must be png, svg or pdf", unknown[0])
+    files = results_in(results)
+    say_several(files, results)
+    folder = out or (results if results.is_dir() else results.parent)
+    for name, file in files.items():
+        place = folder / name if out else folder / name / FIGURES
+        for path in drawn(open_results(file), writable_folder(place), figure or (), formats):
+            say(f"Wrote {path}")
 
 
 @guarded
@@ -118,14 +145,26 @@ def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
         raise fault("--out", "must name files that do not exist", ", ".join(existing), "Name another, or add --overwrite.")
 
 
-def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path) -> None:
-    """report.html for all, and the figures of each."""
-    from stickslip.plots.files import write_figures
+def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool = False) -> None:
+    """report.html for all; the figures of each where they are wanted, or lie there from an earlier time."""
     from stickslip.report import write
-    from stickslip.report.presentation import presentation_of
 
     single = datasets.get("") if len(datasets) == 1 else None
     page = write(datasets if single is None else single, folder / "report.html")
     for name, dataset in datasets.items():
-        write_figures(presentation_of(dataset).figures(dataset), dataset, folder / name / "figures")
+        place = folder / name / FIGURES
+        if figures or place.is_dir():
+            drawn(dataset, place)
     say(f"Report: {page}")
+
+
+def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: tuple[str, ...] = FORMATS) -> list[Path]:
+    """Figures of a result as files, all without names; returns their paths."""
+    from stickslip.plots.files import write_figures
+    from stickslip.report.presentation import presentation_of
+
+    known = presentation_of(dataset).figures(dataset)
+    for name in names:
+        if name not in known:
+            raise fault("--figure", "must be a figure of these results", name, nearest(name, known))
+    return write_figures({name: known[name] for name in names or known}, dataset, folder, formats)

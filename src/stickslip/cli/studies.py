@@ -31,7 +31,11 @@ FAST_MASSES, FAST_LEVELS, FAST_HARMONICS = (4.6,), (1.0, 20.0, 80.0), 3
 
 Resume = Annotated[bool, typer.Option("--resume", help="Resume an interrupted run of the same study.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace results that DIR holds.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Curves computed side by side; the number of cores unless given.")]
+Figures = Annotated[bool, typer.Option("--figures", help="Write the figures as files too; `stickslip plot` does so later.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, help="Curves computed side by side; unless given the number of cores, or one for brief studies."),
+]
 Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help='Compute on the workers of this Dask scheduler, such as "tcp://10.0.0.1:8786".'),
@@ -46,6 +50,7 @@ def demo(
     fast: Annotated[bool, typer.Option("--fast", help="One preload, three force levels, three harmonics.")] = False,
     resume: Resume = False,
     overwrite: Overwrite = False,
+    figures: Figures = False,
     workers: Workers = None,
 ) -> None:
     """Compute a turbine blade with two underplatform dampers, at six force levels and three preloads."""
@@ -61,7 +66,7 @@ def demo(
     say(f"Meshing and reducing the blade for {', '.join(f'{mass:g} kg' for mass in masses)}.")
     texts = [single_blade_study(mass, levels, harmonics) for mass in masses]
     jobs = {name: study.job(text, Path(), "demo") for name, text in zip(names, texts, strict=True)}
-    carry_out(Run(jobs, folder, resume, workers or cores()))
+    carry_out(Run(jobs, folder, resume, workers or cores()), figures)
 
 
 def published(mass: float) -> float:
@@ -130,17 +135,19 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder of the results.")],
     resume: Resume = False,
     overwrite: Overwrite = False,
+    figures: Figures = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Compute a study: results.nc, report.html and figures. Exit code 3 if a curve is incomplete."""
+    """Compute a study: results.nc and report.html. Exit code 3 if a curve is incomplete."""
     from stickslip.study.run import Run
+    from stickslip.study.run_time import is_brief
 
-    executor = workers or cores() if scheduler is None else cluster(scheduler, workers)
     job = read_job(study)
+    executor = workers or (1 if is_brief(job) else cores()) if scheduler is None else cluster(scheduler, workers)
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, folder, resume, executor))
+    carry_out(Run({"": job}, folder, resume, executor), figures)
 
 
 @guarded
@@ -161,6 +168,7 @@ def identify(
     ] = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
+    figures: Figures = False,
 ) -> None:
     """Find contact stiffness and friction of a damper, with intervals, from measured loops."""
     from stickslip.study.loops import with_loops
@@ -169,7 +177,7 @@ def identify(
     job = with_loops(read_job(damper), loops, law or (), load_removal or ())
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
-    carry_out(Run({"": job}, folder, resume, 1))
+    carry_out(Run({"": job}, folder, resume, 1), figures)
 
 
 def cluster(address: str, workers: int | None) -> DaskCluster:
@@ -199,15 +207,15 @@ def read_job(path: Path) -> Job:
     return job
 
 
-def carry_out(run: Run) -> None:
+def carry_out(run: Run, figures: bool = False) -> None:
     """Compute the missing cases, write everything, then remove the checkpoint."""
     with claimed(run.folder):
-        broken = computed_and_written(run)
+        broken = computed_and_written(run, figures)
     if broken:
         raise typer.Exit(INCOMPLETE)
 
 
-def computed_and_written(run: Run) -> list[str]:
+def computed_and_written(run: Run, figures: bool) -> list[str]:
     """The work of `carry_out`; returns what failed."""
     kept = run.kept()
     with hint_at_resuming(kept):
@@ -217,7 +225,7 @@ def computed_and_written(run: Run) -> list[str]:
         else:
             say_kept(run, len(kept))
             datasets = computed(run, kept)
-        broken = finish(datasets, run.folder)
+        broken = finish(datasets, run.folder, figures)
     kept.remove(kept.folder)
     return broken
 
@@ -255,8 +263,8 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
         raise
 
 
-def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> list[str]:
-    """What came out to the screen, report and figures to the folder; returns what failed."""
+def finish(datasets: Mapping[str, xr.Dataset], folder: Path, figures: bool) -> list[str]:
+    """What came out to the screen, the report to the folder; returns what failed."""
     from stickslip.report.presentation import presentation_of
 
     broken = []
@@ -265,7 +273,7 @@ def finish(datasets: Mapping[str, xr.Dataset], folder: Path) -> list[str]:
         for number, sentence in enumerate(presentation.sentences(dataset)):
             say(f"{name}: {sentence}" if name and number == 0 else sentence)
         broken += [f"{name} {message}".strip() for message in presentation.failures(dataset)]
-    write_reports(datasets, folder)
+    write_reports(datasets, folder, figures)
     for message in broken:
         warn(message)
     return broken

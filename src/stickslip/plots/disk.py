@@ -7,14 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.patches import Wedge
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, Rule, band
 from stickslip.plots.look import CONTACTS, GREY, OPEN, SLIP, STICK, Style, contact, headed, house_style, level, state_colour
-from stickslip.plots.notebook import NotebookFigure
 from stickslip.plots.response_curves import force_axis
 from stickslip.results.representative import representatives
 from stickslip.results.view import level_text
@@ -22,6 +19,7 @@ from stickslip.results.view import level_text
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 EXAGGERATION = 0.06
 """Largest displacement in a picture, relative to the radius of the disk."""
@@ -55,6 +53,8 @@ def disk_mode(dataset: xr.Dataset) -> Figure:
     from matplotlib import colormaps
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+    from stickslip.plots.notebook import NotebookFigure
+
     corners, sizes = placed_sectors(dataset)
     order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
     with house_style():
@@ -87,6 +87,10 @@ def disk_mode_3d(dataset: xr.Dataset) -> Any:
 
 def damper_ring(dataset: xr.Dataset) -> Figure:
     """Dampers around the disk at the largest amplitude, a ring for each force level; colours mix shares of stick, slip, open."""
+    from matplotlib.patches import Wedge
+
+    from stickslip.plots.notebook import NotebookFigure
+
     chosen = representatives(dataset, MOST_RINGS)
     dataset, levels, sectors = chosen.dataset, chosen.dataset.sizes["case"], int(dataset.attrs["sectors"])
     columns = min(levels, 4)
@@ -117,6 +121,8 @@ def _shares(dataset: xr.Dataset, case: int) -> Array:
 
 def _ring(axes: Axes, shares: Array, sectors: int) -> None:
     """Each damper a sector of the ring, its contacts one outside another."""
+    from matplotlib.patches import Wedge
+
     contacts = shares.shape[1]
     width = 0.45 / contacts
     for j in range(sectors):

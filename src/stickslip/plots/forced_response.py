@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.analyses.stress import has_stress
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
@@ -28,6 +26,7 @@ from stickslip.plots.stress import stress_curves
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 __all__ = [
     "FIGURES",

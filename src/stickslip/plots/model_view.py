@@ -18,7 +18,6 @@ from stickslip.checks import Array, InputError
 from stickslip.contact.point import Contact, Direction
 from stickslip.loads import BaseMotion, Output
 from stickslip.plots.look import CONTACTS, colour, house_style
-from stickslip.plots.notebook import NotebookFigure
 from stickslip.problem import Problem
 from stickslip.structure.matrices import Structure
 
@@ -91,6 +90,8 @@ class ModelView:
 
     def plot(self) -> Figure:
         """As a matplotlib figure."""
+        from stickslip.plots.notebook import NotebookFigure
+
         order = [(self.upright + k) % 3 for k in (1, 2, 3)]  # a cyclic one, since another would mirror the model
         figure = NotebookFigure(figsize=(8.0, 6.4))
         figure.subplots_adjust(left=0.02, right=0.68, bottom=0.08, top=0.94)

@@ -39,19 +39,46 @@ CURVES = ("forced_response", "response_samples")
 """Analyses whose cases are curves."""
 
 
+BRIEF = 5.0
+"""CPU seconds up to which further processes take longer to start than they save."""
+
+
 def run_time(job: Job) -> str:
     """A sentence on the time of all curves over a band; empty for other analyses, and where no point could be solved."""
-    sweep = job.sweep
-    if sweep is None or job.analysis not in CURVES or not isinstance(sweep.frequencies, Band):
-        return ""
-    if not any(Path(str(numba.config.CACHE_DIR)).rglob("*.nbi")):  # type: ignore[attr-defined]
+    if _has_curves(job) and not _compiled():
         return "The first run on this machine compiles for about a minute; a check after it estimates the time of a run."
-    curves, band = sum(len(work.names) for work in job.plan.works.values()), sweep.frequencies
-    seconds = _seconds_a_point(sweep, band)
+    seconds = _seconds(job)
     if seconds is None:
         return ""
-    words = next((words for limit, words in STEPS if POINTS * curves * seconds < limit), "days")
-    return f"Computing {counted(curves, 'curve')} takes {words} of one core, by a rough estimate from a few points."
+    words = next((words for limit, words in STEPS if seconds < limit), "days")
+    return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, by a rough estimate from a few points."
+
+
+def is_brief(job: Job) -> bool:
+    """Whether one process computes the study sooner than several would start."""
+    seconds = _seconds(job) if _compiled() else None
+    return seconds is not None and seconds < BRIEF
+
+
+def _has_curves(job: Job) -> bool:
+    return job.sweep is not None and job.analysis in CURVES and isinstance(job.sweep.frequencies, Band)
+
+
+def _compiled() -> bool:
+    """Whether kernels lie in the cache."""
+    return any(Path(str(numba.config.CACHE_DIR)).rglob("*.nbi"))  # type: ignore[attr-defined]
+
+
+def _curves(job: Job) -> int:
+    return sum(len(work.names) for work in job.plan.works.values())
+
+
+def _seconds(job: Job) -> float | None:
+    """Estimated CPU seconds of all curves over a band."""
+    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band):
+        return None
+    a_point = _seconds_a_point(job.sweep, job.sweep.frequencies)
+    return None if a_point is None else POINTS * _curves(job) * a_point
 
 
 def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
@@ -68,10 +95,10 @@ def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
         first = first_point(balance, 2.0 * np.pi * middle, max(sweep.force_levels))
     if not first.converged:
         return None
-    points, begun = 0, process_time()
+    times: list[float] = []
     with suppress(LostCurveError):
         for _ in trace(balance, first, "omega", 2.0 * np.pi * band.low):
-            points += 1
-            if points >= TRIED or process_time() - begun > LONGEST:
+            times.append(process_time())
+            if len(times) >= TRIED or times[-1] - times[0] > LONGEST:
                 break
-    return (process_time() - begun) / points if points else None
+    return (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else None  # the first one loads the kernels

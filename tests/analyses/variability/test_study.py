@@ -31,7 +31,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
         study.read_text().replace("points = 25", "points = 3").replace("[0.5, 1.0]", "[1.0]").replace("cloud = 60", "cloud = 8")
     )
     study.write_text(text.replace("frequency = [200.0, 235.0]", "frequency = [215.0, 222.0]"))
-    assert run(["run", study, "--out", out, "--workers", 1]) == 0
+    assert run(["run", study, "--out", out, "--workers", 1, "--figures"]) == 0
     dataset = open_results(out / "results.nc")
     low, high = detached(dataset)["amplitude"].values[0]
     expected = response_bounds(three_mass_wedge(), [222.0], cloud=8).dataset.amplitude.values[0, :, 0]
@@ -53,7 +53,7 @@ def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_rat
     sweep = "[sweep]\nfrequency = [0.15, 0.25]\nforce_levels = [0.3]\nharmonics = 3\nsamples = 64\n"
     bounds = "[response_bounds]\npoints = 3\ncloud = 2\nstarts = 1\n"
     study.write_text('[study]\nanalysis = "response_bounds"\n[structure]\nrig = "single_mass"\n' + sweep + bounds)
-    assert run(["run", study, "--out", out, "--workers", 1]) == 0
+    assert run(["run", study, "--out", out, "--workers", 1, "--figures"]) == 0
     drawn = {path.stem for path in (out / "figures").iterdir()}
     assert {"bounds", "bounds_contact_forces", "bounds_loops"} <= drawn
     assert "bounds_force_ratios" not in drawn
@@ -96,7 +96,7 @@ def test_samples_come_as_cases_with_percentiles(tmp_path):
         study.read_text().replace("count = 20", "count = 3").replace("[0.5, 1.0]", "[1.0]").replace("points = 29", "points = 2")
     )
     study.write_text(text.replace("# law", "law").replace("# parameters", "parameters"))
-    assert run(["run", study, "--out", out, "--workers", 1]) == 0
+    assert run(["run", study, "--out", out, "--workers", 1, "--figures"]) == 0
     dataset = open_results(out / "results.nc")
     assert dataset.sizes["case"] == 3
     assert dataset.start_variable.shape == (3, 2)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from stickslip.analyses.performance.scaled_problem import PRELOADS, with_factors
 from stickslip.checks import Array, InputError, fault, finite, nearest, several, vector
@@ -75,6 +74,8 @@ def _random(sectors: int, seed: int, sample: int) -> tuple[Array, Array]:
 
 def _sobol(sectors: int, seed: int, sample: int) -> tuple[Array, Array]:
     """The same from a point of a scrambled Sobol' sequence, whose numbers are multiples of 2⁻³⁰: the middles of these cells."""
+    from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
+
     sequence = qmc.Sobol((len(RELATIVE) + 1) * sectors, seed=seed)
     if sample:
         sequence.fast_forward(sample)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
-from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import made, maker, output_of, point_of, ranges_of
@@ -133,6 +132,8 @@ def planned_design(
         raise fault("variables", "must not hold friction, which no designer chooses", list(named), remedy)
     box, make = tuple(named.values()), maker(problem_of)
     low, high = np.array(box).T
+    from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
+
     unit = qmc.Sobol(len(box), seed=conditions.seed).random_base2((designs - 1).bit_length())[:designs]
     given = enumerate(of_kind("known", known, Sequence))  # type: ignore[type-abstract]
     first = tuple(dict.fromkeys(point_of(f"known[{k}]", one, named) for k, one in given))

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.stats import qmc
 
 from stickslip.analyses.arguments import made
 from stickslip.analyses.forced_response import forced_response
@@ -62,6 +61,8 @@ class DrawsWork:
 
     def points(self) -> Array:
         """All points (draws, parameters + 2, parameters), from a Sobol' sequence of twice as many dimensions."""
+        from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
+
         low, high = np.array(self.box).T
         count = low.size
         unit = qmc.Sobol(2 * count, bits=64, seed=self.seed).random(self.draws)

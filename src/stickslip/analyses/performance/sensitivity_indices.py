@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.stats import sobol_indices
 
 from stickslip.analyses.arguments import ends_of, fineness_of, made, maker, output_of, ranges_of
 from stickslip.analyses.performance.sampled_peaks import DrawsWork, ProblemOf
@@ -109,6 +108,8 @@ def gathered(work: DrawsWork, results: Sequence[Arrays]) -> xr.Dataset:
 
 def _indices(drawn: Array) -> Array:
     """First-order and total indices (2, parameters, quantities) of peaks (draws, parameters + 2, quantities)."""
+    from scipy.stats import sobol_indices
+
     f_A, f_B, *f_AB = np.moveaxis(drawn, 0, -1)
     found = sobol_indices(func={"f_A": f_A, "f_B": f_B, "f_AB": np.array(f_AB)}, n=len(drawn))
     return np.array([np.reshape(order, (*f_A.shape[:1], -1)).T for order in (found.first_order, found.total_order)])

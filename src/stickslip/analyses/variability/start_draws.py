@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, Protocol
 
 import numpy as np
-from scipy import stats
-from scipy.stats import qmc
 
 from stickslip.checks import Array, among, between, fault, nearest, numbers, seed_of
 
@@ -67,6 +65,8 @@ def _given(starts: Array | Sequence[Sequence[float]], size: int) -> Array:
 
 def _shares(rng: np.random.Generator, size: int, count: int, method: Method) -> Array:
     """Numbers in [0, 1), (count, size)."""
+    from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
+
     if method == "latin":
         return np.asarray(qmc.LatinHypercube(size, rng=rng).random(count))
     return rng.random((count, size))
@@ -89,6 +89,8 @@ def _by_law(law: Law, shares: Array) -> Array:
 
 def named_law(name: str, parameters: Mapping[str, float]) -> Law:
     """A continuous distribution of scipy.stats by its name and its parameters there: "beta", {"a": 0.5, "b": 0.5}."""
+    from scipy import stats
+
     known = [key for key, value in vars(stats).items() if isinstance(value, stats.rv_continuous)]
     if name not in known:
         raise fault("law", "must be a continuous distribution of scipy.stats", name, nearest(name, known))
