@@ -55,7 +55,7 @@ SAYS_WHERE_TO_BEGIN = (
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
-LOADED_LATE = {"importlib", "resource", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
+LOADED_LATE = {"scipy.stats", "importlib", "resource", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
 
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
 
@@ -102,9 +102,11 @@ def test_every_folder_says_what_lives_in_it_and_where_to_begin(room):
 
 
 def packages(node: ast.Import | ast.ImportFrom) -> set[str]:
-    """The packages that an import statement names; of stickslip, the component too."""
-    names = [name.name for name in node.names] if isinstance(node, ast.Import) else [node.module or ""]
-    return {".".join(name.split(".")[:2]) if name.startswith("stickslip.") else name.split(".")[0] for name in names}
+    """The packages that an import statement names; of stickslip and scipy, the component too."""
+    names = [name.name for name in node.names]
+    if isinstance(node, ast.ImportFrom):
+        names = [f"scipy.{name}" for name in names] if node.module == "scipy" else [node.module or ""]
+    return {".".join(name.split(".")[:2]) if name.startswith(("stickslip.", "scipy.")) else name.split(".")[0] for name in names}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
