@@ -1,26 +1,34 @@
 """Factors of sparse symmetric matrices by either solver: solutions, signs of eigenvalues, weak pivots; which of them is taken.
 
-MKL PARDISO needs the extra `fast` (pip install "stickslip[fast]"); without it, only SuperLU is tested.
+MKL PARDISO and METIS are tested where they are installed.
 """
+
+import logging
+from importlib import util
 
 import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from stickslip.structure import factor, pardiso
+from stickslip.structure import factor, pardiso, superlu
 from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.factor import Factor, Singular
+from stickslip.structure.ordering import nested_dissection
 from stickslip.structure.solid import box_mesh, solid
 
-needs_fast = pytest.mark.skipif(not pardiso.installed(), reason='needs pypardiso: pip install "stickslip[fast]"')
-LIMITS = {"SuperLU": 10**9, "MKL PARDISO": 1}
+needs_metis = pytest.mark.skipif(util.find_spec("pymetis") is None, reason="no wheel of pymetis for this machine")
+needs_mkl = pytest.mark.skipif(not pardiso.usable(), reason="no wheel of MKL for this machine")
+LIMITS = {"SuperLU": 10**9, "SuperLU with METIS": 10**9, "MKL PARDISO": 1}
 
 
-@pytest.fixture(params=["SuperLU", pytest.param("MKL PARDISO", marks=needs_fast)])
+@pytest.fixture(
+    params=["SuperLU", pytest.param("SuperLU with METIS", marks=needs_metis), pytest.param("MKL PARDISO", marks=needs_mkl)]
+)
 def chosen(request, monkeypatch):
     """One of the solvers, for matrices of any size."""
     monkeypatch.setattr(factor, "LARGE", LIMITS[request.param])
-    return request.param
+    monkeypatch.setattr(superlu, "LARGE", 1 if "METIS" in request.param else 10**9)
+    return request.param.partition(" with")[0]
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +81,41 @@ def fixed_frequencies(free, rows):
 
 def test_small_matrices_and_those_without_the_extra_go_to_scipy(monkeypatch):
     assert factor.solver(factor.LARGE - 1).name == "SuperLU"
-    monkeypatch.setattr(pardiso, "installed", lambda: False)
+    monkeypatch.setattr(pardiso, "usable", lambda: False)
     assert factor.solver(10**6).name == "SuperLU"
-    monkeypatch.setattr(pardiso, "installed", lambda: True)
+    monkeypatch.setattr(pardiso, "usable", lambda: True)
     assert factor.solver(10**6).name == "MKL PARDISO"
+
+
+def test_nested_dissection_orders_all_rows_and_saves_memory(monkeypatch):
+    """A block of 3375 nodes; without the package the factoriser orders by itself."""
+    pytest.importorskip("pymetis")
+    grid = np.linspace(0.0, 0.02, 8)
+    body = solid(box_mesh(grid, grid, grid)).clamp(lambda points: points[:, 1] < 1e-9)
+    order = nested_dissection(body.K)
+    assert sorted(order) == list(range(body.size))
+    ours = superlu.SuperLU(body.K)
+    monkeypatch.setattr("stickslip.structure.ordering.PACKAGE", "no_such_package")
+    assert nested_dissection(body.K) is None
+    others = superlu.SuperLU(body.K)
+    assert ours.mebibytes < 0.8 * others.mebibytes
+    loads = np.random.default_rng(0).standard_normal((body.size, 2))
+    np.testing.assert_allclose(ours.solve(loads), others.solve(loads), rtol=1e-6, atol=1e-9 * np.abs(others.solve(loads)).max())
+
+
+def test_a_library_that_does_not_load_is_replaced_with_one_sentence(monkeypatch, tmp_path, caplog):
+    """A package whose wrapper raises as pypardiso does without MKL."""
+    (tmp_path / "broken_pardiso").mkdir()
+    (tmp_path / "broken_pardiso" / "__init__.py").write_text("")
+    raising = "class PyPardisoSolver:\n    def __init__(self, mtype):\n        raise ImportError('mkl_rt not found')\n"
+    (tmp_path / "broken_pardiso" / "pardiso_wrapper.py").write_text(raising)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(pardiso, "PACKAGE", "broken_pardiso")
+    pardiso.usable.cache_clear()
+    try:
+        with caplog.at_level(logging.WARNING, "stickslip"):
+            assert [factor.solver(10**6).name for _ in range(2)] == ["SuperLU", "SuperLU"]
+    finally:
+        pardiso.usable.cache_clear()
+    (record,) = caplog.records
+    assert "MKL does not load (mkl_rt not found). SuperLU takes its place" in record.getMessage()

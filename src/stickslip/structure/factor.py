@@ -1,6 +1,6 @@
 """Factorisation of a sparse symmetric matrix: solutions, inertia and memory.
 
-SciPy's SuperLU does it, or, for large matrices and where the extra `fast` is installed, MKL PARDISO.
+MKL PARDISO does it for large matrices, where wheels of it exist; SciPy's SuperLU for small ones and elsewhere.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Singular(ValueError):
 
 def solver(rows: int) -> type[SuperLU | Pardiso]:
     """What factorises a matrix of so many rows."""
-    return Pardiso if rows >= LARGE and pardiso.installed() else SuperLU
+    return Pardiso if rows >= LARGE and pardiso.usable() else SuperLU
 
 
 class Factor:

@@ -1,4 +1,4 @@
-"""Sparse factors by MKL PARDISO, faster and smaller than SciPy's (optional: pip install "stickslip[fast]").
+"""Sparse factors by MKL PARDISO, faster and smaller than SciPy's; installed where wheels of MKL exist.
 
 PARDISO keeps one triangle, A = L D Lᵀ with blocks of 1 and 2 in D, and counts the signs of their eigenvalues: by Sylvester's
 law these are the signs of the eigenvalues of A.
@@ -6,13 +6,15 @@ law these are the signs of the eigenvalues of A.
 
 from __future__ import annotations
 
+import logging
 import weakref
+from functools import cache
 from importlib import import_module, util
 
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array
 from stickslip.structure.sparse import Sparse
 
 PACKAGE = "pypardiso"
@@ -24,9 +26,21 @@ SETTINGS = {1: 1, 2: 2, 10: SMALLEST_PIVOT, 18: -1, 21: 1}
 NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB, OUT_OF_MEMORY = 23, 14, 16, 17, -2
 
 
-def installed() -> bool:
-    """Whether the package is there."""
-    return util.find_spec(PACKAGE) is not None
+@cache
+def usable() -> bool:
+    """Whether the package is there and finds its library; a warning where only the package is."""
+    if util.find_spec(PACKAGE) is None:
+        return False
+    try:
+        import_module(f"{PACKAGE}.pardiso_wrapper").PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+    except Exception as error:  # whatever a broken installation raises
+        logging.getLogger("stickslip").warning(
+            "pypardiso is installed, but MKL does not load (%s). SuperLU takes its place, slower and with more memory. "
+            "Reinstall both: pip install --force-reinstall pypardiso mkl.",
+            error,
+        )
+        return False
+    return True
 
 
 class Pardiso:
@@ -41,10 +55,7 @@ class Pardiso:
     def __init__(self, matrix: Sparse) -> None:
         package = import_module(f"{PACKAGE}.pardiso_wrapper")
         self._upper = sparse.csr_matrix(sparse.triu(matrix))
-        try:
-            self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
-        except ImportError as error:
-            raise fault("pypardiso", "must find the library MKL", str(error), "Install or remove it.") from None
+        self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
         for number, value in SETTINGS.items():
             self._solver.set_iparm(number, value)
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
