@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -64,16 +63,12 @@ def pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 
 def study_text(files: Sequence[Path], settings: Mapping[str, object], named: Mapping[str, Mapping[str, str]]) -> str:
     """The study that the command stands for; the results keep it."""
-    lines = ["[study]", f"title = {_toml('Law of a contact: ' + files[0].stem)}", 'analysis = "contact_law"', "", "[contact_law]"]
-    lines.append(f"files = {_toml([str(path.resolve()) for path in files])}")
-    lines += [f"{key} = {_toml(value)}" for key, value in settings.items() if value is not None]
-    for key, values in named.items():
-        if values:
-            inner = ", ".join(f"{name} = {_toml(value)}" for name, value in values.items())
-            lines.append(f"{key} = {{ {inner} }}")
-    return "\n".join(lines) + "\n"
+    from stickslip.study.toml_text import toml_text
 
-
-def _toml(value: object) -> str:
-    """A text, number or list as TOML, which these share with JSON."""
-    return json.dumps(value, ensure_ascii=False)
+    table = {
+        "files": [str(path.resolve()) for path in files],
+        **settings,
+        **{key: values for key, values in named.items() if values},
+    }
+    study = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
+    return toml_text({"study": study, "contact_law": table})

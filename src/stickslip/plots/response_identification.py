@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,13 +49,13 @@ def misfits(dataset: xr.Dataset) -> Chart:
     if np.isfinite(dataset["held_out"].values).any():
         shown.append(("held_out", "predicted by the other tests", 1))
     width = 0.8 / len(shown)
+    across: dict[str, Any] = {"width": 0.9 * width, "horizontal": True}
     layers: list[Layer] = [
-        Bars(places + (k - 0.5 * (len(shown) - 1)) * width, 100.0 * dataset[key].values, contact(k), label, width=0.9 * width)
+        Bars(places + (k - 0.5 * (len(shown) - 1)) * width, 100.0 * dataset[key].values, contact(k), label, **across)
         for key, label, k in shown
     ]
-    return Chart(
-        "Misfit of each test", [Panel(Axis("", names=names), Axis("misfit relative to the largest response", "%"), layers)]
-    )
+    axes = Axis("misfit relative to the largest response", "%"), Axis("", names=names, upside_down=True)
+    return Chart("Misfit of each test", [Panel(*axes, layers, height=0.8 + 0.3 * len(names))])
 
 
 def intervals(dataset: xr.Dataset) -> Chart:

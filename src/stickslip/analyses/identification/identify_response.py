@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -19,7 +19,7 @@ from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
-from stickslip.checks import Array, among, between, fault, of_kind, positive, seed_of, several, unique
+from stickslip.checks import Array, InputError, among, between, fault, numbers, of_kind, positive, seed_of, several, truth, unique
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, attribute
 from stickslip.measurement.measured_response import MeasuredResponse
@@ -28,7 +28,7 @@ from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report
 from stickslip.solve.continuation import first_point
-from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, start_space
+from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, rules_of, start_space
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,8 +101,15 @@ def identify_response(
 
     Intervals hold 95 % with errors as large as the residuals; they do not know of errors that all points share.
     """
-    fit = (among("start_states", start_states, ("virgin", "free")), rule, share, positive("start_deviation", start_deviation))
-    search = (leave_one_out, between("tries", tries, 0), seed_of(seed), between("evaluations", evaluations, 1))
+    rules_of(rule)
+    among("share", share, get_args(Sharing))
+    fit = (among("start_states", start_states, get_args(StartStates)), rule, share, positive("start_deviation", start_deviation))
+    search = (
+        truth("leave_one_out", leave_one_out),
+        between("tries", tries, 0),
+        seed_of(seed),
+        between("evaluations", evaluations, 1),
+    )
     settings = (*fit, *search, *fineness_of(harmonics, samples))
     work = ResponseIdentificationWork(maker(problem_of), _parameters(parameters), _tests(tests), *settings)
     return work.gathered(all_cases(work, checkpoint, 1, progress))
@@ -125,9 +132,13 @@ class ResponseIdentificationWork:
     evaluations: int
     harmonics: Harmonics
     samples: int
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for test in self.tests:
+            twice = sorted({*test.settings} & {*self.free})
+            if twice:
+                raise fault(f"The settings of {test.name}", "must not name what is free", twice)
             problem = self._at_the_start(test)
             if not 0 <= test.output < len(problem.outputs):
                 raise fault(f"The output of {test.name}", f"must be a number from 0 to {len(problem.outputs) - 1}", test.output)
@@ -193,7 +204,7 @@ class ResponseIdentificationWork:
             fit.residuals(x)
             statistics = fit.statistics(x)
             dataset = dataset_of_fit(fit, x, statistics, np.asarray(results[0]["held_out"]))
-        notes = tuple(notes_of_fit(fit, x, statistics, dataset))
+        notes = (*self.remarks, *notes_of_fit(fit, x, statistics, dataset))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": float(results[0]["cpu_seconds"])}
         return ResponseIdentification(dataset, self.problem_of, notes)
@@ -202,15 +213,29 @@ class ResponseIdentificationWork:
 def _parameters(parameters: Mapping[str, FreeParameter | tuple[float, float, float]]) -> dict[str, FreeParameter]:
     """The free parameters, checked; at least one that all tests share."""
     found = {}
-    for name, given in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
-        if not isinstance(given, FreeParameter) and len(given) != 3:
-            raise fault(f"parameter {name!r}", "must be a FreeParameter or (start, low, high)", given)
-        found[name] = given if isinstance(given, FreeParameter) else FreeParameter(*given)
+    if not isinstance(parameters, Mapping):
+        raise fault("parameters", "must be {name: (start, low, high)}", parameters)
+    for name, given in parameters.items():
+        if not isinstance(name, str):
+            raise fault("The name of a parameter", "must be a text", name)
+        found[name] = given if isinstance(given, FreeParameter) else _three(name, given)
         if name in (GAIN, PHASE, "start"):
             raise fault("The name of a parameter", f"must not be {name}, which means a variable of a test", name)
     if not any(not free.each_test for free in found.values()):
         raise fault("parameters", "must hold one that all tests have in common", list(found))
     return found
+
+
+def _three(name: str, given: Any) -> FreeParameter:
+    """The free parameter of (start, low, high)."""
+    values = numbers(f"parameter {name!r}", given)
+    if values.shape != (3,):
+        raise fault(f"parameter {name!r}", "must be a FreeParameter or (start, low, high)", given)
+    start, low, high = map(float, values)
+    try:
+        return FreeParameter(start, low, high)
+    except InputError as error:
+        raise InputError(f"parameter {name!r}: {error}") from None
 
 
 def _tests(tests: Sequence[MeasuredResponse]) -> list[MeasuredResponse]:

@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from stickslip.analyses.identification.computed_response import ComputedResponse, FittedTest
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.checks import Array, fault, finite, positive, truth
 
 TINY = 1e-10
 """Share of the largest curvature below which the data say nothing of a direction."""
@@ -57,6 +57,7 @@ class FreeParameter:
             finite(name, getattr(self, name))
         if not self.low <= self.start <= self.high or self.low == self.high:
             raise fault("start", "must lie between low and high, which differ", (self.start, self.low, self.high))
+        truth("each_test", self.each_test)
         if self.deviation is not None:
             positive("deviation", self.deviation)
 
