@@ -50,7 +50,7 @@ def identify_response(
     ] = None,
     free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Find a constant factor of each curve too.")] = None,
     free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Find a constant phase of each curve too.")] = None,
-    start_states: Annotated[str | None, typer.Option(help="Of the contacts: virgin (unless given) or free.")] = None,
+    start_states: Annotated[str | None, typer.Option(help="Of the contacts: virgin (unless given), free or bounds.")] = None,
     leave_one_out: Annotated[bool | None, typer.Option("--leave-one-out", help="Predict each curve by the others too.")] = None,
     harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; that of the study, or 5, unless given.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME of the problem unless given.")] = None,

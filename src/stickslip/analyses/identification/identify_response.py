@@ -17,6 +17,8 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
+from stickslip.analyses.identification.enclosed_test import EnclosedTest
+from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
 from stickslip.checks import Array, InputError, among, between, fault, numbers, of_kind, positive, seed_of, several, truth, unique
@@ -33,7 +35,7 @@ from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful,
 if TYPE_CHECKING:
     import xarray as xr
 
-StartStates = Literal["virgin", "free"]
+StartStates = Literal["virgin", "free", "bounds"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +98,10 @@ def identify_response(
 
     start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
     `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
-    contacts were put together. tries: further starts between the bounds, of which the best is taken.
+    contacts were put together; or "bounds": each measured amplitude is compared with the bounds of the response over all start
+    states. A point inside them costs nothing, one outside its distance to the nearer bound, h; phases are not used. Intervals
+    are then those of the profile: all values at which, with the others adapted, the sum of squares is at most 3.84 above the
+    least one; the values are a point inside. tries: further starts between the bounds, of which the best is taken.
     leave_one_out: fit again without each test and compare it with what the others predict; its own variables are fitted to it.
 
     Intervals hold 95 % with errors as large as the residuals; they do not know of errors that all points share.
@@ -171,6 +176,9 @@ class ResponseIdentificationWork:
 
     def fit(self) -> ResponseFit:
         """The least squares, before its first evaluation."""
+        if self.start_states == "bounds":
+            about = (self.problem_of, (self.harmonics, self.samples), (self.rule, self.share, self.seed))
+            return ResponseFit([EnclosedTest.of(test, *about) for test in self.tests], self.free)
         models = [FittedTest.of(test, self.problem_of, self.harmonics, self.samples) for test in self.tests]
         if self.start_states == "free":
             models = [replace(model, space=self._space(model)) for model in models]
@@ -191,20 +199,29 @@ class ResponseIdentificationWork:
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
             x = fit.best(self.tries, self.seed, self.evaluations)
+            bounds: Arrays = {}
+            if self.start_states == "bounds":
+                x, bounds = enclosed(fit, x, self.evaluations)
             report(1.0 / (1.0 + len(self.tests) * self.leave_one_out))
             several_tests = self.leave_one_out and len(self.tests) > 1
             held_out = _held_out(fit, x, self.evaluations, report) if several_tests else np.full(len(self.tests), np.nan)
-        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started)}
+        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started), **bounds}
 
     def gathered(self, results: Sequence[Arrays]) -> ResponseIdentification:
         """The result of the variables that were found."""
         x = np.asarray(results[0]["x"])
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
+            if self.start_states == "bounds":
+                resumed(fit, np.asarray(results[0]["starts"]))
             fit.residuals(x)
             statistics = fit.statistics(x)
             dataset = dataset_of_fit(fit, x, statistics, np.asarray(results[0]["held_out"]))
-        notes = (*self.remarks, *notes_of_fit(fit, x, statistics, dataset))
+            notes = self.remarks
+            if self.start_states == "bounds":
+                dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
+                notes += tuple(notes_on_bounds(dataset, fit))
+            notes += tuple(notes_of_fit(fit, x, statistics, dataset))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": float(results[0]["cpu_seconds"])}
         return ResponseIdentification(dataset, self.problem_of, notes)

@@ -135,7 +135,7 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     apart = dataset["misfit"].values
     stated = np.array([model.test.error for model in fit.tests])
     for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
-        how = "by any start state" if "start_variables" in dataset else "by these parameters"
+        how = "by any start state" if {"start_variables", "lower"} & {*dataset} else "by these parameters"
         sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
         found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
     if np.median(apart / stated) > UNEXPLAINED:

@@ -72,7 +72,11 @@ class ResponseIdentificationTable(Table):
     free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
     free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
     start_states: Annotated[
-        Literal["virgin", "free"], Field(description="of the contacts: as the problem says, or of each test its own")
+        Literal["virgin", "free", "bounds"],
+        Field(
+            description="of the contacts: as the problem says; of each test its own; or any, and parameters whose bounds enclose "
+            "the measured amplitudes"
+        ),
     ] = "virgin"
     rule: Annotated[
         RuleOrRules,
