@@ -24,6 +24,9 @@ def contact_law(
     rig_stiffness: Annotated[
         float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/um; kt is corrected for it.")
     ] = None,
+    lag: Annotated[
+        float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")
+    ] = None,
     column: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
@@ -42,7 +45,7 @@ def contact_law(
         raise fault("FILES", "must name files that exist", ", ".join(missing))
     named = {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
     stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
-    text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None}, named)
+    text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}, named)
     job = study.job(text, Path(), "contact law")
     folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
     _ = job.plan.works  # reads the files
