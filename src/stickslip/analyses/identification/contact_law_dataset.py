@@ -33,8 +33,8 @@ LOADS_APART = 1.5
 """Ratio of the largest to the smallest normal load from which kt at both is compared."""
 
 LAGS = 0.35
-"""Sum of squares of the residuals with a lag over that without below which a lag is named. A law that lacks the shape of the loops
-leaves 0.4 or more; a lag of 0.5 % of the period, which moves kt by 7 %, 0.25 with noise of 5 % of the amplitude."""
+"""Sum of squares of the residuals with a lag over that without below which a lag is named. A law that lacks the shape of the
+loops leaves 0.4 or more; a lag of 0.5 % of the period, which moves kt by 7 %, 0.25 with noise of 5 % of the amplitude."""
 
 CHANGE = 0.1
 """Relative change of mu or kt over the cycles from which one value for all is a mean."""
@@ -164,8 +164,8 @@ def _lagging(work: ContactLawWork, fit: LawFit) -> list[str]:
         return []
     late = "late" if shown.lag > 0.0 else "early"
     return [
-        f"The force comes {abs(shown.lag):.2%} of a period too {late} for a contact, which sticks at each reversal: with it in time "
-        f"the {fit.law} law has kt = {1e-6 * shown.kt:.4g} N/um. Record both with the same filter, or give lag = {shown.lag:.4f}."
+        f"The force comes {abs(shown.lag):.2%} of a period too {late} for a contact, which sticks at each reversal: with it in "
+        f"time the {fit.law} law has kt = {1e-6 * shown.kt:.4g} N/um. Record both with the same filter, or give lag = {shown.lag:.4f}."
     ]
 
 

@@ -29,8 +29,8 @@ class ForceLag:
 def force_lag(loops: Sequence[ContactLoop], law: str, theta: Array) -> ForceLag:
     """The lag that explains loops best, fitted with the parameters (ln kt, ln mu, shape) of a law from where it fits without.
 
-    At a reversal a contact sticks: its force turns with the displacement, however stiff it is. A force that turns later does so by
-    its sensor or filter, unless the law lacks what makes it.
+    At a reversal a contact sticks: its force turns with the displacement, however stiff it is. A force that turns later does so
+    by its sensor or filter, unless the law lacks what makes it.
     """
 
     def apart(parameters: Array) -> Array:
