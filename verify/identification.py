@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.analyses.damper_alone.cycle import CycleModel, DamperCycle, damper_cycle
 from stickslip.analyses.identification.contact_law import contact_law
+from stickslip.analyses.identification.force_lag import force_lag
 from stickslip.analyses.identification.identify import Identification, identify
 from stickslip.analyses.identification.line_laws import LINE_LAWS
 from stickslip.analyses.identification.loop_law import ContactLoop
@@ -18,6 +19,7 @@ from stickslip.checks import InputError
 from stickslip.dampers.between_platforms import BetweenPlatforms
 from stickslip.dampers.laboratory import ThreePoint
 from stickslip.dampers.platform_motion import PlatformMotion
+from stickslip.measurement.contact_record import ContactRecord
 from stickslip.measurement.records import Record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.stuck import stiffness_from_slopes
@@ -142,6 +144,7 @@ def rows() -> Iterator[Row]:
     yield from slope_rows()
     yield from law_rows()
     yield from law_choice_rows()
+    yield from record_rows()
     judged: list[Outcome | None] = []
     with ProcessPoolExecutor(2) as pool:
         yield from lag_rows(pool)
@@ -291,6 +294,38 @@ def law_rows() -> Iterator[Row]:
         yield at_most(f"Single contact, {law}: kt, 95 % quantile of errors", float(kt), 0.03, "march of many sliders")
         yield at_most(f"Single contact, {law}: mu, 95 % quantile of errors", float(mu), 0.03, "march of many sliders")
         yield at_most(f"Single contact, {law}: wrong law chosen, of {SEEDS}", float(wrong), 0.0, "loops held out")
+
+
+def record_rows() -> Iterator[Row]:
+    """Intervals of one contact from its records, with noise of 1 % and gains of 1 %; and a force that lags, taken away."""
+    fits, kt, mu = [], 20e6, 0.4
+    for seed in range(MANY):
+        generator = np.random.default_rng(seed)
+        gains = 1.0 + 0.01 * generator.standard_normal(3)
+        fits.append(contact_law(contact_record(generator, gains), laws="jenkins").fits["jenkins"])
+    missed = np.mean([[not low < kt < high for low, high in (fit.kt_interval for fit in fits)]])
+    lost = np.mean([[not low < mu < high for low, high in (fit.mu_interval for fit in fits)]])
+    yield at_most("Record of one contact: share of 95 % intervals that miss kt", float(missed), 0.15, "put in")
+    yield at_most("Record of one contact: share of 95 % intervals that miss mu", float(lost), 0.15, "put in")
+    errors, raw = [], []
+    for seed in range(SEEDS):
+        late = contact_record(np.random.default_rng(seed), np.ones(3), later=4)
+        found = contact_law(late, laws="jenkins")
+        lag = force_lag(found.loops, "jenkins", np.log([found.kt, found.mu])).lag
+        raw.append(abs(found.kt / kt - 1.0))
+        errors.append(abs(contact_law(late, laws="jenkins", lag=lag).kt / kt - 1.0))
+    yield at_most("Force 1 % of a period late: error of kt, largest of 20, lag taken away", max(errors), 0.02, "put in")
+    yield Row(
+        "Force 1 % of a period late: error of kt, mean of 20, as recorded", float(np.mean(raw)), 0.12, 0.02, "why", "absolute"
+    )
+
+
+def contact_record(generator: np.random.Generator, gains: np.ndarray, later: int = 0) -> ContactRecord:
+    """Ten cycles of 400 samples of one slider, 20 N/um and mu 0.4 at 100 N, the force so many samples late."""
+    u, force = (np.tile(one, 10) for one in loop_of(np.ones(1), 20e6, 0.4, 100.0, 8e-6))
+    u = gains[0] * u + 0.08e-6 * generator.standard_normal(u.size)
+    force = gains[1] * np.roll(force, later) + 0.2 * generator.standard_normal(u.size)
+    return ContactRecord(u, force, gains[2] * 100.0, np.arange(u.size) / 4000.0)
 
 
 def contact_loops(weights: np.ndarray, seed: int) -> list[ContactLoop]:

@@ -12,7 +12,7 @@ from stickslip.plots.look import house_style, level_colours
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[1] / "tests"))
-from analyses.identification.brake_reuss import FREE, constant_force, curves, one_mode, per_force  # noqa: E402
+from analyses.identification.brake_reuss import FREE, beam, constant_force, curves, one_mode, per_force  # noqa: E402
 
 FORCES = (0.2, 0.5, 1.0, 1.5)
 """Constant forces of the prediction, N."""
@@ -20,10 +20,10 @@ FORCES = (0.2, 0.5, 1.0, 1.5)
 
 def found():
     """The identification of the eight curves."""
-    return ss.identify_response(ss.rigs.jointed_mode, FREE, curves(), tries=4, harmonics=1, evaluations=30)
+    return ss.identify_response(beam, FREE, curves(), tries=4, harmonics=1, evaluations=60)
 
 
-def beam(result):
+def drawn(result):
     """Measured and computed curves, damping ratios, and predicted responses at constant forces."""
     data, count = result.dataset, result.dataset.sizes["test"]
     colours = level_colours(count)
@@ -50,4 +50,4 @@ def beam(result):
 
 
 if __name__ == "__main__":
-    write_figure(beam(found()), HERE / "brake_reuss.svg", "svg")
+    write_figure(drawn(found()), HERE / "brake_reuss.svg", "svg")

@@ -177,6 +177,13 @@ def seed_of(value: Any) -> int:
     return between("seed", value, 0, LARGEST_SEED)
 
 
+def truth(what: str, value: Any) -> bool:
+    """`value`, refused unless it is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise fault(what, "must be True or False", value)
+    return bool(value)
+
+
 def among(what: str, value: Any, known: Iterable[str]) -> str:
     """`value`, refused unless it is one of the known words."""
     words = list(known)

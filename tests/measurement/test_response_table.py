@@ -48,8 +48,10 @@ def test_the_column_of_the_quantity_is_taken_in_a_unit_of_it(tmp_path):
     assert ss.read_measured_response(path).amplitude[0] == 10.0
     assert ss.read_measured_response(path, quantity="displacement").amplitude[0] == pytest.approx(40e-6)
     only = written(tmp_path, "frequency [Hz], displacement [um], force [N]\n80, 1, 1\n81, 2, 1\n82, 1, 1\n")
+    assert ss.read_measured_response(only).quantity == "displacement"
+    assert ss.read_measured_response(only).amplitude[1] == pytest.approx(2e-6)
     with pytest.raises(ss.InputError, match="must name amplitude"):
-        ss.read_measured_response(only)
+        ss.read_measured_response(only, quantity="velocity")
     titled = written(tmp_path, "frequency [Hz], amplitude [mm], force [N]\n80, 1, 1\n81, 2, 1\n82, 1, 1\n")
     with pytest.raises(ss.InputError, match=r"unit of acceleration in .* must be one of m/s2"):
         ss.read_measured_response(titled)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -25,6 +24,9 @@ def contact_law(
     rig_stiffness: Annotated[
         float | None, typer.Option(help="Of what yields between displacement sensor and contact, N/um; kt is corrected for it.")
     ] = None,
+    lag: Annotated[
+        float | None, typer.Option(help="Share of a period by which the force is recorded later than the displacement.")
+    ] = None,
     column: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=COLUMN", help="Title or number of a column: displacement, force, normal, time."),
@@ -44,7 +46,7 @@ def contact_law(
         raise fault("FILES", "must name files that exist", ", ".join(missing))
     named = {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
     stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
-    text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None}, named)
+    text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}, named)
     job = study.job(text, Path(), "contact law")
     folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
     _ = job.plan.works  # reads the files
@@ -65,16 +67,12 @@ def pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 
 def study_text(files: Sequence[Path], settings: Mapping[str, object], named: Mapping[str, Mapping[str, str]]) -> str:
     """The study that the command stands for; the results keep it."""
-    lines = ["[study]", f"title = {_toml('Law of a contact: ' + files[0].stem)}", 'analysis = "contact_law"', "", "[contact_law]"]
-    lines.append(f"files = {_toml([str(path.resolve()) for path in files])}")
-    lines += [f"{key} = {_toml(value)}" for key, value in settings.items() if value is not None]
-    for key, values in named.items():
-        if values:
-            inner = ", ".join(f"{name} = {_toml(value)}" for name, value in values.items())
-            lines.append(f"{key} = {{ {inner} }}")
-    return "\n".join(lines) + "\n"
+    from stickslip.study.toml_text import toml_text
 
-
-def _toml(value: object) -> str:
-    """A text, number or list as TOML, which these share with JSON."""
-    return json.dumps(value, ensure_ascii=False)
+    table = {
+        "files": [str(path.resolve()) for path in files],
+        **settings,
+        **{key: values for key, values in named.items() if values},
+    }
+    study = {"title": f"Law of a contact: {files[0].stem}", "analysis": "contact_law"}
+    return toml_text({"study": study, "contact_law": table})

@@ -92,7 +92,10 @@ class ContactRecord:
     def _check_sizes(self, found: Mapping[str, Array]) -> None:
         span, normal = float(np.ptp(found["displacement"])), float(np.max(found["normal load"]))
         if not SMALLEST_MOTION < span < LARGEST_MOTION:
-            rule, remedy = "must vary by 10 nm to 10 mm", "Is its unit right? State it, such as units={'displacement': 'um'}."
+            rule, remedy = (
+                "must vary by 10 nm to 10 mm",
+                "Is its unit right? State it, such as units={'displacement': 'um'} (--unit displacement=um).",
+            )
             raise fault(f"Displacement of {self.name}", rule, f"{span:.4g} m", remedy)
         if normal <= 0.0:
             raise fault(f"Normal load of {self.name}", "must be positive", normal)
@@ -116,7 +119,7 @@ def _unit_remedy(ratio: float) -> str:
     """What the ratio would be with another unit of one of the two."""
     for factor, words in ((1e3, "the force in kN"), (1e-3, "the force in mN or the load in kN"), (1e-6, "the force in uN")):
         if 0.02 <= ratio * factor <= 1.5:
-            return f"Is a unit wrong? With {words} it would be {ratio * factor:.3g}."
+            return f"Is a unit wrong? With {words} it would be {ratio * factor:.3g}: units={{'force': ...}} (--unit force=...)."
     return "Is a unit wrong?"
 
 
@@ -260,7 +263,7 @@ def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, i
             found = {"time": 0, "displacement": 1, "force": 2}
         else:
             rule = "must have titles, or be displacement and force, or time, displacement and force"
-            remedy = "Say which are which, such as columns={'displacement': 3, 'force': 4}."
+            remedy = "Say which are which, such as columns={'displacement': 3, 'force': 4} (--column displacement=3)."
             raise fault(f"The columns of {table.name}", rule, f"{count} without titles", remedy)
     missing = [name for name in ("displacement", "force") if name not in found]
     if missing:
@@ -320,7 +323,7 @@ def _unit_of_motion(file: str, span: float) -> str:
             return unit
     rule = "must be stated where the motion is not between 0.5 um and 0.5 mm in any of m, mm and um"
     shown = f"missing, with a range of {span:.4g}"
-    raise fault(f"The unit of displacement in {file}", rule, shown, "Give units={'displacement': 'um'}.")
+    raise fault(f"The unit of displacement in {file}", rule, shown, "Give units={'displacement': 'um'} (--unit displacement=um).")
 
 
 def _compared_load(file: str, column: Array | None, given: float) -> list[str]:

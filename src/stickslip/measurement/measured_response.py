@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import Array, among, fault, not_negative, vector
+from stickslip.checks import Array, among, fault, of_kind, positive, storable, truth, vector, whole
 
 Held = Literal["force", "response"]
 
@@ -45,7 +45,7 @@ class MeasuredResponse:
     free_phase: bool = False
 
     def __post_init__(self) -> None:
-        what = f"test {self.name!r}" if self.name else "A test"
+        what = f"test {storable('The name of a test', self.name)!r}" if self.name else "A test"
         frequency = vector(f"{what}, frequency", self.frequency)
         if frequency.size < 3:
             raise fault(f"{what}, frequency", "must hold at least three values", frequency.size)
@@ -62,10 +62,14 @@ class MeasuredResponse:
                 raise fault(f"{what}, phase", "must be in rad", largest, "Are these degrees?")
         elif self.free_phase:
             raise fault(f"{what}, free_phase", "must go with measured phases", True)
+        if not all(isinstance(key, str) for key in of_kind(f"{what}, settings", self.settings, Mapping)):  # type: ignore[type-abstract]
+            raise fault(f"{what}, settings", "must be {argument of the problem: value}", self.settings)
+        for key in ("of_largest", "free_gain", "free_phase"):
+            truth(f"{what}, {key}", getattr(self, key))
+        whole(f"{what}, output", self.output)
         among(f"{what}, held", self.held, ("force", "response"))
         among(f"{what}, quantity", self.quantity, ("displacement", "velocity", "acceleration"))
-        if not_negative(f"{what}, error", self.error) == 0.0:
-            raise fault(f"{what}, error", "must be positive", self.error)
+        positive(f"{what}, error", self.error)
 
     @property
     def per_force(self) -> Array:

@@ -40,12 +40,16 @@ UNITS: dict[str, dict[str, float]] = {
 def read_measured_response(path: str | Path, **about: Any) -> MeasuredResponse:
     """A test from a text file with a title for each column, `frequency [Hz], acceleration [m/s2], force [N], phase [rad]`.
 
-    The amplitude is the column of the quantity, or one that is titled amplitude or response, in a unit of the quantity.
+    The amplitude is the column of the quantity, or one that is titled amplitude or response, in a unit of the quantity; which
+    quantity, the titles say unless it is given (acceleration for a column of amplitudes).
     about: other arguments of `MeasuredResponse`, such as quantity, held, settings, error. Its name is that of the file.
     """
     file = Path(path)
     table = text_table(file)
-    quantity = among("quantity", about.get("quantity", "acceleration"), tuple(QUANTITY_TITLES))
+    if about.get("quantity") is None:
+        titled = (name for name, words in QUANTITY_TITLES.items() if _column(table, words) is not None)
+        about["quantity"] = next(titled, "acceleration")
+    quantity = among("quantity", about["quantity"], tuple(QUANTITY_TITLES))
     titles = {**TITLES, "amplitude": (*QUANTITY_TITLES[quantity], *TITLES["amplitude"])}
     columns = {key: column for key, words in titles.items() if (column := _column(table, words)) is not None}
     missing = [key for key in ("frequency", "amplitude", "force") if key not in columns and key not in about]

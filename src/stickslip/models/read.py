@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import InputError, fault, several
+from stickslip.checks import InputError, fault, several, truth
 from stickslip.models import (
     abaqus,
     ansys,
@@ -117,8 +117,7 @@ def read_model(
     """
     if not isinstance(variables, Mapping | None):
         raise fault("variables", 'must be a table such as {"K": "KELAST"}', variables)
-    if not isinstance(own_damping, bool):
-        raise fault("own_damping", "must be True or False", own_damping)
+    truth("own_damping", own_damping)
     chosen_names = dict(variables or {})
     content, file = read_content(path, chosen_names)
     if names is not None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, spans
+from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, band, spans
 from stickslip.plots.look import Style, contact, entries, level
 from stickslip.plots.response_curves import HERTZ
 from stickslip.results.view import shown_unit
@@ -18,7 +18,8 @@ UNITS = {"displacement": "m/N", "velocity": "m/(s N)", "acceleration": "m/(s2 N)
 
 
 def measured_and_computed(dataset: xr.Dataset) -> Chart:
-    """Response per force of every test over frequency, measured (dots) and computed (lines); the phase where it is known."""
+    """Response per force of every test over frequency, measured (dots) and computed (lines), or the area between its bounds; the
+    phase where it is known."""
     count, names = dataset.sizes["test"], [str(name) for name in dataset["test"].values]
     quantity = str(dataset["quantity"].values[0])
     unit = shown_unit(UNITS[quantity], float(np.nanmax(dataset["measured"].values)))
@@ -29,6 +30,9 @@ def measured_and_computed(dataset: xr.Dataset) -> Chart:
         one, shown = dataset.isel(test=t), name in listed
         style, dots = level(t, count), level(t, count, dash="none", marker="circle", size=2.5)
         f = one["frequency"].values
+        if "lower" in dataset:
+            low, high = (one[key].values / unit.metres for key in ("lower", "upper"))
+            top.append(band(f, low, high, level(t, count, opacity=0.25), "between the bounds" if count == 1 else ""))
         for key, look, own in (("measured", dots, False), ("computed", style, shown)):
             top.append(Line(f, one[key].values / unit.metres, look, name, listed=own))
             if np.isfinite(one["measured_phase"].values).any():
@@ -38,7 +42,10 @@ def measured_and_computed(dataset: xr.Dataset) -> Chart:
     )
     panels = [Panel(HERTZ, size, top, height=3.2)]
     panels += [Panel(HERTZ, Axis("phase", "°"), bottom, height=1.9)] if bottom else []
-    return Chart("Measured (dots) and computed (lines) responses", panels, shared_x=True)
+    title = "Measured responses (dots), those between the bounds nearest to them (lines), bounds (areas)"
+    if "lower" not in dataset:
+        title = "Measured (dots) and computed (lines) responses"
+    return Chart(title, panels, shared_x=True)
 
 
 def misfits(dataset: xr.Dataset) -> Chart:
@@ -49,13 +56,13 @@ def misfits(dataset: xr.Dataset) -> Chart:
     if np.isfinite(dataset["held_out"].values).any():
         shown.append(("held_out", "predicted by the other tests", 1))
     width = 0.8 / len(shown)
+    across: dict[str, Any] = {"width": 0.9 * width, "horizontal": True}
     layers: list[Layer] = [
-        Bars(places + (k - 0.5 * (len(shown) - 1)) * width, 100.0 * dataset[key].values, contact(k), label, width=0.9 * width)
+        Bars(places + (k - 0.5 * (len(shown) - 1)) * width, 100.0 * dataset[key].values, contact(k), label, **across)
         for key, label, k in shown
     ]
-    return Chart(
-        "Misfit of each test", [Panel(Axis("", names=names), Axis("misfit relative to the largest response", "%"), layers)]
-    )
+    axes = Axis("misfit relative to the largest response", "%"), Axis("", names=names, upside_down=True)
+    return Chart("Misfit of each test", [Panel(*axes, layers, height=0.8 + 0.3 * len(names))])
 
 
 def intervals(dataset: xr.Dataset) -> Chart:

@@ -5,10 +5,13 @@ import pytest
 from analyses.identification.brake_reuss import (
     FILE,
     FREE,
+    beam,
     by_damping,
     constant_force,
     curves,
+    deviations,
     linear_frequency,
+    near_resonance,
     one_mode,
     per_force,
 )
@@ -17,31 +20,35 @@ import stickslip as ss
 
 CURVES = np.array(
     [
-        (5.0, 80.369, 0.1522, 0.1511, 80.375, 1.050),
-        (20.1, 80.190, 0.1973, 0.1955, 80.253, 1.060),
-        (29.8, 80.190, 0.2385, 0.2460, 80.311, 1.027),
-        (40.0, 80.129, 0.3025, 0.3043, 80.332, 0.998),
-        (50.2, 80.279, 0.3818, 0.3759, 80.571, 0.979),
-        (60.2, 80.379, 0.4611, 0.4567, 80.773, 0.980),
-        (70.3, 80.468, 0.5555, 0.5491, 80.976, 0.977),
-        (80.4, 80.529, 0.6401, 0.6508, 81.160, 0.989),
+        (5.0, 80.369, 0.1522, 0.1483, 80.379, 1.027),
+        (20.1, 80.190, 0.1973, 0.1939, 80.260, 1.050),
+        (29.8, 80.190, 0.2385, 0.2444, 80.324, 1.018),
+        (40.0, 80.129, 0.3025, 0.3029, 80.344, 0.989),
+        (50.2, 80.279, 0.3818, 0.3735, 80.583, 0.970),
+        (60.2, 80.379, 0.4611, 0.4533, 80.785, 0.968),
+        (70.3, 80.468, 0.5555, 0.5435, 80.985, 0.967),
+        (80.4, 80.529, 0.6401, 0.6436, 81.167, 0.976),
     ]
 )
 """Acceleration [m/s²]; frequency [Hz] and damping ratio [%] of the measured curve, its fit by one mode; damping ratio [%] of the
 computed curve by the same fit; linear frequency [Hz] and gain that the identification gives the curve."""
-IDENTIFIED = {"damping": 1.465e-3, "slip_force": 47.31, "chi": 0.681}
+IDENTIFIED = {"damping": 1.434e-3, "slip_force": 47.97, "chi": 0.653}
 """By `test_the_damping_of_all_curves`."""
-CHI_INTERVAL = (0.663, 0.699)
-LARGEST = 0.0315
-OTHERS = 0.017
-"""Largest deviation of a computed damping ratio from the measured one, at 29.8 m/s², and the largest of the other curves."""
-MISFIT = 0.017
-"""Largest misfit of a curve, relative to its largest response."""
-BY_DAMPING = 0.022
-CHI_BY_DAMPING = 0.712
+CHI_INTERVAL = (0.608, 0.699)
+LARGEST = 0.0255
+"""Largest deviation of a computed damping ratio from the measured one."""
+MISFIT = 0.0231
+HELD_OUT = 0.0240
+"""Largest misfit of a curve, relative to its largest response, and that of a curve predicted by the others."""
+BY_DAMPING = 0.0226
+CHI_BY_DAMPING = 0.698
 """Largest deviation of a damping ratio, and χ, where the deviations themselves are made small."""
-WITHOUT = (0.215, 0.433e-2)
+OF_LARGEST = (0.0304, 0.689)
+NEAR = (0.0325, 0.718)
+"""The same where errors are relative to the largest response of a curve, and so of the points in its half-power band alone."""
+WITHOUT = (0.30, 0.414e-2)
 """Largest misfit, and damping ratio at the largest acceleration, where all curves have one linear frequency."""
+SETTINGS = {"harmonics": 1, "evaluations": 60}
 
 measured = pytest.mark.skipif(FILE is None, reason="the measured curves are not shipped")
 
@@ -66,14 +73,14 @@ def test_full_slip_and_the_power_law():
 @pytest.mark.slow
 def test_the_damping_of_all_curves():
     """The same fit of one mode to measured and computed curves, at the same points, each at its measured acceleration."""
-    found = ss.identify_response(ss.rigs.jointed_mode, FREE, curves(), tries=4, harmonics=1, evaluations=30)
+    found = ss.identify_response(beam, FREE, curves(), tries=4, leave_one_out=True, **SETTINGS)
     data = found.dataset
     for name, value in IDENTIFIED.items():
         assert found.values[name] == pytest.approx(value, rel=5e-3)
     chi = list(found.values).index("chi")
     assert [float(data[end][chi]) for end in ("low", "high")] == pytest.approx(CHI_INTERVAL, abs=2e-3)
     assert float(data["misfit"].max()) == pytest.approx(MISFIT, abs=1e-3)
-    deviations = []
+    assert float(data["held_out"].max()) == pytest.approx(HELD_OUT, abs=1e-3)
     for k, (_, frequency, zeta, computed_zeta, linear, gain) in enumerate(CURVES):
         f = data["frequency"].values[k]
         own, computed = (one_mode(f, per_force(data, which)[k]) for which in ("measured", "computed"))
@@ -81,13 +88,10 @@ def test_the_damping_of_all_curves():
         assert computed[2] == pytest.approx(1e-2 * computed_zeta, rel=5e-3)
         values = [float(data["own_value"].sel(own=name)[k]) for name in ("frequency", "gain")]
         assert values == pytest.approx([linear, gain], rel=1e-3)
-        deviations.append(abs(computed[2] / own[2] - 1.0))
-    assert int(np.argmax(deviations)) == 2
-    assert max(deviations) == pytest.approx(LARGEST, abs=1e-3)
-    assert sorted(deviations)[-2] == pytest.approx(OTHERS, abs=1e-3)
+    assert np.max(np.abs(deviations(found))) == pytest.approx(LARGEST, abs=1e-3)
+    assert np.max(np.abs(deviations(found))) < 0.03
     parameters, ratios = by_damping(found)
     assert np.max(np.abs(ratios - 1.0)) == pytest.approx(BY_DAMPING, abs=1e-3)
-    assert np.max(np.abs(ratios - 1.0)) < 0.03
     assert parameters["chi"] == pytest.approx(CHI_BY_DAMPING, abs=0.01)
     frequency, acceleration = constant_force(found, 1.0, points=3)[:, 1]
     problem = found.problem(frequency=linear_frequency(data, acceleration))
@@ -97,10 +101,21 @@ def test_the_damping_of_all_curves():
 
 @measured
 @pytest.mark.slow
+def test_other_weights_of_the_same_curves():
+    """How the points are weighed moves χ by more than an interval says, and the largest deviation to either side of 3 %."""
+    whole = curves(of_largest=True)
+    for tests, (largest, chi) in ((whole, OF_LARGEST), ([near_resonance(test) for test in whole], NEAR)):
+        found = ss.identify_response(beam, FREE, tests, tries=4, **SETTINGS)
+        assert np.max(np.abs(deviations(found))) == pytest.approx(largest, abs=1e-3)
+        assert found.values["chi"] == pytest.approx(chi, abs=5e-3)
+
+
+@measured
+@pytest.mark.slow
 def test_one_linear_frequency_does_not_do():
     """Friction softens; the measured frequency falls and then rises."""
     shared = FREE | {"frequency": (80.3, 79.0, 81.5)}
-    found = ss.identify_response(ss.rigs.jointed_mode, shared, curves(), tries=0, harmonics=1, evaluations=15)
+    found = ss.identify_response(beam, shared, curves(), tries=0, **SETTINGS)
     data = found.dataset
     assert float(data["misfit"].max()) == pytest.approx(WITHOUT[0], abs=0.01)
     last = one_mode(data["frequency"].values[7], per_force(data, "computed")[7])

@@ -88,6 +88,35 @@ def test_noise_of_the_displacement_does_not_bias_the_answer(noise):
     assert ss.contact_law(loop, laws="jenkins").kt == pytest.approx(KT, rel=0.03)
 
 
+TOO_LOW = 0.065
+"""By which kt is too low where the force lags by half a per cent of a period."""
+
+
+@pytest.mark.parametrize("lag", [-8, 2, 4])
+def test_a_force_that_lags_is_named_and_taken_away(lag):
+    """By so many of 400 samples a cycle; kt is right with the lag that the warning states."""
+    one = record(gain=0.0, zero=0.0)
+    late = ss.ContactRecord(one.displacement, np.roll(one.force, lag), N, one.time)
+    found = ss.contact_law(late, laws="jenkins")
+    assert np.sign(KT - found.kt) == np.sign(lag)
+    if lag == 2:
+        assert found.kt == pytest.approx((1.0 - TOO_LOW) * KT, rel=0.005)
+    (warning,) = [one for one in found.warnings if "too late" in one or "too early" in one]
+    estimate = float(warning.split("lag = ")[1].rstrip("."))
+    assert estimate == pytest.approx(lag / 400, abs=2e-4)
+    again = ss.contact_law(late, laws="jenkins", lag=estimate)
+    assert again.kt == pytest.approx(KT, rel=0.005)
+    assert not any("too late" in one or "too early" in one for one in again.warnings)
+    assert any("of a period earlier than recorded" in note for note in again.removed)
+
+
+def test_laws_of_other_shapes_are_not_taken_for_a_lag():
+    for law in WEIGHTS:
+        for fitted_law in ("jenkins", "iwan", "array"):
+            warned = ss.contact_law(record(law, cycles=4, gain=0.0), laws=fitted_law).warnings
+            assert not any("of a period too" in one for one in warned), (law, fitted_law)
+
+
 def test_the_rig_in_series_is_corrected_and_its_error_enters():
     """A contact of 17 N/um behind a rig of 30 N/um looks like 10.85; 1/17 = 1/10.85 - 1/30."""
     both = 1.0 / (1.0 / 17e6 + 1.0 / 30e6)
@@ -170,6 +199,8 @@ def test_wrong_arguments_are_refused():
         ({"laws": []}, "laws must be at least one"),
         ({"rig_stiffness": -1.0}, "rig_stiffness must be positive"),
         ({"harmonics": 2}, "harmonics must be at least 5"),
+        ({"lag": 0.2}, "lag must be between -0.05 and 0.05 of a period"),
+        ({"lag": "late"}, "lag must be a number"),
     ):
         with pytest.raises(InputError, match=words):
             ss.contact_law(one, **arguments)

@@ -1,5 +1,7 @@
 """Parameters from synthetic frequency responses with noise, whose truth is known, and derivatives against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -153,6 +155,43 @@ def test_wrong_input():
         ss.MeasuredResponse([0.1, 0.2, 0.3], 1.0, 1.0, free_phase=True)
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"parameters": 3}, "parameters must be {name: (start, low, high)}, but is 3"),
+        ({"parameters": {"kt": 3}}, "parameter 'kt' must be a FreeParameter or (start, low, high), but is 3"),
+        ({"parameters": {"kt": ("a", "b", "c")}}, "parameter 'kt' must hold numbers"),
+        ({"parameters": {"kt": (1, 2)}}, "parameter 'kt' must be a FreeParameter or (start, low, high)"),
+        ({"parameters": {"kt": (np.nan, 0.1, 2)}}, "parameter 'kt': start must be finite"),
+        ({"parameters": {3: (1, 0.1, 2)}}, "The name of a parameter must be a text, but is 3"),
+        ({"parameters": {"ky": (1, 0.1, 2)}}, "problem_of(ky=1) must return a Problem, but raises TypeError"),
+        ({"parameters": {"load": (1, 0.1, 2)}}, "The settings of test 1 must not name what is free, but is ['load']"),
+        ({"leave_one_out": "yes"}, "leave_one_out must be True or False, but is 'yes'"),
+        ({"harmonics": "auto"}, "harmonics must be a whole number, but is 'auto'"),
+        ({"start_states": "worn"}, "start_states must be one of virgin, free"),
+        ({"rule": "offset"}, "rule must be one of"),
+        ({"share": "none"}, "share must be one of"),
+        ({"tries": 1.5}, "tries must be a whole number"),
+        ({"problem_of": 3}, "problem_of must be a function that returns a Problem, but is 3"),
+        ({"tests": 3}, "tests must be a tuple or list"),
+        ({"tests": [3]}, "A test must be a MeasuredResponse, but is 3"),
+    ],
+)
+def test_arguments_of_a_wrong_kind(change, words):
+    test = ss.MeasuredResponse([0.1, 0.2, 0.3], 1.0, 1.0, settings={"load": 1.0})
+    given = {"problem_of": one_mass, "parameters": FREE, "tests": [test]} | change
+    with pytest.raises(ss.InputError) as raised:
+        ss.identify_response(**given)
+    assert words in str(raised.value)
+
+
+def test_a_test_given_twice_is_said():
+    tests = [measured(1.0, 3, frequencies=FREQUENCIES[::4]), measured(1.0, 3, frequencies=FREQUENCIES[::4])]
+    tests[1] = replace(tests[1], name="again")
+    found = ss.identify_response(one_mass, {"kt": (0.5, 0.1, 3.0)}, tests, tries=0, samples=128)
+    assert "1 and again hold the same points" in " ".join(found.notes)
+
+
 def test_what_the_model_does_not_explain_is_said():
     """The phase of all tests with the wrong sign; one test of which a point is a thousand times too large; a fit cut short."""
     tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0, 2.0)]
@@ -174,6 +213,11 @@ def test_what_the_model_does_not_explain_is_said():
         ({"amplitude": [1.0, 2.0]}, "must have 3 entries"),
         ({"amplitude": "large"}, "amplitude"),
         ({"quantity": "accel"}, "quantity must be one of displacement, velocity, acceleration"),
+        ({"settings": 3}, "settings must be"),
+        ({"free_gain": "yes"}, "free_gain must be True or False"),
+        ({"output": "1.x"}, "output must be a whole number"),
+        ({"error": 0.0}, "error must be positive"),
+        ({"name": 3}, "The name of a test must be a text"),
     ],
 )
 def test_wrong_measured_responses(change, words):

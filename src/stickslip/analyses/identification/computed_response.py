@@ -47,6 +47,13 @@ class ComputedResponse:
     solved: NDArray[np.bool_]
     slips: NDArray[np.bool_]
 
+    @classmethod
+    def unsolved(cls, count: int, names: Sequence[str], starts: int = 0) -> ComputedResponse:
+        """So many points, none of which has a solution yet."""
+        by_value = {name: np.zeros(count, dtype=complex) for name in names}
+        none = np.zeros(count, dtype=bool)
+        return cls(np.zeros(count, dtype=complex), by_value, np.zeros((count, starts), dtype=complex), none, none.copy())
+
 
 @dataclass(eq=False)
 class FittedTest:
@@ -64,6 +71,10 @@ class FittedTest:
         """A test before its first evaluation."""
         return cls(test, problem_of, harmonics, samples, [None] * np.size(test.frequency))
 
+    def forget(self) -> None:
+        """Forget the solutions known so far."""
+        self.known = [None] * len(self.known)
+
     def problem(self, values: Values) -> Problem:
         """The problem of parameter values in this test."""
         return self.problem_of(**values, **self.test.settings)
@@ -76,28 +87,21 @@ class FittedTest:
     def computed(self, values: Values, starts: Array, names: Sequence[str]) -> ComputedResponse:
         """The response at all points, with its derivatives by the parameters of these names and by the start variables."""
         balance = self.balance(values, starts)
-        sides = {name: self._sides(values, starts, name) for name in names}
-        count = len(self.known)
-        found = ComputedResponse(
-            np.zeros(count, dtype=complex),
-            {name: np.zeros(count, dtype=complex) for name in names},
-            np.zeros((count, starts.size), dtype=complex),
-            np.zeros(count, dtype=bool),
-            np.zeros(count, dtype=bool),
-        )
+        sides = {name: self.sides(values, starts, name) for name in names}
+        found = ComputedResponse.unsolved(len(self.known), names, starts.size)
         for k, own, evaluation in self._solved(balance):
             self.known[k] = evaluation.point
             found.solved[k] = True
-            found.slips[k] = bool(np.any(evaluation.unknown == SLIPPING))
-            slopes = self._slopes(own, evaluation, sides)
-            found.per_force[k] = self._per_force(own, evaluation)
+            found.slips[k] = slips(evaluation)
+            slopes = self.slopes(own, evaluation, sides)
+            found.per_force[k] = self.per_force(own, evaluation)
             for j, name in enumerate(names):
                 found.by_value[name][k] = slopes[j]
             if starts.size:
                 found.by_start[k] = slopes[len(names) :]
         return found
 
-    def _sides(self, values: Values, starts: Array, name: str) -> tuple[HarmonicBalance, HarmonicBalance, float]:
+    def sides(self, values: Values, starts: Array, name: str) -> tuple[HarmonicBalance, HarmonicBalance, float]:
         """The balances on both sides of a value, and their distance."""
         step = STEP * (abs(values[name]) or 1.0)
         high, low = (self.balance({**values, name: values[name] + side * step}, starts) for side in (1.0, -1.0))
@@ -117,7 +121,7 @@ class FittedTest:
                 before = evaluation.point
                 yield k, own, evaluation
 
-    def _slopes(
+    def slopes(
         self,
         balance: HarmonicBalance,
         evaluation: Evaluation,
@@ -142,10 +146,11 @@ class FittedTest:
         change = respond(balance, evaluation, solved_factors(balance, evaluation), np.array(forces), np.array(motions))
         row, point = balance.rows + self.test.output, evaluation.point
         moved = change.motion[:, row, 1] - 1j * change.motion[:, row, 2]
-        per_force = self._per_force(balance, evaluation)
+        per_force = self.per_force(balance, evaluation)
         return np.asarray(moved * self._factor(balance, point) / point.level - per_force * change.level / point.level)
 
-    def _per_force(self, balance: HarmonicBalance, evaluation: Evaluation) -> complex:
+    def per_force(self, balance: HarmonicBalance, evaluation: Evaluation) -> complex:
+        """The response per force level at a solved point, with the phase of the displacement."""
         a, b = evaluation.w[balance.rows + self.test.output, 1:3]
         return complex(a, -b) * self._factor(balance, evaluation.point) / evaluation.point.level
 
@@ -153,6 +158,11 @@ class FittedTest:
         """What turns X_1 into the measured quantity with the phase of the displacement against the force."""
         phase = force_phase(balance.problem, point.omega) or 0.0
         return complex(point.omega ** quantity_named(self.test.quantity)[0].order * np.exp(-1j * phase))
+
+
+def slips(evaluation: Evaluation) -> bool:
+    """Whether a contact slips or opens at a solved point."""
+    return bool(np.any(evaluation.unknown == SLIPPING))
 
 
 def _solution(balance: HarmonicBalance, omega: float, force: float, known: Sequence[Point | None]) -> Evaluation | None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.identification.contact_law_dataset import contact_law_dataset
+from stickslip.analyses.identification.force_lag import LONGEST, advanced
 from stickslip.analyses.identification.loop_law import (
     CLOSE,
     EXACT,
@@ -25,7 +26,7 @@ from stickslip.analyses.identification.loop_law import (
     judged,
     smoothed,
 )
-from stickslip.checks import Array, Index, InputError, counted, fault, nearest, positive
+from stickslip.checks import Array, Index, InputError, counted, fault, finite, nearest, positive
 from stickslip.measurement.contact_cycles import ContactCycles, contact_cycles, smoothed_motion
 from stickslip.measurement.contact_record import ContactRecord, read_contact_records
 from stickslip.measurement.cycles import synthesis
@@ -96,6 +97,7 @@ def contact_law(
     harmonics: int | None = None,
     columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
+    lag: float = 0.0,
 ) -> ContactLaw:
     """Law, tangential stiffness and friction coefficient of one contact from its measured loops, with 95 % intervals.
 
@@ -109,9 +111,10 @@ def contact_law(
 
     rig_stiffness: N/m, of what lies between the displacement sensor and the contact, in series with it. The displacement of the
     contact is then u − F/rig_stiffness, so that 1/kt = 1/kt_measured − 1/rig_stiffness. errors: what loops cannot show, for the
-    intervals. Raises `InputError` for wrong input and for a rig softer than rig and contact together.
+    intervals. lag: share of a period by which the force is recorded later than the displacement; it is taken away first.
+    Raises `InputError` for wrong input and for a rig softer than rig and contact together.
     """
-    return ContactLawWork.of(loops, normal_load, laws, rig_stiffness, errors, harmonics, columns, units).contact_law()
+    return ContactLawWork.of(loops, normal_load, laws, rig_stiffness, errors, harmonics, columns, units, lag).contact_law()
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +145,7 @@ class ContactLawWork:
         harmonics: int | None = None,
         columns: Mapping[str, str | int] | None = None,
         units: Mapping[str, str] | None = None,
+        lag: float = 0.0,
     ) -> ContactLawWork:
         """The work for the arguments of `contact_law`, checked."""
         laws = (laws,) if isinstance(laws, str) else tuple(laws)
@@ -167,7 +171,8 @@ class ContactLawWork:
         if len(work.loops) < 2 and len(laws) > 1:
             remedy = "Measure several cycles or amplitudes, or name one law: laws=['jenkins'] (--law jenkins)."
             raise fault("loops", "must be at least two, to hold one out", len(work.loops), remedy)
-        return replace(work._corrected(), names=(work._name,))
+        work = work._in_time(finite("lag", lag))._corrected()
+        return replace(work, names=(work._name,))
 
     @property
     def _name(self) -> str:
@@ -176,6 +181,19 @@ class ContactLawWork:
             np.asarray(part).tobytes() for loop in self.single for part in (loop.displacement, loop.force, loop.normal)
         )
         return f"contact law {sha256(data + repr((self.laws, self.rig_stiffness, self.errors)).encode()).hexdigest()[:12]}"
+
+    def _in_time(self, lag: float) -> ContactLawWork:
+        """A copy whose forces are earlier by a share of the period."""
+        if abs(lag) > LONGEST:
+            raise fault("lag", f"must be between {-LONGEST:g} and {LONGEST:g} of a period", lag)
+        if lag == 0.0:
+            return self
+        loops, single = (
+            tuple(replace(loop, force=advanced(np.asarray(loop.force), lag)) for loop in several)
+            for several in (self.loops, self.single)
+        )
+        note = f"The force is taken {lag:.2%} of a period earlier than recorded."
+        return replace(self, loops=loops, single=single, removed=(*self.removed, note))
 
     def _corrected(self) -> ContactLawWork:
         """A copy whose displacements are those of the contact alone, without what the rig yields."""

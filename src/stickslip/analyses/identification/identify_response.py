@@ -10,16 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
+from stickslip.analyses.identification.enclosed_test import EnclosedTest
+from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
-from stickslip.checks import Array, among, between, fault, of_kind, positive, seed_of, several, unique
+from stickslip.checks import Array, InputError, among, between, fault, numbers, of_kind, positive, seed_of, several, truth, unique
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, attribute
 from stickslip.measurement.measured_response import MeasuredResponse
@@ -28,12 +30,12 @@ from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report
 from stickslip.solve.continuation import first_point
-from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, start_space
+from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, rules_of, start_space
 
 if TYPE_CHECKING:
     import xarray as xr
 
-StartStates = Literal["virgin", "free"]
+StartStates = Literal["virgin", "free", "bounds"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,13 +98,23 @@ def identify_response(
 
     start_states: "virgin", those of the problem; or "free": each test has start variables of its own (`rule`, `share` as for
     `response_samples`), with a normal prior of mean 0 and start_deviation: tests that are equal by name differ in how their
-    contacts were put together. tries: further starts between the bounds, of which the best is taken.
+    contacts were put together; or "bounds": each measured amplitude is compared with the bounds of the response over all start
+    states. A point inside them costs nothing, one outside its distance to the nearer bound, h; phases are not used. Intervals
+    are then those of the profile: all values at which, with the others adapted, the sum of squares is at most 3.84 above the
+    least one; the values are a point inside. tries: further starts between the bounds, of which the best is taken.
     leave_one_out: fit again without each test and compare it with what the others predict; its own variables are fitted to it.
 
     Intervals hold 95 % with errors as large as the residuals; they do not know of errors that all points share.
     """
-    fit = (among("start_states", start_states, ("virgin", "free")), rule, share, positive("start_deviation", start_deviation))
-    search = (leave_one_out, between("tries", tries, 0), seed_of(seed), between("evaluations", evaluations, 1))
+    rules_of(rule)
+    among("share", share, get_args(Sharing))
+    fit = (among("start_states", start_states, get_args(StartStates)), rule, share, positive("start_deviation", start_deviation))
+    search = (
+        truth("leave_one_out", leave_one_out),
+        between("tries", tries, 0),
+        seed_of(seed),
+        between("evaluations", evaluations, 1),
+    )
     settings = (*fit, *search, *fineness_of(harmonics, samples))
     work = ResponseIdentificationWork(maker(problem_of), _parameters(parameters), _tests(tests), *settings)
     return work.gathered(all_cases(work, checkpoint, 1, progress))
@@ -125,9 +137,13 @@ class ResponseIdentificationWork:
     evaluations: int
     harmonics: Harmonics
     samples: int
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for test in self.tests:
+            twice = sorted({*test.settings} & {*self.free})
+            if twice:
+                raise fault(f"The settings of {test.name}", "must not name what is free", twice)
             problem = self._at_the_start(test)
             if not 0 <= test.output < len(problem.outputs):
                 raise fault(f"The output of {test.name}", f"must be a number from 0 to {len(problem.outputs) - 1}", test.output)
@@ -160,6 +176,9 @@ class ResponseIdentificationWork:
 
     def fit(self) -> ResponseFit:
         """The least squares, before its first evaluation."""
+        if self.start_states == "bounds":
+            about = (self.problem_of, (self.harmonics, self.samples), (self.rule, self.share, self.seed))
+            return ResponseFit([EnclosedTest.of(test, *about) for test in self.tests], self.free)
         models = [FittedTest.of(test, self.problem_of, self.harmonics, self.samples) for test in self.tests]
         if self.start_states == "free":
             models = [replace(model, space=self._space(model)) for model in models]
@@ -180,20 +199,29 @@ class ResponseIdentificationWork:
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
             x = fit.best(self.tries, self.seed, self.evaluations)
+            bounds: Arrays = {}
+            if self.start_states == "bounds":
+                x, bounds = enclosed(fit, x, self.evaluations)
             report(1.0 / (1.0 + len(self.tests) * self.leave_one_out))
             several_tests = self.leave_one_out and len(self.tests) > 1
             held_out = _held_out(fit, x, self.evaluations, report) if several_tests else np.full(len(self.tests), np.nan)
-        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started)}
+        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started), **bounds}
 
     def gathered(self, results: Sequence[Arrays]) -> ResponseIdentification:
         """The result of the variables that were found."""
         x = np.asarray(results[0]["x"])
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
+            if self.start_states == "bounds":
+                resumed(fit, np.asarray(results[0]["starts"]))
             fit.residuals(x)
             statistics = fit.statistics(x)
             dataset = dataset_of_fit(fit, x, statistics, np.asarray(results[0]["held_out"]))
-        notes = tuple(notes_of_fit(fit, x, statistics, dataset))
+            notes = self.remarks
+            if self.start_states == "bounds":
+                dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
+                notes += tuple(notes_on_bounds(dataset, fit))
+            notes += tuple(notes_of_fit(fit, x, statistics, dataset))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": float(results[0]["cpu_seconds"])}
         return ResponseIdentification(dataset, self.problem_of, notes)
@@ -202,15 +230,29 @@ class ResponseIdentificationWork:
 def _parameters(parameters: Mapping[str, FreeParameter | tuple[float, float, float]]) -> dict[str, FreeParameter]:
     """The free parameters, checked; at least one that all tests share."""
     found = {}
-    for name, given in of_kind("parameters", parameters, Mapping).items():  # type: ignore[type-abstract]
-        if not isinstance(given, FreeParameter) and len(given) != 3:
-            raise fault(f"parameter {name!r}", "must be a FreeParameter or (start, low, high)", given)
-        found[name] = given if isinstance(given, FreeParameter) else FreeParameter(*given)
+    if not isinstance(parameters, Mapping):
+        raise fault("parameters", "must be {name: (start, low, high)}", parameters)
+    for name, given in parameters.items():
+        if not isinstance(name, str):
+            raise fault("The name of a parameter", "must be a text", name)
+        found[name] = given if isinstance(given, FreeParameter) else _three(name, given)
         if name in (GAIN, PHASE, "start"):
             raise fault("The name of a parameter", f"must not be {name}, which means a variable of a test", name)
     if not any(not free.each_test for free in found.values()):
         raise fault("parameters", "must hold one that all tests have in common", list(found))
     return found
+
+
+def _three(name: str, given: Any) -> FreeParameter:
+    """The free parameter of (start, low, high)."""
+    values = numbers(f"parameter {name!r}", given)
+    if values.shape != (3,):
+        raise fault(f"parameter {name!r}", "must be a FreeParameter or (start, low, high)", given)
+    start, low, high = map(float, values)
+    try:
+        return FreeParameter(start, low, high)
+    except InputError as error:
+        raise InputError(f"parameter {name!r}: {error}") from None
 
 
 def _tests(tests: Sequence[MeasuredResponse]) -> list[MeasuredResponse]:

@@ -7,17 +7,17 @@ whose bounds are positive is fitted by its logarithm.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import special
 from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from stickslip.analyses.identification.computed_response import ComputedResponse, FittedTest
-from stickslip.checks import Array, fault, finite, positive
+from stickslip.analyses.identification.enclosed_test import EnclosedTest
+from stickslip.checks import Array, fault, finite, positive, truth
 
 TINY = 1e-10
 """Share of the largest curvature below which the data say nothing of a direction."""
@@ -57,6 +57,7 @@ class FreeParameter:
             finite(name, getattr(self, name))
         if not self.low <= self.start <= self.high or self.low == self.high:
             raise fault("start", "must lie between low and high, which differ", (self.start, self.low, self.high))
+        truth("each_test", self.each_test)
         if self.deviation is not None:
             positive("deviation", self.deviation)
 
@@ -93,7 +94,7 @@ class Variable:
 class ResponseFit:
     """The least squares of several tests; `start_deviation`: of the start variables' prior."""
 
-    tests: Sequence[FittedTest]
+    tests: Sequence[FittedTest | EnclosedTest]
     free: Mapping[str, FreeParameter]
     start_deviation: float = 0.5
     _last: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
@@ -234,6 +235,8 @@ class ResponseFit:
 
         Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost.
         """
+        from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
+
         low, high = self.bounds
         shared = [k for k, v in enumerate(self.variables) if v.test < 0]
         starts = [self.start]
@@ -266,8 +269,26 @@ class ResponseFit:
     def forget(self) -> None:
         """Forget the solutions known so far: after far jumps they may lie on other branches."""
         for model in self.tests:
-            model.known = [None] * len(model.known)
+            model.forget()
         self._last = {}
+
+    def searched(self, x: Array) -> list[Array]:
+        """Bounds (2, n) of the response per force of each test, searched anew; residuals then start from them."""
+        self._last = {}
+        tests = enumerate(self.tests)
+        return [model.searched(self.values(x, t)) for t, model in tests if isinstance(model, EnclosedTest)]
+
+    def widened(self, x: Array) -> bool:
+        """Search for wider bounds at the points that lie outside by a standard error; whether there are any."""
+        apart, first, found = np.abs(self.residuals(x)) > 1.0, 0, False
+        for t, model in enumerate(self.tests):
+            own = apart[first : first + len(model.known)]
+            first += len(model.known)
+            if isinstance(model, EnclosedTest) and np.any(own):
+                model.searched(self.values(x, t), own)
+                found = True
+        self._last = {}
+        return found
 
     def statistics(self, x: Array) -> FitStatistics:
         """Standard errors and correlations at a solution."""
@@ -287,7 +308,7 @@ class ResponseFit:
         noise = float(np.sum(data**2) / freedom)
         blind = np.sum(vectors[:, ~known] ** 2, axis=1) > 0.1
         error = np.where(blind, np.inf, np.sqrt(noise * np.diag(covariance)))
-        return FitStatistics(error, covariance, noise, float(stats.t.ppf(0.975, freedom)), blind)
+        return FitStatistics(error, covariance, noise, float(special.stdtrit(freedom, 0.975)), blind)
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,12 +323,17 @@ class FitStatistics:
     blind: np.ndarray[Any, np.dtype[np.bool_]]
 
     @property
+    def without_curvature(self) -> FitStatistics:
+        """A copy that calls no variable blind, where intervals do not come from the curvature."""
+        return replace(self, blind=np.zeros_like(self.blind))
+
+    @property
     def correlation(self) -> Array:
         size = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
         return np.asarray(self.covariance / np.outer(size, size))
 
 
-def _compared(model: FittedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
+def _compared(model: FittedTest | EnclosedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:
     """Residuals and derivatives, complex where the phase is measured, else of sizes.
 
     Where errors are relative to each point, of the logarithm: a peak in the wrong place then counts no more than a missing one.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,10 +131,11 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
             r = float(dataset["correlation"].values[i, j])
             if abs(r) > CORRELATED:
                 found.append(f"{names[j]} and {names[i]} can hardly be separated by these tests: correlation {r:.3f}.")
+    found += _repeated([model.test for model in fit.tests])
     apart = dataset["misfit"].values
     stated = np.array([model.test.error for model in fit.tests])
     for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
-        how = "by any start state" if "start_variables" in dataset else "by these parameters"
+        how = "by any start state" if {"start_variables", "lower"} & {*dataset} else "by these parameters"
         sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
         found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
     if np.median(apart / stated) > UNEXPLAINED:
@@ -148,6 +149,15 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     if lost:
         found.append(f"{lost} points have no solution at the identified parameters; they count as wrong by their whole size.")
     return found
+
+
+def _repeated(tests: Sequence[MeasuredResponse]) -> list[str]:
+    """Tests that hold the same points, such as a file that was named twice."""
+    keys = ("frequency", "amplitude", "force", "phase")
+    content = [b"".join(np.asarray(getattr(test, key), dtype=float).tobytes() for key in keys) for test in tests]
+    firsts = [content.index(one) for one in content]
+    words = "hold the same points, which count twice: the intervals are too narrow."
+    return [f"{tests[first].name} and {tests[t].name} {words}" for t, first in enumerate(firsts) if first < t]
 
 
 def summary(dataset: xr.Dataset) -> list[str]:

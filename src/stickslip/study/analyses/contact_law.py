@@ -47,6 +47,10 @@ class ContactLawTable(Table):
         int | None,
         Field(ge=5, le=2000, description="to which every cycle is smoothed; as many as the displacement needs unless given"),
     ] = None
+    lag: Annotated[
+        Number,
+        Field(ge=-0.05, le=0.05, description="share of a period by which the force is recorded later than the displacement"),
+    ] = 0.0
     columns: Annotated[
         dict[ColumnName, str | int], Field(description="titles or numbers (from 1) of columns that are not understood")
     ] = Field(default_factory=dict)
@@ -102,7 +106,7 @@ class ContactLawPlan(Plan):
             {str(key): value for key, value in table.columns.items()},
             {str(k): v for k, v in table.column_units.items()},
         )
-        settings = (tuple(table.laws), si["rig_stiffness"], table.loop_errors(), table.harmonics, columns, units)
+        settings = (tuple(table.laws), si["rig_stiffness"], table.loop_errors(), table.harmonics, columns, units, table.lag)
         return ContactLawWork.of(files, si["normal_load"], *settings)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,13 +16,14 @@ from pydantic import Field
 from stickslip.analyses.identification.identify_response import ResponseIdentificationWork
 from stickslip.analyses.identification.response_fit import FreeParameter
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
-from stickslip.checks import MOST, counted, fault
+from stickslip.checks import MOST, counted, fault, nearest
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.measurement.response_table import read_measured_response
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
+from stickslip.study.analyses.response_variability import RuleOrRules
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Number, Positive, Seed, Table
 from stickslip.study.tables import Ends
@@ -37,9 +39,10 @@ class ResponseIdentificationTable(Table):
     """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
 
     files: Annotated[list[str], Field(min_length=1, description="curves (text): frequency, amplitude, force, phase if known")]
-    quantity: Annotated[Literal["displacement", "velocity", "acceleration"], Field(description="that was measured")] = (
-        "acceleration"
-    )
+    quantity: Annotated[
+        Literal["displacement", "velocity", "acceleration"] | None,
+        Field(description="that was measured; as the titles of the files say unless given"),
+    ] = None
     output: Annotated[str | None, Field(description="name of the output that was measured; the first unless given")] = None
     held: Annotated[
         Literal["force", "response"], Field(description="what each computed point takes as measured; the other is computed")
@@ -55,6 +58,10 @@ class ResponseIdentificationTable(Table):
     damping: Annotated[Ends | None, Field(description="of a factor on the damping of the structure")] = None
     mass: Annotated[Ends | None, Field(description="of a factor on the mass of the structure")] = None
     stiffness: Annotated[Ends | None, Field(description="of a factor on the stiffness of the structure")] = None
+    settings: Annotated[
+        list[dict[str, Number]],
+        Field(description="{ name = value } for each curve: arguments of the rig, or factors, that differ between the tests"),
+    ] = Field(default_factory=list)
     each_test: Annotated[list[str], Field(description="which of these have a value of their own in every test")] = Field(
         default_factory=list
     )
@@ -65,11 +72,26 @@ class ResponseIdentificationTable(Table):
     free_gain: Annotated[bool, Field(description="a constant factor of each measured curve is found too")] = False
     free_phase: Annotated[bool, Field(description="a constant phase of each measured curve is found too")] = False
     start_states: Annotated[
-        Literal["virgin", "free"], Field(description="of the contacts: as the problem says, or of each test its own")
+        Literal["virgin", "free", "bounds"],
+        Field(
+            description="of the contacts: as the problem says; of each test its own; or any, and parameters whose bounds enclose "
+            "the measured amplitudes"
+        ),
     ] = "virgin"
+    rule: Annotated[
+        RuleOrRules,
+        Field(description='what a start variable sets; a list: in t1 and in t2, where "virgin" leaves the sliders at 0'),
+    ] = "traction_ratio"
+    share: Annotated[
+        Literal["element", "direction", "contact", "all"], Field(description="which friction elements have one in common")
+    ] = "element"
+    start_deviation: Annotated[Positive, Field(description="standard deviation of free start variables about 0, their prior")] = (
+        0.5
+    )
     leave_one_out: Annotated[bool, Field(description="predict each curve by the others too")] = False
     tries: Annotated[int, Field(ge=0, le=MOST, description="further starts of the fit, of which the best is taken")] = 8
     seed: Annotated[Seed, Field(description="of these starts")] = 0
+    evaluations: Annotated[int, Field(ge=1, le=MOST, description="of the residuals in one fit, at most")] = 60
 
 
 def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParameter]:
@@ -89,8 +111,18 @@ def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParamet
                 "[low, high] with 1 between them" if name in factors else "[start, low, high] with the start between the others"
             )
             raise fault(name, f"must be {what}", [low, high] if name in factors else [start, low, high])
+    if table.settings and len(table.settings) != len(table.files):
+        raise fault("settings", f"must be one for each of {counted(len(table.files), 'file')}", len(table.settings))
     own = table.each_test
     return {name: FreeParameter(start, low, high, name in own) for name, (start, low, high) in found.items()}
+
+
+def names_of(files: Sequence[str]) -> list[str]:
+    """A name for each curve, the file's without ending; where two are the same, with its folder, then numbered."""
+    stems = [Path(file).stem for file in files]
+    whole = [f"{Path(file).parent.name}/{stem}" for stem, file in zip(stems, files, strict=True)]
+    given = [one if stems.count(one) == 1 or whole.count(more) > 1 else more for one, more in zip(stems, whole, strict=True)]
+    return [one if given.count(one) == 1 else f"{one} ({given[: k + 1].count(one)})" for k, one in enumerate(given)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +155,16 @@ def _with_structure(problem: Problem, factors: Mapping[str, float]) -> Problem:
     return problem.with_structure(replace(structure, M=mass * structure.M, K=stiffness * structure.K, C=C, damping=None))
 
 
+def _known_settings(table: ResponseIdentificationTable, rig: str) -> None:
+    """Settings name arguments of the rig or factors, none of which is free."""
+    known = (*(inspect.signature(RIGS[rig]).parameters if rig else ()), *FACTORS)
+    for name in dict.fromkeys(name for one in table.settings for name in one):
+        if name not in known:
+            raise fault(f"[{TABLE}]: settings", f"must name some of {', '.join(known)}", name, nearest(name, known))
+        if name in free_parameters(table):
+            raise fault(f"[{TABLE}]: settings", "must not name what is free", name)
+
+
 @dataclass(frozen=True, eq=False)
 class ResponseIdentificationPlan(Plan):
     """Curves, and what is fitted to them."""
@@ -137,6 +179,7 @@ class ResponseIdentificationPlan(Plan):
         """The plan of a study."""
         sweep, table = sweep_of(asked), ResponseIdentificationTable.model_validate(asked.tables[TABLE])
         names = list(sweep.problem.output_names)
+        _known_settings(table, asked.rig[0])
         if table.output is not None and table.output not in names:
             raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", table.output)
         if table.rig and not asked.rig[0]:
@@ -156,7 +199,7 @@ class ResponseIdentificationPlan(Plan):
         return f"{counted(len(self.table.files), 'measured curve')}, free: {', '.join(free_parameters(self.table))}"
 
     def tests(self) -> list[MeasuredResponse]:
-        """The curves, inside the band of the sweep."""
+        """The curves, each with its settings."""
         table, names = self.table, list(self.sweep.problem.output_names)
         about: dict[str, Any] = {
             "quantity": table.quantity,
@@ -166,7 +209,10 @@ class ResponseIdentificationPlan(Plan):
         }
         about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
         about["output"] = 0 if table.output is None else names.index(table.output)
-        return [self._inside(read_measured_response(self.folder / name, **about)) for name in table.files]
+        files, titles = table.files, names_of(table.files)
+        tests = [read_measured_response(self.folder / f, name=title, **about) for f, title in zip(files, titles, strict=True)]
+        own = table.settings or [{} for _ in tests]
+        return [replace(test, settings=settings) for test, settings in zip(tests, own, strict=True)]
 
     def _inside(self, test: MeasuredResponse) -> MeasuredResponse:
         found = self.sweep.forced_response().frequencies
@@ -179,22 +225,28 @@ class ResponseIdentificationPlan(Plan):
     @cached_property
     def work(self) -> ResponseIdentificationWork:
         table, base = self.table, self.sweep.forced_response()
-        problem_of = Adapted(self.sweep.problem, *self.rig, frozenset(table.rig))
-        free, tests = free_parameters(table), self.tests()
+        arguments = set(inspect.signature(RIGS[self.rig[0]]).parameters) if self.rig[0] else set()
+        of_rig = {*table.rig} | (arguments & {name for one in table.settings for name in one})
+        problem_of = Adapted(self.sweep.problem, *self.rig, frozenset(of_rig))
+        free, all_tests = free_parameters(table), self.tests()
+        tests = [self._inside(test) for test in all_tests]
+        count, kept = (sum(np.size(test.frequency) for test in some) for some in (all_tests, tests))
+        words = f"{count - kept} of {count} points lie outside the band of [sweep] and are not used."
         return ResponseIdentificationWork(
             problem_of,
             free,
             tests,
             table.start_states,
-            rule="traction_ratio",
-            share="element",
-            start_deviation=0.5,
+            rule=table.rule,
+            share=table.share,
+            start_deviation=table.start_deviation,
             leave_one_out=table.leave_one_out,
             tries=table.tries,
             seed=table.seed,
-            evaluations=60,
+            evaluations=table.evaluations,
             harmonics=base.harmonics,
             samples=base.samples,
+            remarks=(words,) if kept < count else (),
         )
 
     @property

@@ -1,0 +1,105 @@
+"""The command `identify-response`: from measured frequency responses to contact parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stickslip.checks import InputError, fault, finite
+from stickslip.cli.app import guarded
+from stickslip.cli.contact_law import pairs
+from stickslip.cli.places import free_folder
+from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out
+from stickslip.console import say
+
+
+@guarded
+def identify_response(
+    ctx: typer.Context,
+    problem: Annotated[str, typer.Argument(help="Study file that states structure and contacts, or the name of a ready rig.")],
+    curves: Annotated[list[Path], typer.Argument(help="Measured curves (text): frequency, amplitude, force, phase if known.")],
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=LOW:HIGH",
+            help="Parameter to find: an argument of a rig in SI (NAME=START:LOW:HIGH too), or a factor on the kt, kn, mu, "
+            "preload, damping, mass or stiffness of a study. A name alone: from a tenth to ten times its value.",
+        ),
+    ] = None,
+    argument: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another argument of the rig, SI.")
+    ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=V1,V2,...", help="What differs from curve to curve, such as pull=40,60: one value each."),
+    ] = None,
+    each_test: Annotated[
+        list[str] | None, typer.Option(help="A free parameter that every curve has a value of its own of.")
+    ] = None,
+    quantity: Annotated[
+        str | None, typer.Option(help="displacement, velocity or acceleration; as the titles of the files say unless given.")
+    ] = None,
+    output: Annotated[str | None, typer.Option(help="Name of the output that was measured; the first unless given.")] = None,
+    held: Annotated[str | None, typer.Option(help="What each point takes as measured: force (unless given) or response.")] = None,
+    error: Annotated[float | None, typer.Option(help="Standard error of a point, relative; 0.01 unless given.")] = None,
+    of_largest: Annotated[
+        bool | None, typer.Option("--of-largest", help="The error is relative to a curve's largest one.")
+    ] = None,
+    free_gain: Annotated[bool | None, typer.Option("--free-gain", help="Find a constant factor of each curve too.")] = None,
+    free_phase: Annotated[bool | None, typer.Option("--free-phase", help="Find a constant phase of each curve too.")] = None,
+    start_states: Annotated[str | None, typer.Option(help="Of the contacts: virgin (unless given), free or bounds.")] = None,
+    leave_one_out: Annotated[bool | None, typer.Option("--leave-one-out", help="Predict each curve by the others too.")] = None,
+    harmonics: Annotated[int | None, typer.Option(help="Highest harmonic H; that of the study, or 5, unless given.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; results/NAME of the problem unless given.")] = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    figures: Figures = False,
+) -> None:
+    """Find contact parameters, with intervals, from measured frequency responses."""
+    from stickslip import study
+    from stickslip.study.measured_curves import document_of, with_curves
+    from stickslip.study.run import Run
+    from stickslip.study.toml_text import toml_text
+
+    missing = [str(path) for path in curves if not path.is_file()]
+    if missing:
+        raise fault("CURVES", "must name files that exist", ", ".join(missing))
+    document, folder = document_of(problem)
+    if harmonics is not None:
+        document["sweep"] = {**document.get("sweep", {}), "harmonics": harmonics}
+    table: dict[str, Any] = {"quantity": quantity, "output": output, "held": held, "error": error, "of_largest": of_largest}
+    table |= {"free_gain": free_gain, "free_phase": free_phase, "start_states": start_states, "leave_one_out": leave_one_out}
+    table |= {"each_test": each_test or None, "settings": settings_of(setting or (), len(curves))}
+    arguments = {name: number("--set", value) for name, value in pairs("--set", argument or ()).items()}
+    text = toml_text(with_curves(document, curves, free or (), arguments, table))
+    job = study.job(text, folder, "responses")
+    place = free_folder(out or Path("results") / Path(problem).stem, [""], resume, overwrite)
+    _ = job.plan.works  # reads the curves
+    say(f"{job.title}: {job.plan.summary}.")
+    carry_out(Run({"": job}, place, resume, 1), figures)
+    say(f"Results: {place}")
+
+
+def settings_of(given: Sequence[str], count: int) -> list[dict[str, float]] | None:
+    """For each curve, its own settings by name; None without any."""
+    found: list[dict[str, float]] = [{} for _ in range(count)]
+    for name, values in pairs("--setting", given).items():
+        numbers = [number("--setting", one) for one in values.split(",")]
+        if len(numbers) != count:
+            raise fault(f"--setting {name}", f"must have {count} values, one for each curve", values)
+        for one, value in zip(found, numbers, strict=True):
+            one[name] = value
+    return found if given else None
+
+
+def number(option: str, text: str) -> float:
+    """The number in a text."""
+    try:
+        return finite(option, float(text))
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise fault(option, "must give numbers", text) from None
