@@ -28,6 +28,7 @@ from stickslip.results.view import (
     level_text,
     levels_in_newtons,
     measure_in,
+    periods_of,
     quantity_unit,
 )
 
@@ -152,7 +153,7 @@ def size_label(dataset: xr.Dataset) -> str:
 
 def phase(dataset: xr.Dataset, case: int, output: int, order: int = 0) -> Array:
     """Phase of the first harmonic of a time derivative against cos ωt at `points`, degrees above −180 and up to 180."""
-    parts = along_curve(dataset, "response", case)[:, output, 1]
+    parts = along_curve(dataset, "response", case)[:, output, periods_of(dataset)]
     degrees = np.degrees(np.angle((parts[:, 0] + 1j * parts[:, 1]) * 1j**order))
     return np.asarray(np.where(degrees <= -180.0, 180.0, degrees))
 

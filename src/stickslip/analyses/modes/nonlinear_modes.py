@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,6 +17,7 @@ from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
+from stickslip.analyses.work_parts import StateOfFields
 from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector
 from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
 from stickslip.harmonic.fourier import fourier
@@ -132,7 +133,7 @@ def nonlinear_modes(
 
 
 @dataclass(frozen=True, eq=False)
-class NonlinearModesWork:
+class NonlinearModesWork(StateOfFields):
     """Modes as independent cases; modes from 1 on; ends: amplitudes of the output in m, or None."""
 
     problem: Problem
@@ -163,10 +164,6 @@ class NonlinearModesWork:
         for case in range(len(modes)):
             work.levels(work.balance(case))
         return work
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -1,0 +1,164 @@
+"""Curves of a forced response that its sweeps do not meet: branches, and closed curves apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import Array, InputError, fault, positive, whole
+from stickslip.curves.curve import Curve, with_peaks
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.measure import Measure
+from stickslip.harmonic.orders import of_attribute
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.results.view import measure_in, periods_of
+from stickslip.solve.branch_points import BranchPoint, branch_points, starts
+from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.interpolation import Interpolation
+from stickslip.solve.two_ways import Followed, followed_both_ways
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+FINE = 1e-3
+"""Tolerance with which points of a result become a curve again."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedCurve:
+    """A curve of a result as a continuation has it, over `periods` periods of the excitation; band: ends in rad/s of the balance;
+    tolerance, measure: of peaks; longer: how many times as long as in the result the expansion is."""
+
+    balance: HarmonicBalance
+    points: list[CurvePoint]
+    level: float
+    band: tuple[float, float]
+    tolerance: float
+    measure: Measure
+    longer: int
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, problem: Problem, case: int, longer: int, tolerance: float) -> SolvedCurve:
+        """The curve of a case, its motions expanded over `longer` times the periods that those of the dataset are."""
+        if dataset.attrs.get("listed_frequencies"):
+            raise InputError("Branches and isolated curves must be asked for a response over a band, not at listed frequencies.")
+        solved = SolvedPoints(dataset, problem)
+        balance, points = solved.balance, solved.converged(_case(dataset, case))
+        if whole("periods", longer) != 1:
+            periods = periods_of(dataset) * longer
+            harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
+            balance = HarmonicBalance(problem, harmonics, samples, periods)
+            points = [expanded(point, longer, balance.columns) for point in points]
+        hertz = dataset["linear_frequency"].values[[0, -1]]
+        low, high = 2.0 * np.pi * hertz / balance.periods
+        curve = Interpolation(balance, points, FINE).curve() if points else []
+        level, measure = float(dataset["force_level"].values[case]), measure_in(dataset).over(balance.periods)
+        return cls(balance, curve, level, (float(low), float(high)), tolerance, measure, int(longer))
+
+    def branch_points(self) -> list[BranchPoint]:
+        """Where other curves cross, in the order of travel; of motions over more periods those that need them."""
+        found = branch_points(self.balance, self.points)
+        return found if self.longer == 1 else [point for point in found if self._breaks_period(point)]
+
+    def _breaks_period(self, point: BranchPoint) -> bool:
+        """Whether a branch leads to motions that repeat only after the longer period."""
+        motion = point.directions[0].motion
+        kept = expanded_columns(np.ones(self.balance.columns // self.longer + 1), self.longer, self.balance.columns) > 0.0
+        return float(np.linalg.norm(motion[:, ~kept])) > float(np.linalg.norm(motion[:, kept]))
+
+    def followed(self, followed: Followed, begin: str) -> Curve:
+        """A curve with its peaks; begin: of a sentence, what it is."""
+        outcome = Outcome.CONVERGED if followed.lost is None else Outcome.NOT_CONVERGED
+        lost_at = None if followed.lost is None else followed.points[-1].point.omega
+        message = f"{begin}, {followed.ending}"
+        curve = Curve(self.level, tuple(followed.points), outcome, message, lost_at, measure=self.measure)
+        return with_peaks(self.balance, curve, lambda done: None, self.tolerance)
+
+    def meets(self, evaluation: Evaluation) -> bool:
+        """Whether the curve goes through a solved point."""
+        return passes(self.balance, self.points, evaluation)
+
+
+def _case(dataset: xr.Dataset, case: Any) -> int:
+    if not 0 <= whole("case", case) < dataset.sizes["case"]:
+        raise fault("case", f"must be a whole number from 0 to {dataset.sizes['case'] - 1}", case)
+    return int(case)
+
+
+def expanded(point: Point, longer: int, columns: int) -> Point:
+    """A point with its motion expanded over several of its periods: harmonic h becomes longer·h, what is between is zero."""
+    return Point(expanded_columns(point.forces, longer, columns), point.omega / longer, point.level)
+
+
+def expanded_columns(values: Array, longer: int, columns: int) -> Array:
+    """Real storage (..., 2H+1) of a motion over several of its periods, (..., columns)."""
+    found = np.zeros((*values.shape[:-1], columns))
+    found[..., 0] = values[..., 0]
+    harmonics = np.arange(1, (values.shape[-1] + 1) // 2)
+    for part in (0, 1):
+        found[..., 2 * longer * harmonics - 1 + part] = values[..., 2 * harmonics - 1 + part]
+    return found
+
+
+def passes(balance: HarmonicBalance, points: Sequence[CurvePoint], evaluation: Evaluation) -> bool:
+    """Whether a curve goes through a solved point: whether one of its motions at that frequency is that one."""
+    if not points:
+        return False
+    omega = evaluation.point.omega
+    values = Interpolation(balance, [point.point for point in points], FINE).values(np.array([omega]))[0]
+    size = float(np.linalg.norm(evaluation.w[:, 1:]))
+    found = (value.evaluation for value in values if value.evaluation is not None)
+    # Interpolated values are only as near as their tolerance.
+    return any(float(np.linalg.norm((other.w - evaluation.w)[:, 1:])) <= 10.0 * FINE * size for other in found)
+
+
+def branch_point_table(curve: SolvedCurve) -> pd.DataFrame:
+    """The branch points of a curve: frequency [Hz], amplitude of the first output [m], and how many directions lead away."""
+    import pandas as pd
+
+    balance = curve.balance
+    rows = [
+        {
+            "frequency": balance.hertz(point.evaluation.point.omega),
+            "amplitude": float(np.hypot(*point.evaluation.w[balance.rows, balance.first])),
+            "directions": len(point.directions),
+        }
+        for point in curve.branch_points()
+    ]
+    return pd.DataFrame(rows, columns=["frequency", "amplitude", "directions"])
+
+
+def branches(curve: SolvedCurve, at: float | None) -> list[Curve]:
+    """The curves that cross at the branch point nearest to a frequency in Hz, or at the first one, each followed both ways."""
+    wanted = None if at is None else positive("at", at)
+    known = curve.branch_points()
+    if not known:
+        raise InputError(
+            "The curve has no branch point: its Jacobian is regular all along it. Motions over two periods branch off where "
+            "periods=2 is given."
+        )
+    balance = curve.balance
+    chosen = known[0]
+    if wanted is not None:
+        chosen = min(known, key=lambda point: abs(balance.hertz(point.evaluation.point.omega) - wanted))
+    begin = f"A branch from {balance.hertz(chosen.evaluation.point.omega):.6g} Hz"
+    return [curve.followed(found, begin) for found in _followed(curve, chosen)]
+
+
+def _followed(curve: SolvedCurve, point: BranchPoint) -> Iterator[Followed]:
+    """The curves that cross at a branch point; one that an earlier one goes through is not followed again."""
+    found: list[Followed] = []
+    for start in starts(curve.balance, point):
+        if any(passes(curve.balance, other.points, start.evaluation) for other in found):
+            continue
+        found.append(followed_both_ways(curve.balance, start.evaluation, start.along, curve.band))
+    if not found:
+        hertz = curve.balance.hertz(point.evaluation.point.omega)
+        raise InputError(f"No other curve could be found at the branch point at {hertz:.6g} Hz: Newton's method fails beside it.")
+    yield from found
