@@ -17,6 +17,7 @@ from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.further_curves import SolvedCurve, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
+from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.peaks_of_another import peaks_of_another
@@ -214,6 +215,31 @@ class ForcedResponse(
         found = branches(curve, at)
         return self._of_curves(curve, found, CurveKind.BRANCH)
 
+    def with_isolated(self, *modes: Result) -> ForcedResponse:
+        """A copy with the closed curves added that lie apart from those of the sweeps; each is a case marked `isolated`.
+
+        Their starts are the resonance peaks of the force level on nonlinear modes of the problem (`nonlinear_modes`), of which a
+        level has several where the force that a mode needs falls with its amplitude; and the curves of the next force levels,
+        followed in the level. Of a response over several `periods` they are motions of modes at a fraction of the excitation's
+        frequency, in several phases, and the curves are subharmonic. The attribute `isolated_starts` says how many were
+        tried: no start that leads to a new curve is no proof that there is none.
+        """
+        for each in modes:
+            _check_modes(self, each)
+        cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
+        found: list[Curve] = []
+        tried = 0
+        with threadpool_limits(1, user_api="blas"):
+            curves = sorted((self._solved_curve(case, 1) for case in cases), key=lambda curve: curve.level)
+            for k, curve in enumerate(curves):
+                neighbours = [*curves[max(k - 1, 0) : k], *curves[k + 1 : k + 2]]
+                more, count = isolated_curves(curve, [each.dataset for each in modes], neighbours)
+                found, tried = [*found, *more], tried + count
+        response = self
+        if found:
+            response = self.with_curves(self._of_curves(curves[0], found, CurveKind.ISOLATED))
+        return replace(response, dataset=response.dataset.assign_attrs(isolated_starts=tried, isolated_curves=len(found)))
+
     def with_curves(self, other: ForcedResponse) -> ForcedResponse:
         """A copy with the curves of another response of the same problem added, of its branches for instance."""
         of_kind("other", other, ForcedResponse)
@@ -410,6 +436,14 @@ class ForcedResponseWork(OneBalance):
         errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
         dataset["truncation_error"] = ("case", "output"), np.array(errors), TRUNCATION_ERROR
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
+
+
+def _check_modes(response: ForcedResponse, modes: Any) -> None:
+    """Nonlinear modes must be of the problem of a response."""
+    if not isinstance(modes, Result) or "mode_number" not in modes.dataset:
+        raise fault("modes", "must be results of `nonlinear_modes`", modes)
+    if modes.problem.fingerprint != response.problem.fingerprint:  # type: ignore[attr-defined]
+        raise fault("The problem of the modes", "must be that of the response", "another")
 
 
 def band_or_list(band: Band | Sequence[float]) -> tuple[list[float], bool]:

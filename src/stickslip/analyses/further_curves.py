@@ -20,7 +20,7 @@ from stickslip.results.view import measure_in, periods_of
 from stickslip.solve.branch_points import BranchPoint, branch_points, starts
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.interpolation import Interpolation
-from stickslip.solve.two_ways import Followed, followed_both_ways
+from stickslip.solve.two_ways import Followed, followed_both_ways, one_way
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,7 +157,9 @@ def _followed(curve: SolvedCurve, point: BranchPoint) -> Iterator[Followed]:
     for start in starts(curve.balance, point):
         if any(passes(curve.balance, other.points, start.evaluation) for other in found):
             continue
-        found.append(followed_both_ways(curve.balance, start.evaluation, start.along, curve.band))
+        # The other way from a period doubling leads to the same motions, one period of the excitation later.
+        ways = one_way if curve.longer > 1 else followed_both_ways
+        found.append(ways(curve.balance, start.evaluation, start.along, curve.band))
     if not found:
         hertz = curve.balance.hertz(point.evaluation.point.omega)
         raise InputError(f"No other curve could be found at the branch point at {hertz:.6g} Hz: Newton's method fails beside it.")
