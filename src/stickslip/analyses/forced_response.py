@@ -6,11 +6,12 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import lcm
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
@@ -215,7 +216,7 @@ class ForcedResponse(
         found = branches(curve, at)
         return self._of_curves(curve, found, CurveKind.BRANCH)
 
-    def with_isolated(self, *modes: Result) -> ForcedResponse:
+    def with_isolated(self, *modes: Any) -> ForcedResponse:
         """A copy with the closed curves added that lie apart from those of the sweeps; each is a case marked `isolated`.
 
         Their starts are the resonance peaks of the force level on nonlinear modes of the problem (`nonlinear_modes`), of which a
@@ -246,7 +247,7 @@ class ForcedResponse(
         for what, values in (("problem", [each.problem.fingerprint for each in (self, other)]), *self._settings(other)):
             if values[0] != values[1]:
                 raise fault(f"The {what} of the other response", f"must be {values[0]}", values[1])
-        periods = int(np.lcm(*(periods_of(each.dataset) for each in (self, other))))
+        periods = lcm(periods_of(self.dataset), periods_of(other.dataset))
         curves, levels, kinds = [], [], []
         for dataset in (self.dataset, other.dataset):
             levels += dataset["force_level"].values.tolist()
@@ -279,7 +280,7 @@ class ForcedResponse(
         """A response of curves that were found from one of this response."""
         work = self._work([each.level for each in found], curve.balance.periods)
         with threadpool_limits(1, user_api="blas"):
-            arrays = [dict(work.arrays(each)) | {"cpu_seconds": np.zeros(())} for each in found]
+            arrays = [work.arrays(each) | {"cpu_seconds": np.zeros(())} for each in found]
         return work.gathered(arrays, [kind] * len(arrays))
 
     def absolute(self) -> xr.Dataset:
@@ -406,7 +407,7 @@ class ForcedResponseWork(OneBalance):
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
 
-    def arrays(self, curve: Curve) -> Arrays:
+    def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
             curve = refined(self.balance, curve)
@@ -440,9 +441,9 @@ class ForcedResponseWork(OneBalance):
 
 def _check_modes(response: ForcedResponse, modes: Any) -> None:
     """Nonlinear modes must be of the problem of a response."""
-    if not isinstance(modes, Result) or "mode_number" not in modes.dataset:
+    if "mode_number" not in getattr(modes, "dataset", ()):
         raise fault("modes", "must be results of `nonlinear_modes`", modes)
-    if modes.problem.fingerprint != response.problem.fingerprint:  # type: ignore[attr-defined]
+    if modes.problem.fingerprint != response.problem.fingerprint:
         raise fault("The problem of the modes", "must be that of the response", "another")
 
 

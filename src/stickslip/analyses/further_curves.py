@@ -12,6 +12,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, InputError, fault, positive, whole
 from stickslip.curves.curve import Curve, with_peaks
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import of_attribute
 from stickslip.outcome import Outcome
@@ -25,6 +26,12 @@ from stickslip.solve.two_ways import Followed, followed_both_ways, one_way
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+NEAR, EXACT = 1e-2, 1e-6
+"""Relative distance of two motions at one frequency below which they are one; beside a branch point."""
+
+AGAIN = 1e-3
+"""Arc length between two branch points below which they are one, met twice."""
 
 FINE = 1e-3
 """Tolerance with which points of a result become a curve again."""
@@ -63,7 +70,11 @@ class SolvedCurve:
 
     def branch_points(self) -> list[BranchPoint]:
         """Where other curves cross, in the order of travel; of motions over more periods those that need them."""
-        found = branch_points(self.balance, self.points)
+        found = [
+            point
+            for point in _different(branch_points(self.balance, self.points))
+            if any(not self.meets_exactly(start.evaluation) for start in starts(self.balance, point))
+        ]
         return found if self.longer == 1 else [point for point in found if self._breaks_period(point)]
 
     def _breaks_period(self, point: BranchPoint) -> bool:
@@ -71,6 +82,10 @@ class SolvedCurve:
         motion = point.directions[0].motion
         kept = expanded_columns(np.ones(self.balance.columns // self.longer + 1), self.longer, self.balance.columns) > 0.0
         return float(np.linalg.norm(motion[:, ~kept])) > float(np.linalg.norm(motion[:, kept]))
+
+    def meets_exactly(self, evaluation: Evaluation) -> bool:
+        """Whether the curve goes through a solved point that may lie beside it."""
+        return passes(self.balance, self.points, evaluation, EXACT)
 
     def followed(self, followed: Followed, begin: str) -> Curve:
         """A curve with its peaks; begin: of a sentence, what it is."""
@@ -83,6 +98,19 @@ class SolvedCurve:
     def meets(self, evaluation: Evaluation) -> bool:
         """Whether the curve goes through a solved point."""
         return passes(self.balance, self.points, evaluation)
+
+
+def _different(points: Sequence[BranchPoint]) -> list[BranchPoint]:
+    """Branch points without those that a curve goes through again."""
+    found: list[BranchPoint] = []
+    for point in points:
+        here = point.evaluation
+        if not any(
+            point.metric.length(here.w - other.evaluation.w, here.point.omega - other.evaluation.point.omega) < AGAIN
+            for other in found
+        ):
+            found.append(point)
+    return found
 
 
 def _case(dataset: xr.Dataset, case: Any) -> int:
@@ -106,16 +134,18 @@ def expanded_columns(values: Array, longer: int, columns: int) -> Array:
     return found
 
 
-def passes(balance: HarmonicBalance, points: Sequence[CurvePoint], evaluation: Evaluation) -> bool:
-    """Whether a curve goes through a solved point: whether one of its motions at that frequency is that one."""
+def passes(balance: HarmonicBalance, points: Sequence[CurvePoint], evaluation: Evaluation, tolerance: float = NEAR) -> bool:
+    """Whether a curve goes through a solved point: whether one of its motions at that frequency is that one, or the same some
+    periods of the excitation later."""
     if not points:
         return False
     omega = evaluation.point.omega
-    values = Interpolation(balance, [point.point for point in points], FINE).values(np.array([omega]))[0]
-    size = float(np.linalg.norm(evaluation.w[:, 1:]))
-    found = (value.evaluation for value in values if value.evaluation is not None)
-    # Interpolated values are only as near as their tolerance.
-    return any(float(np.linalg.norm((other.w - evaluation.w)[:, 1:])) <= 10.0 * FINE * size for other in found)
+    values = Interpolation(balance, [point.point for point in points], 0.1 * tolerance).values(np.array([omega]))[0]
+    found = [complex_harmonics(value.evaluation.w)[:, 1:] for value in values if value.evaluation is not None]
+    motion = complex_harmonics(evaluation.w)[:, 1:]
+    turn = np.exp(2j * np.pi * np.arange(1, motion.shape[1] + 1) / balance.periods)
+    near = tolerance * float(np.linalg.norm(motion))
+    return any(float(np.linalg.norm(other - motion * turn**k)) <= near for other in found for k in range(balance.periods))
 
 
 def branch_point_table(curve: SolvedCurve) -> pd.DataFrame:
@@ -155,7 +185,7 @@ def _followed(curve: SolvedCurve, point: BranchPoint) -> Iterator[Followed]:
     """The curves that cross at a branch point; one that an earlier one goes through is not followed again."""
     found: list[Followed] = []
     for start in starts(curve.balance, point):
-        if any(passes(curve.balance, other.points, start.evaluation) for other in found):
+        if curve.meets_exactly(start.evaluation) or any(passes(curve.balance, other.points, start.evaluation) for other in found):
             continue
         # The other way from a period doubling leads to the same motions, one period of the excitation later.
         ways = one_way if curve.longer > 1 else followed_both_ways

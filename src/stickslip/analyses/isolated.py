@@ -31,7 +31,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PLACES = 16
-"""Points of a curve from which another force level, or a subharmonic motion, is sought."""
+"""Points of a mode from which subharmonic motions are sought."""
+
+RAMPS = 40
+"""Points of another force level's curve from which the level is changed."""
 
 PHASES = 6
 """Phases of a subharmonic motion that are tried within a period of the excitation."""
@@ -134,9 +137,10 @@ def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
     balance, level = curve.balance, curve.level
     if balance.periods == 1:
         beyond = mode.level - level
-        for k in np.flatnonzero(beyond[1:] * beyond[:-1] < 0.0):
+        for crossed in np.flatnonzero(beyond[1:] * beyond[:-1] < 0.0):
+            k = int(crossed)
             share = beyond[k] / (beyond[k] - beyond[k + 1])
-            yield mode.start(balance, float(k + share), mode.phase, level)
+            yield mode.start(balance, k + float(share), mode.phase, level)
         return
     inside = np.flatnonzero((mode.omega >= curve.band[0]) & (mode.omega <= curve.band[1]))
     for k in _spread(inside):
@@ -151,8 +155,19 @@ def _spread(places: NDArray[Any]) -> list[int]:
     return sorted({int(places[round(k)]) for k in np.linspace(0, places.size - 1, min(places.size, PLACES))})
 
 
+def _along(curve: SolvedCurve) -> list[int]:
+    """Points spread evenly over the frequency and the logarithm of the motion."""
+    if not curve.points:
+        return []
+    omega = np.array([point.point.omega for point in curve.points])
+    sizes = np.array([np.linalg.norm(point.evaluation.w[:, 1:]) for point in curve.points])
+    steps = 10.0 * np.abs(np.diff(omega)) / (curve.band[1] - curve.band[0]) + np.abs(np.diff(np.log(sizes)))
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    return sorted({int(k) for k in np.searchsorted(along, np.linspace(0.0, along[-1], RAMPS))})
+
+
 def _corrected(balance: HarmonicBalance, start: Start) -> Evaluation | None:
-    """The solution with the size of a motion, its frequency free, which a resonance peak determines best; else at its frequency."""
+    """The solution with the size of a motion, its frequency free, which is best at a resonance peak; else at its frequency."""
     weight = np.zeros_like(start.motion)
     for part in (slice(0, balance.rows), slice(balance.rows, None)):
         size = float(np.sum(start.motion[part, 1:] ** 2))
@@ -169,7 +184,7 @@ def _corrected(balance: HarmonicBalance, start: Start) -> Evaluation | None:
 def _from_level(curve: SolvedCurve, other: SolvedCurve) -> Iterator[Evaluation | None]:
     """Points of another level's curve, followed in the force level at their frequencies."""
     balance = curve.balance
-    for k in _spread(np.arange(len(other.points))):
+    for k in _along(other):
         point = other.points[k].point
         first = correct(balance, point, fixed("level", point.level))
         try:

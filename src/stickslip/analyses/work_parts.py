@@ -9,7 +9,6 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.harmonic.orders import Harmonics
 from stickslip.problem import Problem
 
 
@@ -24,7 +23,7 @@ class OneBalance(StateOfFields):
     """A work whose cases share one balance."""
 
     problem: Problem
-    harmonics: Harmonics
+    harmonics: Any
     samples: int
     periods: int = 1
 

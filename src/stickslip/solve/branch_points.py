@@ -3,6 +3,8 @@
 With the tangent of the curve as its last row the matrix is regular along a curve and over its folds. Where it is singular another
 curve crosses; the directions that it takes to zero lead on to that. A single one shows as a change of the determinant's sign, two
 at once, as on a disk of equal sectors, only as a zero of the smallest singular value.
+Where contacts begin to slip it may also jump over zero or touch it: mostly nothing crosses there, which the search for
+another curve shows.
 Source: for both, E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods (1990), chapter 8.
 """
 
@@ -74,7 +76,7 @@ class _Spectrum:
 
 
 def branch_points(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list[BranchPoint]:
-    """The branch points of a curve over ω, in its order."""
+    """Where the bordered Jacobian of a curve over ω is singular, in its order; `starts` says whether another curve crosses."""
     found = []
     least = np.array([_least(balance, point) for point in curve])
     crossed = [_changes(balance, a, b) for a, b in pairwise(curve)]
