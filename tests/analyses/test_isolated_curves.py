@@ -7,9 +7,12 @@ Mechanical Systems and Signal Processing 52-53, 2015); the numbers here are our 
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
+from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip.cli import app
 from stickslip.results.view import level_text
 
 TURN = 2.0 * np.pi
@@ -165,3 +168,75 @@ def test_the_time_check_goes_over_the_whole_expansion(thirds):
     assert check.agrees(1e-3)
     assert f"{float(thirds.dataset.frequency[1, point]):.6g} Hz" in check.sentence
     assert "500 steps a period" in check.sentence
+
+
+STUDY = """units = {{ frequency = "rad/s" }}
+
+[study]
+title = "Oscillator with an absorber"
+analysis = "forced_response"
+
+[structure]
+dofs = ["1.x", "2.x"]
+matrices = {{ M = [[1.0, 0.0], [0.0, {M}]], K = [[{k}, -{k2}], [-{k2}, {k2}]], C = [[{c}, -{c2}], [-{c2}, {c2}]] }}
+
+[[contact]]
+name = "spring"
+law = "cubic_spring"
+k3 = 1.0
+tangential = ["1.x", "ground"]
+
+[[force]]
+direction = "1.x"
+amplitude = 1.0
+
+[isolated]
+mode = 2
+amplitude = [1e-2, 6.0]
+
+[branches]
+
+[stability]
+
+[sweep]
+frequency = [0.7, 2.0]
+force_levels = [{level}]
+harmonics = 5
+samples = 64
+outputs = ["1.x", "2.x"]
+"""
+
+
+def run(path, text):
+    path.mkdir(exist_ok=True)
+    (path / "study.toml").write_text(text)
+    done = CliRunner().invoke(app, ["run", str(path / "study.toml"), "--out", str(path / "out")])
+    kept = list((path / "out").rglob("*.nc"))
+    return done, xr.load_dataset(kept[0], engine="h5netcdf") if kept else None
+
+
+def test_a_study_finds_the_isolated_curve(tmp_path, whole):
+    text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
+    done, dataset = run(tmp_path / "a", text)
+    assert done.exit_code == 0, done.output
+    assert "isolated curves: 1 found from 3 starts" in done.output
+    assert f"force {LEVEL}, isolated" in done.output
+    np.testing.assert_allclose(dataset.peak_amplitude[1, 0, 0], whole.dataset.peak_amplitude[1, 0, 0], rtol=1e-9)
+    report = next((tmp_path / "a" / "out").rglob("report.html")).read_text()
+    assert "isolated" in report
+    assert "Of 1 curve that no sweep meets the highest" in report.replace("\u00a0", " ")
+
+
+def test_wrong_tables_are_refused(tmp_path):
+    text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
+    for k, (old, new, words) in enumerate(
+        (
+            ("frequency = [0.7, 2.0]", "at = [0.7, 2.0]", "must go with a band"),
+            ("[1e-2, 6.0]", "[6.0, 1e-2]", "smallest first"),
+            ("mode = 2", "mode = 0", "mode"),
+            ("mode = 2", "mode = 2\nperiods = 17", "periods"),
+        )
+    ):
+        done, _ = run(tmp_path / str(k), text.replace(old, new))
+        assert done.exit_code != 0
+        assert words in done.output

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.dense_output import response_at
-from stickslip.analyses.further_curves import SolvedCurve, branch_point_table, branches
+from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
@@ -216,8 +216,17 @@ class ForcedResponse(
         found = branches(curve, at)
         return self._of_curves(curve, found, CurveKind.BRANCH)
 
+    def with_branches(self, periods: int = 1) -> ForcedResponse:
+        """A copy with the branches at all branch points of the sweeps added; periods: as for `branch`."""
+        cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
+        found: list[Curve] = []
+        for case in cases:
+            curve = self._solved_curve(case, periods)
+            found += all_branches(curve)
+        return self.with_curves(self._of_curves(curve, found, CurveKind.BRANCH)) if found else self
+
     def with_isolated(self, *modes: Any) -> ForcedResponse:
-        """A copy with the closed curves added that lie apart from those of the sweeps; each is a case marked `isolated`.
+        """A copy with the isolas added, closed curves that the sweeps do not meet; each is a case marked `isolated`.
 
         Their starts are the resonance peaks of the force level on nonlinear modes of the problem (`nonlinear_modes`), of which a
         level has several where the force that a mode needs falls with its amplitude; and the curves of the next force levels,
@@ -257,6 +266,8 @@ class ForcedResponse(
             parts[0]["cpu_seconds"] = np.array(dataset.attrs["cpu_seconds"])
             curves += parts
         joined = self._work(levels, periods).gathered(curves, kinds)
+        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith("isolated")}
+        joined = replace(joined, dataset=joined.dataset.assign_attrs(kept | {"study": self.dataset.attrs["study"]}))
         return joined.with_stability() if has_stability(self.dataset) else joined
 
     def _settings(self, other: ForcedResponse) -> list[tuple[str, list[Any]]]:

@@ -1,8 +1,8 @@
-"""Curves of a forced response that its sweeps do not meet: branches, and closed curves apart."""
+"""Curves of a forced response that its sweeps do not meet: branches, and isolas."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -177,20 +177,36 @@ def branches(curve: SolvedCurve, at: float | None) -> list[Curve]:
     chosen = known[0]
     if wanted is not None:
         chosen = min(known, key=lambda point: abs(balance.hertz(point.evaluation.point.omega) - wanted))
-    begin = f"A branch from {balance.hertz(chosen.evaluation.point.omega):.6g} Hz"
-    return [curve.followed(found, begin) for found in _followed(curve, chosen)]
+    found = _followed(curve, chosen, ())
+    if not found:
+        hertz = balance.hertz(chosen.evaluation.point.omega)
+        raise InputError(f"No other curve could be found at the branch point at {hertz:.6g} Hz: Newton's method fails beside it.")
+    return [curve.followed(each, _begin(curve, chosen)) for each in found]
 
 
-def _followed(curve: SolvedCurve, point: BranchPoint) -> Iterator[Followed]:
-    """The curves that cross at a branch point; one that an earlier one goes through is not followed again."""
+def all_branches(curve: SolvedCurve) -> list[Curve]:
+    """The curves that cross at all branch points, each once."""
+    known: list[Followed] = []
+    curves: list[Curve] = []
+    for point in curve.branch_points():
+        found = _followed(curve, point, known)
+        known += found
+        curves += [curve.followed(each, _begin(curve, point)) for each in found]
+    return curves
+
+
+def _begin(curve: SolvedCurve, point: BranchPoint) -> str:
+    return f"A branch from {curve.balance.hertz(point.evaluation.point.omega):.6g} Hz"
+
+
+def _followed(curve: SolvedCurve, point: BranchPoint, known: Sequence[Followed]) -> list[Followed]:
+    """The curves that cross at a branch point; one that a known one goes through is not followed again."""
     found: list[Followed] = []
     for start in starts(curve.balance, point):
-        if curve.meets_exactly(start.evaluation) or any(passes(curve.balance, other.points, start.evaluation) for other in found):
+        others = (*known, *found)
+        if curve.meets_exactly(start.evaluation) or any(passes(curve.balance, each.points, start.evaluation) for each in others):
             continue
         # The other way from a period doubling leads to the same motions, one period of the excitation later.
         ways = one_way if curve.longer > 1 else followed_both_ways
         found.append(ways(curve.balance, start.evaluation, start.along, curve.band))
-    if not found:
-        hertz = curve.balance.hertz(point.evaluation.point.omega)
-        raise InputError(f"No other curve could be found at the branch point at {hertz:.6g} Hz: Newton's method fails beside it.")
-    yield from found
+    return found

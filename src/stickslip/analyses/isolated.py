@@ -1,4 +1,4 @@
-"""Closed curves apart from the swept one: starts from nonlinear modes and from other force levels, and the curves through them.
+"""Isolas, closed curves that the swept one does not meet, from nonlinear modes and from other force levels.
 
 A sweep follows the curve that it begins on. Where the force that a mode needs in resonance falls with the amplitude, one force
 level has several resonance peaks, and those above the first may lie on a curve of their own. A motion over p periods of the
@@ -118,7 +118,7 @@ def isolated_curves(curve: SolvedCurve, modes: Sequence[xr.Dataset], others: Seq
         if curve.meets(evaluation) or any(passes(curve.balance, each.points, evaluation) for each in found):
             continue
         found.append(_followed(curve, evaluation))
-    words = "A subharmonic curve" if curve.balance.periods > 1 else "A curve apart from that of the sweep"
+    words = "A subharmonic curve" if curve.balance.periods > 1 else "An isolated curve"
     return [curve.followed(each, words) for each in found], tried
 
 

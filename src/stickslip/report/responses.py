@@ -50,8 +50,17 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += [f"  {len(shown)} of {len(levels)} force levels; all stand in the report"] if len(shown) < len(levels) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
+    lines += isolated_sentences(dataset)
     lines += stability_sentences(dataset) if has_stability(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
+
+
+def isolated_sentences(dataset: xr.Dataset) -> list[str]:
+    """How many isolated curves were found, and from how many starts."""
+    if "isolated_starts" not in dataset.attrs:
+        return []
+    found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))
+    return [f"isolated curves: {found or 'none'} found from {counted(starts, 'start')}"]
 
 
 def truncation_sentences(dataset: xr.Dataset) -> list[str]:

@@ -1,6 +1,6 @@
 """A curve over ω followed both ways from a point on it, until it leaves a band or closes on itself.
 
-Branches and closed curves apart begin inside the band, where a sweep, which begins at an end of it, does not meet them.
+Branches and isolas begin inside the band, where a sweep, which begins at an end of it, does not meet them.
 """
 
 from __future__ import annotations
