@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 
 NEAR, EXACT = 1e-2, 1e-6
 """Relative distance of two motions at one frequency below which they are one; beside a branch point."""
+
+BESIDE = 0.5
+"""Arc length on either side of a branch point over which a curve is compared with what leads away."""
 
 AGAIN = 1e-3
 """Arc length between two branch points below which they are one, met twice."""
@@ -73,7 +77,7 @@ class SolvedCurve:
         found = [
             point
             for point in _different(branch_points(self.balance, self.points))
-            if any(not self.meets_exactly(start.evaluation) for start in starts(self.balance, point))
+            if any(self.leads_away(point, start.evaluation) for start in starts(self.balance, point))
         ]
         return found if self.longer == 1 else [point for point in found if self._breaks_period(point)]
 
@@ -83,9 +87,12 @@ class SolvedCurve:
         kept = expanded_columns(np.ones(self.balance.columns // self.longer + 1), self.longer, self.balance.columns) > 0.0
         return float(np.linalg.norm(motion[:, ~kept])) > float(np.linalg.norm(motion[:, kept]))
 
-    def meets_exactly(self, evaluation: Evaluation) -> bool:
-        """Whether the curve goes through a solved point that may lie beside it."""
-        return passes(self.balance, self.points, evaluation, EXACT)
+    def leads_away(self, point: BranchPoint, evaluation: Evaluation) -> bool:
+        """Whether a solved point beside a branch point is not one of this curve."""
+        near = np.flatnonzero(np.abs(self._along - self._along[point.place]) <= BESIDE)
+        beside = self.points[max(int(near[0]) - 3, 0) : int(near[-1]) + 5]
+        # The whole curve is compared only with what is not beside it, since each comparison evaluates all its points.
+        return not any(passes(self.balance, points, evaluation, EXACT) for points in (beside, self.points))
 
     def followed(self, followed: Followed, begin: str) -> Curve:
         """A curve with its peaks; begin: of a sentence, what it is."""
@@ -95,9 +102,18 @@ class SolvedCurve:
         curve = Curve(self.level, tuple(followed.points), outcome, message, lost_at, measure=self.measure)
         return with_peaks(self.balance, curve, lambda done: None, self.tolerance)
 
+    @cached_property
+    def _along(self) -> Array:
+        """Arc length of every point."""
+        return np.cumsum([point.length for point in self.points])
+
+    @cached_property
+    def _interpolation(self) -> Interpolation:
+        return Interpolation(self.balance, [point.point for point in self.points], 0.1 * NEAR)
+
     def meets(self, evaluation: Evaluation) -> bool:
         """Whether the curve goes through a solved point."""
-        return passes(self.balance, self.points, evaluation)
+        return bool(self.points) and _at_once(self.balance, self._interpolation, evaluation, NEAR)
 
 
 def _different(points: Sequence[BranchPoint]) -> list[BranchPoint]:
@@ -139,8 +155,11 @@ def passes(balance: HarmonicBalance, points: Sequence[CurvePoint], evaluation: E
     periods of the excitation later."""
     if not points:
         return False
-    omega = evaluation.point.omega
-    values = Interpolation(balance, [point.point for point in points], 0.1 * tolerance).values(np.array([omega]))[0]
+    return _at_once(balance, Interpolation(balance, [point.point for point in points], 0.1 * tolerance), evaluation, tolerance)
+
+
+def _at_once(balance: HarmonicBalance, curve: Interpolation, evaluation: Evaluation, tolerance: float) -> bool:
+    values = curve.values(np.array([evaluation.point.omega]))[0]
     found = [complex_harmonics(value.evaluation.w)[:, 1:] for value in values if value.evaluation is not None]
     motion = complex_harmonics(evaluation.w)[:, 1:]
     turn = np.exp(2j * np.pi * np.arange(1, motion.shape[1] + 1) / balance.periods)
@@ -204,7 +223,8 @@ def _followed(curve: SolvedCurve, point: BranchPoint, known: Sequence[Followed])
     found: list[Followed] = []
     for start in starts(curve.balance, point):
         others = (*known, *found)
-        if curve.meets_exactly(start.evaluation) or any(passes(curve.balance, each.points, start.evaluation) for each in others):
+        back = not curve.leads_away(point, start.evaluation)
+        if back or any(passes(curve.balance, each.points, start.evaluation) for each in others):
             continue
         # The other way from a period doubling leads to the same motions, one period of the excitation later.
         ways = one_way if curve.longer > 1 else followed_both_ways
