@@ -33,6 +33,10 @@ SMALL = 0.5
 ZERO = 1e-3
 """Share of the singular value at the ends of a step below which it is zero inside."""
 
+JUMP = 0.05
+"""Share of the singular value at the ends of a step up to which a determinant that jumps over zero, between two samples of a
+contact, counts: where it jumps farther nothing crosses. Two arms of a lightly damped resonance gave such places by the dozen."""
+
 MOST_DIRECTIONS = 4
 """Directions that the matrix of a branch point may take to zero at once."""
 
@@ -214,6 +218,8 @@ def _at(balance: HarmonicBalance, curve: Sequence[CurvePoint], k: int, share: fl
     if evaluation is None:
         return None
     spectrum = _spectrum(balance, evaluation, _plane(current, following), current.metric)
+    if spectrum.values[0] > JUMP * around:
+        return None
     count = max(int(np.count_nonzero(spectrum.values < ZERO * around)), 1)
     directions = tuple(_direction(balance, evaluation, current.metric, spectrum.vectors[:, i]) for i in range(count))
     return BranchPoint(evaluation, k, current.metric, directions)
