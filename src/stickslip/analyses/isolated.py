@@ -57,13 +57,13 @@ class Start:
 @dataclass(frozen=True, eq=False)
 class ModeMotions:
     """The motions of one mode along its curve, (points, rows, H+1) complex, with ω [rad/s], the force level that has its
-    resonance peak there, and the phase of a motion in resonance against the mode's."""
+    resonance peak there, and the phases of motions in resonance against the mode's, (points,)."""
 
     omega: Array
     level: Array
     force: NDArray[np.complex128]
     motion: NDArray[np.complex128]
-    phase: float
+    phase: Array
 
     @classmethod
     def of(cls, balance: HarmonicBalance, modes: xr.Dataset, case: int) -> ModeMotions:
@@ -80,9 +80,7 @@ class ModeMotions:
         load = balance.problem.load_powers(max(h for each in balance.problem.forces for h in each.factors))[0]
         first = balance.first
         driven = load[:, first.start] - 1j * load[:, first.start + 1]
-        phase = 0.0
-        if good.size:
-            phase = float(np.angle(-1j * np.vdot(_complex(chosen["mode_shape"])[good.size // 2], driven)))
+        phase = np.angle(-1j * (_complex(chosen["mode_shape"]).conj() @ driven))
         level = chosen["peak_force_level"].values if "peak_force_level" in chosen else np.full(good.size, np.nan)
         return cls(2.0 * np.pi * chosen["frequency"].values, level, force, motion, phase)
 
@@ -140,7 +138,7 @@ def _mode_starts(curve: SolvedCurve, mode: ModeMotions) -> Iterator[Start]:
         for crossed in np.flatnonzero(beyond[1:] * beyond[:-1] < 0.0):
             k = int(crossed)
             share = beyond[k] / (beyond[k] - beyond[k + 1])
-            yield mode.start(balance, k + float(share), mode.phase, level)
+            yield mode.start(balance, k + float(share), float(mode.phase[k]), level)
         return
     inside = np.flatnonzero((mode.omega >= curve.band[0]) & (mode.omega <= curve.band[1]))
     for k in _spread(inside):
