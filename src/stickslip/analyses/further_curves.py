@@ -22,14 +22,15 @@ from stickslip.results.view import measure_in, periods_of
 from stickslip.solve.branch_points import BranchPoint, branch_points, starts
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.interpolation import Interpolation
-from stickslip.solve.two_ways import Followed, followed_both_ways, one_way
+from stickslip.solve.two_ways import Followed, joined, one_way
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-NEAR, EXACT = 1e-2, 1e-6
-"""Relative distance of two motions at one frequency below which they are one; beside a branch point."""
+NEAR, JOINED, EXACT = 1e-2, 1e-4, 1e-6
+"""Relative distance of two motions at one frequency below which they are one; where a branch goes over into the curve it came
+from; beside a branch point."""
 
 BESIDE = 0.5
 """Arc length on either side of a branch point over which a curve is compared with what leads away."""
@@ -109,11 +110,11 @@ class SolvedCurve:
 
     @cached_property
     def _interpolation(self) -> Interpolation:
-        return Interpolation(self.balance, [point.point for point in self.points], 0.1 * NEAR)
+        return Interpolation(self.balance, [point.point for point in self.points], 0.1 * JOINED)
 
-    def meets(self, evaluation: Evaluation) -> bool:
-        """Whether the curve goes through a solved point."""
-        return bool(self.points) and _at_once(self.balance, self._interpolation, evaluation, NEAR)
+    def meets(self, evaluation: Evaluation, tolerance: float = NEAR) -> bool:
+        """Whether the curve goes through a solved point, by motions that differ by a relative tolerance."""
+        return bool(self.points) and _at_once(self.balance, self._interpolation, evaluation, tolerance)
 
 
 def _different(points: Sequence[BranchPoint]) -> list[BranchPoint]:
@@ -218,15 +219,31 @@ def _begin(curve: SolvedCurve, point: BranchPoint) -> str:
     return f"A branch from {curve.balance.hertz(point.evaluation.point.omega):.6g} Hz"
 
 
+def _until_joined(curve: SolvedCurve, branch: Followed) -> Followed:
+    """A branch up to where it goes over into the curve that it came from: Newton's method may go on along either."""
+    points = branch.points
+    if branch.closed or not curve.meets(points[-1].evaluation, JOINED):
+        return branch
+    low, high = 0, len(points) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if curve.meets(points[middle].evaluation, JOINED) else (middle, high)
+    return Followed(points[: high + 1], False, None, True)
+
+
 def _followed(curve: SolvedCurve, point: BranchPoint, known: Sequence[Followed]) -> list[Followed]:
     """The curves that cross at a branch point; one that a known one goes through is not followed again."""
     found: list[Followed] = []
     for start in starts(curve.balance, point):
         others = (*known, *found)
-        back = not curve.leads_away(point, start.evaluation)
-        if back or any(passes(curve.balance, each.points, start.evaluation) for each in others):
+        same = not curve.leads_away(point, start.evaluation)
+        if same or any(passes(curve.balance, each.points, start.evaluation) for each in others):
             continue
+        onwards = _until_joined(curve, one_way(curve.balance, start.evaluation, start.along, curve.band))
         # The other way from a period doubling leads to the same motions, one period of the excitation later.
-        ways = one_way if curve.longer > 1 else followed_both_ways
-        found.append(ways(curve.balance, start.evaluation, start.along, curve.band))
+        if onwards.closed or curve.longer > 1:
+            found.append(onwards)
+            continue
+        back = one_way(curve.balance, start.evaluation, start.along.turned(), curve.band)
+        found.append(joined(_until_joined(curve, back), onwards))
     return found

@@ -24,18 +24,22 @@ NEAR_STEPS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Solved points in order; closed: whether the last one is the first one; lost: why an end was lost, or None."""
+    """Solved points in order; closed: whether the last one is the first one; lost: why an end was lost, or None; joins: whether
+    an end lies on the curve from which this one was followed."""
 
     points: list[CurvePoint]
     closed: bool
     lost: str | None
+    joins: bool = False
 
     @property
     def ending(self) -> str:
         """How the curve ended, as the end of a sentence."""
         if self.lost is not None:
             return f"of which an end was lost: {self.lost}"
-        return "which closes on itself." if self.closed else "which leaves the band."
+        if self.closed:
+            return "which closes on itself."
+        return "which joins the curve again." if self.joins else "which leaves the band."
 
 
 def followed_both_ways(
@@ -49,9 +53,13 @@ def followed_both_ways(
     onwards = one_way(balance, evaluation, along, band, control)
     if onwards.closed:
         return onwards
-    back = one_way(balance, evaluation, along.turned(), band, control)
+    return joined(one_way(balance, evaluation, along.turned(), band, control), onwards)
+
+
+def joined(back: Followed, onwards: Followed) -> Followed:
+    """Two ways from one point as one curve."""
     lost = " ".join(filter(None, (back.lost, onwards.lost))) or None
-    return Followed([*backwards(back.points), *onwards.points[1:]], back.closed, lost)
+    return Followed([*backwards(back.points), *onwards.points[1:]], back.closed, lost, back.joins or onwards.joins)
 
 
 def one_way(
