@@ -16,8 +16,9 @@ from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, between
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Force
-from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
+from stickslip.solve.steps import StepControl
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
 

@@ -22,9 +22,10 @@ from stickslip import rigs
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.receptance import driven_states, frequency_gains, motion, receptance
-from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.newton import correct
+from stickslip.solve.steps import StepControl
 
 
 def parts(request: dict) -> Answer:

@@ -19,8 +19,9 @@ from stickslip import rigs
 from stickslip.analyses.forced_response import forced_response
 from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
-from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.steps import StepControl
 from stickslip.units import Band
 
 IMPORT_SECONDS = time.process_time()

@@ -11,8 +11,9 @@ from stickslip.curves import curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve import sweep
-from stickslip.solve.continuation import TURNED_BACK, StepControl, trace
+from stickslip.solve.continuation import TURNED_BACK, trace
 from stickslip.solve.newton import correct, fixed
+from stickslip.solve.steps import StepControl
 
 LEVEL = 1.0
 BAND = ss.radians_per_second(0.5, 2.0)

@@ -10,7 +10,7 @@ from stickslip.curves.curve import solve_curve
 from stickslip.curves.refine import refined
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import StepControl
+from stickslip.solve.steps import StepControl
 
 RIGS = {
     "one mass": (ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 0.5, 7),

@@ -20,6 +20,7 @@ from stickslip.outcome import Outcome
 from stickslip.solve import continuation, sweep
 from stickslip.solve.continuation import CLOSED, first_point, trace
 from stickslip.solve.curve_points import LostCurveError
+from stickslip.solve.steps import StepControl, Steps
 
 HARD = [("start state", 40)]
 """Sharp folds that look like crossings."""
@@ -48,11 +49,11 @@ def test_a_curve_that_comes_back_to_a_point_ends_and_says_so(monkeypatch):
     first = first_point(balance, 0.5, 0.5)
     known = list(trace(balance, first, "omega", 2.0))[1:21]
     rounds = itertools.cycle(known)
-    monkeypatch.setattr(continuation._Tracer, "_advance", lambda self, current, bend: next(rounds))
+    monkeypatch.setattr(continuation.Steps, "advance", lambda self, current, bend: next(rounds))
     with pytest.raises(LostCurveError, match="closed on itself"):
         list(itertools.islice(trace(balance, first, "omega", 2.0), 500))
     turned = dataclasses.replace(known[0], tangent=known[0].tangent.turned())
-    tracer = continuation._Tracer(balance, "omega", first, 2.0, continuation.StepControl())
+    tracer = continuation._Tracer(balance, "omega", first, 2.0, StepControl())
     assert tracer._meets(known[0], known[0])
     assert not tracer._meets(known[0], known[1])
     assert not tracer._meets(known[0], turned)
@@ -63,7 +64,7 @@ def test_a_curve_that_leaves_through_its_start_is_lost(monkeypatch):
     forth = list(trace(balance, first_point(balance, 0.5, 0.5), "omega", 2.0))[1:11]
     back = [point for point in trace(balance, first_point(balance, 0.5, 0.5), "omega", 0.3) if point.point.omega < 0.5]
     turned = iter([*forth, *forth[::-1], *back])
-    monkeypatch.setattr(continuation._Tracer, "_advance", lambda self, current, bend: next(turned))
+    monkeypatch.setattr(continuation.Steps, "advance", lambda self, current, bend: next(turned))
     with pytest.raises(LostCurveError, match="turned back and left the band through its start"):
         list(trace(balance, first_point(balance, 0.5, 0.5), "omega", 2.0))
 
@@ -87,10 +88,10 @@ def test_a_step_is_reversible_on_its_branch_and_not_beside_it():
     balance = HarmonicBalance(case.problem, 5, 256)
     start, end = (2.0 * np.pi * f for f in (case.band.start, case.band.stop))
     first = first_point(balance, start, case.level)
-    control = continuation.StepControl(reversible=True)
+    control = StepControl(reversible=True)
     points = list(trace(balance, first, "omega", end, control))
     assert points[-1].point.omega == end
-    tracer = continuation._Tracer(balance, "omega", first, end, control)
+    tracer = Steps(balance, "omega", abs(end - first.evaluation.point.omega) / 10.0, control)
     k = int(np.argmax([point.length for point in points]))
     before, after = points[k - 1], points[k]
     assert tracer._returns(before, after)

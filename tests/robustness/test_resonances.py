@@ -10,7 +10,7 @@ from stickslip.curves.curve import solve_curve
 from stickslip.curves.refine import _hills
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.peaks.search import PeakSearch
-from stickslip.solve import continuation
+from stickslip.solve import steps
 
 CASES = [*(("chain", seed) for seed in range(6)), *(("beam", seed) for seed in range(2))]
 
@@ -155,7 +155,7 @@ def test_peaks_among_points_that_go_back_behind_a_corner_are_searched():
 
 
 def test_the_witness_fails_without_a_look_for_resonances(monkeypatch):
-    monkeypatch.setattr(continuation, "hidden_resonance", lambda *of: None)
+    monkeypatch.setattr(steps, "hidden_resonance", lambda *of: None)
     tally = Tally()
     for seed in range(6):
         case = random_case("chain", 1e-4, seed)

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.loads import BaseMotion
 from stickslip.problem import Problem
+from stickslip.results.view import periods_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,15 +18,15 @@ def absolute(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """`response` and `amplitude` of a result as absolute motions, m: those of the result, which are relative, and the base."""
     found = dataset[["frequency", "outcome", "response", "amplitude"]].copy(deep=True)
     omega, level = 2.0 * np.pi * dataset["frequency"].values, dataset["force_level"].values[:, None]
-    values = found["response"].values
+    values, periods = found["response"].values, periods_of(dataset)
     for base in (force for force in problem.forces if isinstance(force, BaseMotion)):
         along = problem.output_rows @ problem.structure.row(base.coefficients)
         for harmonic, factor in base.factors.items():
             acceleration = level * factor * omega**base.power
             moved = (-acceleration / (harmonic * omega) ** 2)[..., None] * along
-            values[:, :, :, harmonic, 0] += moved.real
-            values[:, :, :, harmonic, 1] += moved.imag
-    found["amplitude"].values[:] = np.hypot(values[:, :, :, 1, 0], values[:, :, :, 1, 1])
+            values[:, :, :, periods * harmonic, 0] += moved.real
+            values[:, :, :, periods * harmonic, 1] += moved.imag
+    found["amplitude"].values[:] = np.hypot(values[:, :, :, periods, 0], values[:, :, :, periods, 1])
     found["response"].attrs["long_name"] = "absolute response"
     found["amplitude"].attrs["long_name"] = "amplitude of the first harmonic of the absolute response"
     return found

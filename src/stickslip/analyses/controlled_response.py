@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,7 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.arguments import ends_of, fineness_of, output_of
 from stickslip.analyses.forced_response import band_or_list
 from stickslip.analyses.response_dataset import as_given, curve_arrays, levels_are_newtons, stacked
+from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import Array, fault, of_kind, positive, unique, vector
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.curves.controlled import (
@@ -145,7 +145,7 @@ def phase_resonance(
 
 
 @dataclass(frozen=True, eq=False)
-class ControlledResponseWork:
+class ControlledResponseWork(OneBalance):
     """A controlled response as independent cases, one amplitude each; frequencies in Hz in the order of travel."""
 
     problem: Problem
@@ -181,15 +181,6 @@ class ControlledResponseWork:
         if not any(force.amplitudes.get(1) for force in problem.forces):
             raise fault("The problem", "must have a force with a first harmonic, whose level is sought", "none")
         return cls(problem, tuple(frequencies), exactly, amplitudes, row, derived, *fineness)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    @cached_property
-    def balance(self) -> HarmonicBalance:
-        with threadpool_limits(1, user_api="blas"):
-            return HarmonicBalance(self.problem, self.harmonics, self.samples)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -62,7 +62,7 @@ def _curve_values(points: SolvedPoints, case: int, wanted: Array, tolerance: flo
     solved = points.converged(case)
     if not solved:
         return [[] for _ in wanted]
-    return Interpolation(points.balance, solved, tolerance).values(2.0 * np.pi * wanted)
+    return Interpolation(points.balance, solved, tolerance).values(2.0 * np.pi * wanted / points.balance.periods)
 
 
 def _dataset(
@@ -85,7 +85,7 @@ def _dataset(
     }
     coords: dict[str, Any] = {v.name: dataset[v.name] for v in COORDINATES}
     coords["frequency"] = ("frequency", wanted, dataset["frequency"].attrs)
-    attrs = {name: dataset.attrs[name] for name in ("title", "study", "harmonics", "samples")}
+    attrs = {name: dataset.attrs[name] for name in ("title", "study", "harmonics", "samples", "periods") if name in dataset.attrs}
     return stamped(xr.Dataset(variables, coords, attrs | {"tolerance": tolerance}), "response_at")
 
 

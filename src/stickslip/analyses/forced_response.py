@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from math import lcm
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
 from stickslip.analyses.dense_output import response_at
+from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
+from stickslip.analyses.isolated import isolated_curves
+from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.peaks_of_another import peaks_of_another
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
@@ -26,22 +30,25 @@ from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
+from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
-from stickslip.curves.curve import solve_curve
+from stickslip.curves.curve import Curve, solve_curve
 from stickslip.curves.refine import refined
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest
+from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
+from stickslip.problem.many_periods import over_periods
 from stickslip.renamed import renamed_arguments
+from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity
 from stickslip.results.result import Result
 from stickslip.results.stability import has_stability, words
-from stickslip.results.view import measure_in, nearest_point
+from stickslip.results.view import measure_in, nearest_point, periods_of
 from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
@@ -92,6 +99,9 @@ class ForcedResponse(
         if has_stability(self.dataset):
             names["peak_stability"] = "stability"
         table = self.dataset[list(names)].to_dataframe().reset_index().dropna(subset=["peak_frequency"]).rename(columns=names)
+        if "curve_kind" in self.dataset:
+            table["curve"] = words(self.dataset["curve_kind"], self.dataset["curve_kind"].to_numpy()[table["case"]])
+            names["curve"] = "curve"
         if has_stability(self.dataset):
             table["stability"] = words(self.dataset["peak_stability"], table["stability"].to_numpy())
         return table[["force_level", "output", "peak", *names.values()]].sort_values(
@@ -185,6 +195,105 @@ class ForcedResponse(
         """
         return replace(self, dataset=with_stability(self.dataset, self.problem, highest))
 
+    def branch_points(self, case: int = 0, periods: int = 1) -> pd.DataFrame:
+        """The branch points of a curve, where other solutions cross it: frequency [Hz], amplitude of the first output [m], and
+        the number of directions that lead away.
+
+        There the Jacobian of the balance, with the tangent of the curve as its last row, is singular, which it is not at a fold.
+        periods=2 finds where motions of twice the period branch off: period doublings.
+        """
+        return branch_point_table(self._solved_curve(case, periods))
+
+    def branch(self, at: float | None = None, case: int = 0, periods: int = 1) -> ForcedResponse:
+        """The curves that cross a curve at one of its branch points: at the one nearest to `at` in Hz, or at the first.
+
+        Each is a case of the response that is returned, from the branch point on followed both ways until it leaves the band or
+        closes on itself. periods=2: motions of twice the period, from a period doubling; their response has that expansion.
+        Source: the direction away is in the null space of the bordered Jacobian, H. B. Keller, in Applications of Bifurcation
+        Theory (1977), 359-384.
+        """
+        curve = self._solved_curve(case, periods)
+        found = branches(curve, at)
+        return self._of_curves(curve, found, CurveKind.BRANCH)
+
+    def with_branches(self, periods: int = 1) -> ForcedResponse:
+        """A copy with the branches at all branch points of the sweeps added; periods: as for `branch`."""
+        cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
+        found: list[Curve] = []
+        for case in cases:
+            curve = self._solved_curve(case, periods)
+            found += all_branches(curve)
+        return self.with_curves(self._of_curves(curve, found, CurveKind.BRANCH)) if found else self
+
+    def with_isolated(self, *modes: Any) -> ForcedResponse:
+        """A copy with the isolas added, closed curves that the sweeps do not meet; each is a case marked `isolated`.
+
+        Their starts are the resonance peaks of the force level on nonlinear modes of the problem (`nonlinear_modes`), of which a
+        level has several where the force that a mode needs falls with its amplitude; and the curves of the next force levels,
+        followed in the level. Of a response over several `periods` they are motions of modes at a fraction of the excitation's
+        frequency, in several phases, and the curves are subharmonic. The attribute `isolated_starts` says how many were
+        tried: no start that leads to a new curve is no proof that there is none.
+        """
+        for each in modes:
+            _check_modes(self, each)
+        cases = [case for case, kind in enumerate(kinds_in(self.dataset)) if kind == CurveKind.SWEEP]
+        found: list[Curve] = []
+        tried = 0
+        with threadpool_limits(1, user_api="blas"):
+            curves = sorted((self._solved_curve(case, 1) for case in cases), key=lambda curve: curve.level)
+            for k, curve in enumerate(curves):
+                neighbours = [*curves[max(k - 1, 0) : k], *curves[k + 1 : k + 2]]
+                more, count = isolated_curves(curve, [each.dataset for each in modes], neighbours)
+                found, tried = [*found, *more], tried + count
+        response = self
+        if found:
+            response = self.with_curves(self._of_curves(curves[0], found, CurveKind.ISOLATED))
+        return replace(response, dataset=response.dataset.assign_attrs(isolated_starts=tried, isolated_curves=len(found)))
+
+    def with_curves(self, other: ForcedResponse) -> ForcedResponse:
+        """A copy with the curves of another response of the same problem added, of its branches for instance."""
+        of_kind("other", other, ForcedResponse)
+        for what, values in (("problem", [each.problem.fingerprint for each in (self, other)]), *self._settings(other)):
+            if values[0] != values[1]:
+                raise fault(f"The {what} of the other response", f"must be {values[0]}", values[1])
+        periods = lcm(periods_of(self.dataset), periods_of(other.dataset))
+        curves, levels, kinds = [], [], []
+        for dataset in (self.dataset, other.dataset):
+            levels += dataset["force_level"].values.tolist()
+            kinds += kinds_in(dataset)
+            longer = periods // periods_of(dataset)
+            parts = [arrays_of(dataset, case, longer) for case in range(dataset.sizes["case"])]
+            parts[0]["cpu_seconds"] = np.array(dataset.attrs["cpu_seconds"])
+            curves += parts
+        joined = self._work(levels, periods).gathered(curves, kinds)
+        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith("isolated")}
+        joined = replace(joined, dataset=joined.dataset.assign_attrs(kept | {"study": self.dataset.attrs["study"]}))
+        return joined.with_stability() if has_stability(self.dataset) else joined
+
+    def _settings(self, other: ForcedResponse) -> list[tuple[str, list[Any]]]:
+        """What must be the same in two responses whose curves are to be one result."""
+        names = ("harmonics", "samples", "quantity", "measure", "listed_frequencies")
+        return [(name, [each.dataset.attrs.get(name) for each in (self, other)]) for name in names]
+
+    def _solved_curve(self, case: int, periods: int) -> SolvedCurve:
+        with threadpool_limits(1, user_api="blas"):
+            return SolvedCurve.of(self.dataset, self.problem, case, periods, TOLERANCE)
+
+    def _work(self, levels: Sequence[float], periods: int) -> ForcedResponseWork:
+        """The work that more curves over the band of this response are the results of."""
+        attrs, hertz = self.dataset.attrs, self.dataset["linear_frequency"].values
+        band, harmonics = (float(hertz[0]), float(hertz[-1])), of_attribute(attrs["harmonics"])
+        choice, exactly = str(attrs.get("harmonics_chosen", "")), bool(attrs.get("listed_frequencies"))
+        how = harmonics, int(attrs["samples"]), choice, TOLERANCE, measure_in(self.dataset), periods
+        return ForcedResponseWork(self.problem, band, exactly, tuple(levels), *how)
+
+    def _of_curves(self, curve: SolvedCurve, found: Sequence[Curve], kind: CurveKind) -> ForcedResponse:
+        """A response of curves that were found from one of this response."""
+        work = self._work([each.level for each in found], curve.balance.periods)
+        with threadpool_limits(1, user_api="blas"):
+            arrays = [work.arrays(each) | {"cpu_seconds": np.zeros(())} for each in found]
+        return work.gathered(arrays, [kind] * len(arrays))
+
     def absolute(self) -> xr.Dataset:
         """Response and amplitude with the motion of the base added (`BaseMotion`); those of `dataset` are relative to it."""
         return absolute(self.dataset, self.problem)
@@ -206,6 +315,7 @@ def forced_response(
     peak_tolerance: float = TOLERANCE,
     quantity: str = "displacement",
     measure: str = "amplitude",
+    periods: int = 1,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -221,6 +331,9 @@ def forced_response(
     quantity, measure: what the peaks are of; a damped structure peaks at another frequency in acceleration than in displacement.
     quantity: displacement, velocity, acceleration, or per force level receptance, mobility, inertance; measure: "amplitude" of
     the first harmonic, "rms" or "max_abs", the largest value in time (both with all harmonics, and the mean of a displacement).
+    periods p: of the excitation, after which a motion may repeat itself: it is expanded in multiples of ω/p, so that it may be
+    subharmonic. A sweep begins where all repeat after one period; `branch` and `with_isolated` lead to those that do not.
+    harmonics and samples stay those of one period, amplitudes those of the frequency of the excitation.
     workers: processes that compute force levels side by side, with the same results (a script that asks for more than one keeps
     its work under `if __name__ == "__main__":`), or a `DaskCluster`. checkpoint: keeps the curve of each completed
     force level for an interrupted run to resume from (`stickslip.CheckpointFolder`). progress(fraction, text) is called as
@@ -230,14 +343,14 @@ def forced_response(
     """
     progress(0.0, "preparing")
     peaks_of = measure_of(quantity, measure)
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of)
+    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of, periods)
     curves = all_cases(work, checkpoint, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedResponseWork:
+class ForcedResponseWork(OneBalance):
     """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel."""
 
     problem: Problem
@@ -249,6 +362,7 @@ class ForcedResponseWork:
     choice: str = ""
     peak_tolerance: float = TOLERANCE
     measure: Measure = DISPLACEMENT_AMPLITUDE
+    periods: int = 1
 
     @classmethod
     def of(
@@ -261,6 +375,7 @@ class ForcedResponseWork:
         tolerance: float = 2e-3,
         peak_tolerance: float = TOLERANCE,
         measure: Measure = DISPLACEMENT_AMPLITUDE,
+        periods: int = 1,
     ) -> ForcedResponseWork:
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
@@ -274,16 +389,9 @@ class ForcedResponseWork:
             harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
         H = harmonics_for(problem, harmonics, 'Or write "auto".')
         fourier(highest(H), Nt)
-        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    @cached_property
-    def balance(self) -> HarmonicBalance:
-        with threadpool_limits(1, user_api="blas"):
-            return HarmonicBalance(self.problem, self.harmonics, self.samples)
+        over_periods(problem, whole("periods", periods))
+        highest(in_fractions(H, periods))
+        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure, int(periods))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -291,6 +399,7 @@ class ForcedResponseWork:
         where = f"{'at' if self.exactly else 'over'} {self.frequencies!r} Hz"
         how = f"{self.harmonics} harmonics, {self.samples} samples, problem {self.problem.fingerprint}"
         how += f", peaks of the {self.measure.words} to {self.peak_tolerance!r}"
+        how += f", over {self.periods} periods" if self.periods > 1 else ""
         return tuple(f"forced response, level {level!r}, {where}, {how}" for level in self.levels)
 
     @property
@@ -304,20 +413,23 @@ class ForcedResponseWork:
     def solve(self, case: int, report: Report) -> Arrays:
         """The arrays of the curve of one force level."""
         started = time.process_time()
-        omegas = [2.0 * np.pi * frequency for frequency in self.frequencies]
-        level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure
+        omegas = [2.0 * np.pi * frequency / self.periods for frequency in self.frequencies]
+        level, tolerance, measure = self.levels[case], self.peak_tolerance, self.measure.over(self.periods)
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
+        return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
+
+    def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
+        """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
             curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
-        arrays["frequency"] = as_given(arrays["frequency"], self.frequencies)
+        arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         errors = truncation_errors(self.balance, curve)
         warnings = truncation_warning(self.harmonics, self.problem.output_names, errors), sampling_warning(self.balance, curve)
-        arrays |= {"truncation_error": errors, "case_message": np.array(" ".join(filter(None, (curve.message, *warnings))))}
-        return arrays | {"cpu_seconds": np.array(time.process_time() - started)}
+        return arrays | {"truncation_error": errors, "case_message": np.array(" ".join(filter(None, (curve.message, *warnings))))}
 
-    def gathered(self, curves: Sequence[Arrays]) -> ForcedResponse:
-        """The response of the curves of all force levels."""
+    def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
+        """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
         attrs: dict[str, Any] = {
             "title": self.problem.title,
             "study": "",
@@ -326,14 +438,24 @@ class ForcedResponseWork:
         }
         attrs["harmonics_chosen"] = self.choice
         attrs["listed_frequencies"] = int(self.exactly)
-        attrs["cpu_seconds"] = sum(float(curve["cpu_seconds"]) for curve in curves)
+        attrs["cpu_seconds"] = sum(float(curve.get("cpu_seconds", 0.0)) for curve in curves)
         low, high = min(self.frequencies), max(self.frequencies)
         ends = (low, high) if low < high else _narrow_band(low)
         with threadpool_limits(1, user_api="blas"):
-            dataset = with_disk(response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure), self.problem)
+            plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
+            found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
+            dataset = with_disk(found, self.problem)
         errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
         dataset["truncation_error"] = ("case", "output"), np.array(errors), TRUNCATION_ERROR
-        return ForcedResponse(dataset, self.problem)
+        return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
+
+
+def _check_modes(response: ForcedResponse, modes: Any) -> None:
+    """Nonlinear modes must be of the problem of a response."""
+    if "mode_number" not in getattr(modes, "dataset", ()):
+        raise fault("modes", "must be results of `nonlinear_modes`", modes)
+    if modes.problem.fingerprint != response.problem.fingerprint:
+        raise fault("The problem of the modes", "must be that of the response", "another")
 
 
 def band_or_list(band: Band | Sequence[float]) -> tuple[list[float], bool]:

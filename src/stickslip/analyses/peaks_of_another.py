@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
@@ -25,7 +24,9 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
     import pandas as pd
 
     points = SolvedPoints(dataset, problem)
-    balance, largest = points.balance, measure.with_kind("max_abs")
+    balance = points.balance
+    measure = measure.over(balance.periods)
+    largest = measure.with_kind("max_abs")
     rows: list[dict[str, Any]] = []
     with threadpool_limits(1, user_api="blas"):
         energy = EnergyBalance(balance)
@@ -40,7 +41,7 @@ def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) ->
                     cycle = contact_cycle(evaluation.table, balance.tables, evaluation.w, evaluation.point.omega)
                     sizes = {str(one.kind): one.size(row, omega) / one.per(level) for one in (measure, largest)}
                     found.append(
-                        {"frequency": omega / (2.0 * np.pi), **sizes, "loss_factor": energy.at(evaluation, cycle).loss_factor}
+                        {"frequency": balance.hertz(omega), **sizes, "loss_factor": energy.at(evaluation, cycle).loss_factor}
                     )
                 found.sort(key=lambda peak: -peak[measure.kind])
                 rows += [{"force_level": level, "output": name, "peak": k} | peak for k, peak in enumerate(found)]

@@ -49,20 +49,24 @@ def response_dataset(
     ends: tuple[float, float],
     attrs: Mapping[str, Any],
     measure: Measure = DISPLACEMENT_AMPLITUDE,
+    plain: HarmonicBalance | None = None,
 ) -> xr.Dataset:
     """The labelled dataset of the arrays of several curves; ends: of the band in Hz, for the linear curves; measure: what the
-    peaks are of.
+    peaks are of; plain: the balance over one period of the excitation, if that of the curves is over several.
     """
     problem = balance.problem
     per_curve = [variable for variable in SCHEMA if variable.name in curves[0]]
     arrays = {variable.name: stacked(variable, [curve[variable.name] for curve in curves]) for variable in per_curve}
-    coords = {
+    coords: dict[str, Any] = {
         "force_level": list(levels),
         "output": list(problem.output_names),
         "contact": [contact.name for contact in problem.contacts],
         "direction": list(DIRECTION_NAMES),
     }
-    dataset = labelled(arrays | _linear(balance, levels, *ends), coords, {**attrs, **measure.attributes})
+    if balance.periods > 1:
+        coords["harmonic"] = np.arange(balance.highest + 1) / balance.periods
+        attrs = {**attrs, "periods": balance.periods}
+    dataset = labelled(arrays | _linear(plain or balance, levels, *ends), coords, {**attrs, **measure.attributes})
     newtons = levels_are_newtons(problem)
     if newtons:
         dataset["force_level"].attrs |= {"units": "N", "long_name": "amplitude of the harmonic force"}
@@ -122,9 +126,10 @@ def _linear(balance: HarmonicBalance, levels: Sequence[float], low: float, high:
     }
 
 
-def as_given(found: Array, frequencies: Sequence[float]) -> Array:
-    """Frequencies in Hz that have been in rad/s: those that were given, a list or the ends of a band, to the last bit."""
-    given = {2.0 * np.pi * frequency / (2.0 * np.pi): frequency for frequency in frequencies}
+def as_given(found: Array, frequencies: Sequence[float], periods: int = 1) -> Array:
+    """Frequencies in Hz that have been in rad/s, over a number of periods: those that were given, a list or the ends of a
+    band, to the last bit."""
+    given = {periods * (2.0 * np.pi * frequency / periods / (2.0 * np.pi)): frequency for frequency in frequencies}
     return np.array([given.get(float(frequency), float(frequency)) for frequency in found])
 
 
@@ -157,12 +162,12 @@ class _CurveTable:
         arrays, curve = self.arrays, self.curve
         arrays["case_outcome"], arrays["case_message"] = np.array(curve.outcome, dtype=np.int8), np.array(curve.message)
         for k, omega in curve.missing:
-            arrays["frequency"][k], arrays["outcome"][k] = omega / (2.0 * np.pi), Outcome.NOT_CONVERGED
+            arrays["frequency"][k], arrays["outcome"][k] = self.balance.hertz(omega), Outcome.NOT_CONVERGED
         places = sorted(set(range(len(curve.points) + len(curve.missing))) - {k for k, _ in curve.missing})
         for k, point in zip(places, curve.points, strict=True):
             self._fill_point(k, point)
         if curve.lost_at is not None:
-            arrays["frequency"][-1] = curve.lost_at / (2.0 * np.pi)
+            arrays["frequency"][-1] = self.balance.hertz(curve.lost_at)
             arrays["outcome"][-1] = curve.outcome
         for output, found in enumerate(curve.peaks):
             ranked = sorted(found, key=lambda p: -self._size(curve.measure, p, output))
@@ -174,14 +179,14 @@ class _CurveTable:
         for output, extreme in enumerate(curve.largest):
             if extreme is not None:
                 arrays["highest_max_abs"][output] = self._size(self.largest, extreme, output)
-                arrays["highest_max_abs_frequency"][output] = extreme.point.omega / (2.0 * np.pi)
+                arrays["highest_max_abs_frequency"][output] = self.balance.hertz(extreme.point.omega)
         return arrays
 
     def _fill_point(self, place: int, point: CurvePoint) -> None:
         arrays, evaluation = self.arrays, point.evaluation
         cycle = self._cycle(evaluation)
         energy = self.energy.at(evaluation, cycle)
-        arrays["frequency"][place] = evaluation.point.omega / (2.0 * np.pi)
+        arrays["frequency"][place] = self.balance.hertz(evaluation.point.omega)
         arrays["outcome"][place] = Outcome.CONVERGED
         arrays["residual"][place] = evaluation.error
         arrays["iterations"][place] = point.iterations
@@ -198,7 +203,7 @@ class _CurveTable:
 
     def _fill_peak(self, place: tuple[int, int], point: CurvePoint) -> None:
         arrays, output = self.arrays, place[1]
-        arrays["peak_frequency"][place] = point.point.omega / (2.0 * np.pi)
+        arrays["peak_frequency"][place] = self.balance.hertz(point.point.omega)
         arrays["peak_amplitude"][place] = self._size(self.curve.measure, point, output)
         arrays["peak_max_abs"][place] = self._size(self.largest, point, output)
         energy = self.energy.at(point.evaluation, self._cycle(point.evaluation))
@@ -206,7 +211,7 @@ class _CurveTable:
 
     def _fill_loops(self, point: CurvePoint) -> None:
         cycle = self._cycle(point.evaluation)
-        self.arrays["loop_frequency"] = np.array(point.point.omega / (2.0 * np.pi))
+        self.arrays["loop_frequency"] = np.array(self.balance.hertz(point.point.omega))
         self.arrays["loop_motion"] = self.rows.spread(cycle.displacement)
         self.arrays["loop_force"] = self.rows.spread(cycle.force)
 
@@ -222,7 +227,7 @@ def point_values(balance: HarmonicBalance, rows: ContactRows, evaluation: Evalua
     motion, outputs = evaluation.w[: balance.rows], evaluation.w[balance.rows :]
     return {
         "response": _parts(outputs),
-        "amplitude": np.hypot(outputs[:, 1], outputs[:, 2]),
+        "amplitude": np.hypot(*outputs[:, balance.first].T),
         "rms": np.sqrt(outputs[:, 0] ** 2 + 0.5 * np.sum(outputs[:, 1:] ** 2, axis=1)),
         "max_abs": np.array([largest_absolute(row)[0] for row in outputs]),
         "contact_motion": rows.spread(_parts(motion)),

@@ -22,7 +22,7 @@ def sampling_warning(balance: HarmonicBalance, curve: Curve) -> str:
         points = (curve.peaks and curve.peaks[output]) or curve.points
         if not points:
             continue
-        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[balance.rows + output, 1:3])))
+        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[balance.rows + output, balance.first])))
         velocity = highest.point.omega * np.hypot(*highest.evaluation.w[: balance.rows, 1:3].T)
         for number, contact in enumerate(balance.problem.contacts):
             own = velocity[table.first_row[number] : table.first_row[number] + len(contact.tangential)]

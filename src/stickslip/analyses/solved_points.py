@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from stickslip.harmonic.fourier import real_harmonics
 from stickslip.harmonic.orders import of_attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.results.view import periods_of
 from stickslip.solve.newton import correct, fixed
 
 if TYPE_CHECKING:
@@ -52,7 +53,8 @@ class SolvedPoints:
                 raise fault(f"The {what}s of the problem", f"must be those of the results, {kept}", own, REMEDY)
         self.kept = {name: dataset[name].to_numpy() for name in KEPT}
         self.rows = ContactRows(problem)
-        self.balance = HarmonicBalance(problem, of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"]))
+        harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
+        self.balance = HarmonicBalance(problem, harmonics, samples, periods_of(dataset))
 
     def evaluation(self, case: int, point: int) -> Evaluation:
         """A point of the balance; refused where it is the solution of another problem."""
@@ -60,7 +62,7 @@ class SolvedPoints:
         motion = self._rows(self.kept["contact_motion"][place])
         # λ, what contacts carry beyond the springs of the stuck ones.
         forces = self._rows(self.kept["contact_force"][place]) - self.balance.stiffness[:, None] * motion
-        omega, level = 2.0 * np.pi * float(self.kept["frequency"][place]), float(self.kept["force_level"][place[0]])
+        omega, level = self.omega(self.kept["frequency"][place]), float(self.kept["force_level"][place[0]])
         found = self.balance.evaluate(Point(forces, omega, level))
         known = np.concatenate([motion, _real(self.kept["response"][place])])
         missed = max(found.error, _apart(found.w, known), _apart(found.w[:, 1:], known[:, 1:]))
@@ -80,6 +82,10 @@ class SolvedPoints:
         solved = correct(self.balance, found.point, fixed("omega", found.point.omega))
         w = solved.evaluation.w
         return solved.converged and max(_apart(w, known), _apart(w[:, 1:], known[:, 1:])) <= AMPLIFIED
+
+    def omega(self, frequency: Any) -> float:
+        """ω of the balance, rad/s, at a frequency of the excitation, Hz."""
+        return 2.0 * np.pi * float(frequency) / self.balance.periods
 
     def point(self, case: int, point: int) -> Point:
         """λ with frequency and force level."""

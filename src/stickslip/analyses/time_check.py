@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.time_response import TimeResponse, harmonics_of, time_response
 from stickslip.checks import Array
-from stickslip.harmonic.orders import Harmonics, in_words
+from stickslip.harmonic.orders import Harmonics, in_words, of_attribute
 from stickslip.problem import Problem
 from stickslip.time.march import LOAD_STEPS, NEAR, March, MarchOutcome, march
 from stickslip.time.methods import DEFAULT_METHOD, Method
@@ -37,7 +37,8 @@ class TimeCheck:
     included, relative to the rms of the vibration about its mean; first_period_difference: the same over the first period, where
     the integration still is what the harmonic balance says if that is a periodic motion; step_error: |X_1(N/2) − X_1(N)|/|X_1(N)|
     with half the N steps per period, NaN where the integration has not settled; time: the whole result of the integration;
-    harmonics of the point: H, or a list.
+    harmonics of the point: H, or a list; excitation_periods: those of the excitation after which the motion repeats itself, which
+    here are one period.
     """
 
     harmonics: Harmonics
@@ -47,6 +48,7 @@ class TimeCheck:
     first_period_difference: Array
     step_error: Array
     time: TimeResponse
+    excitation_periods: int = 1
 
     @property
     def amplitude_difference(self) -> Array:
@@ -88,13 +90,13 @@ class TimeCheck:
     def sentence(self) -> str:
         """The comparison in words."""
         attrs = self.time.dataset.attrs
-        place = f"{attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}"
+        place = f"{self.excitation_periods * attrs['frequency']:.6g} Hz, force level {attrs['force_level']:.6g}"
         return f"{place}: {self._departure if self.unstable else self._difference} {self.time.sentence}"
 
     @property
     def _difference(self) -> str:
         worst = self._worst
-        steps = self.time.dataset.attrs["steps_per_period"]
+        steps = self.time.dataset.attrs["steps_per_period"] // self.excitation_periods
         return (
             f"harmonic balance with {self._harmonics} and time integration with {steps} steps a period differ by "
             f"{abs(float(self.amplitude_difference[worst])):.1e} in the first harmonic and by "
@@ -154,12 +156,12 @@ def verify_in_time(
     """Integrate a point of a forced response in time, from its own motion, velocity and sliders, and compare."""
     points = SolvedPoints(dataset, problem)
     solved, place = points.point(case, point), dataset.isel(case=case, point=point)
-    harmonics = points.balance.harmonics
+    excitation_periods = points.balance.periods
     time = time_response(
-        problem,
-        float(place["frequency"]),
+        points.balance.problem,
+        float(place["frequency"]) / excitation_periods,
         float(place["force_level"]),
-        steps_per_period=steps_per_period,
+        steps_per_period=excitation_periods * steps_per_period,
         method=method,
         tolerance=tolerance,
         periods=periods,
@@ -168,13 +170,16 @@ def verify_in_time(
     response = place["response"].to_numpy()
     harmonic = response[..., 0] + 1j * response[..., 1]
     return TimeCheck(
-        harmonics=harmonics,
-        harmonic_amplitude=np.abs(harmonic[:, 1]),
-        time_amplitude=time.dataset["amplitude"].to_numpy(),
+        harmonics=of_attribute(dataset.attrs["harmonics"]),
+        harmonic_amplitude=np.abs(harmonic[:, excitation_periods]),
+        time_amplitude=np.abs(harmonics_of(time.cycle.outputs, excitation_periods)[:, excitation_periods]),
         period_difference=_period_difference(harmonic, time.cycle.outputs),
         first_period_difference=_period_difference(harmonic, time.cycle.first_outputs),
-        step_error=_step_error(time, March(steps_per_period, method, tolerance, periods)),
+        step_error=_step_error(
+            time, March(excitation_periods * steps_per_period, method, tolerance, periods), excitation_periods
+        ),
         time=time,
+        excitation_periods=excitation_periods,
     )
 
 
@@ -189,20 +194,20 @@ def _period_difference(harmonic: np.ndarray, marched: Array) -> Array:
     return _relative(_rms(balanced - marched), _moving(_rms(marched - means), np.abs(means[:, 0])))
 
 
-def _step_error(time: TimeResponse, settings: March) -> Array:
+def _step_error(time: TimeResponse, settings: March, first: int) -> Array:
     """|X_1(N/2) − X_1(N)|/|X_1(N)| (outputs,): half the steps, from the state where N steps ended, so with the same sliders.
 
     At most as many periods as with N steps, half the work. What the coarser motion has not yet settled is added; infinite where
     it does not settle, NaN where the one with N steps did not or N/2 are too few to march with.
     """
     cycle, steps = time.cycle, settings.steps_per_period // 2
-    fine = harmonics_of(cycle.outputs, 1)[:, 1]
+    fine = harmonics_of(cycle.outputs, first)[:, first]
     highest = max(harmonic for force in time.problem.forces for harmonic in force.amplitudes)
     if cycle.growth > 1.0 or not cycle.distance < NEAR or steps < LOAD_STEPS * highest:
         return np.full(fine.size, np.nan)
     coarser = replace(settings, steps_per_period=steps, periods=max(cycle.periods, FEWEST_PERIODS))
     halved = march(time.problem, cycle.omega, cycle.level, cycle.end, coarser)
-    return _relative(np.abs(harmonics_of(halved.outputs, 1)[:, 1] - fine), _moving(np.abs(fine))) + halved.distance
+    return _relative(np.abs(harmonics_of(halved.outputs, first)[:, first] - fine), _moving(np.abs(fine))) + halved.distance
 
 
 def _rms(signals: Array) -> Array:

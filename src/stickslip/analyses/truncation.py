@@ -42,7 +42,7 @@ def truncation_errors(balance: HarmonicBalance, curve: Curve) -> Array:
         if not points:
             continue
         row = balance.rows + output
-        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[row, 1:3])))
+        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[row, balance.first])))
         omega = highest.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:

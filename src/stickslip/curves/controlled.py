@@ -16,10 +16,10 @@ from stickslip.curves.curve import Curve, ended, solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
-from stickslip.solve.continuation import StepControl
 from stickslip.solve.curve_points import CurvePoint, between
 from stickslip.solve.held_amplitude import at_right_angle, control_size, ramped, scaled, stuck_held
 from stickslip.solve.newton import Correction, correct
+from stickslip.solve.steps import StepControl
 from stickslip.solve.sweep import sweep
 
 LARGEST = 0.15

@@ -13,8 +13,9 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import TOLERANCE, PeakSearch
 from stickslip.problem import Problem
-from stickslip.solve.continuation import StepControl, first_point, trace
+from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.steps import StepControl
 from stickslip.solve.sweep import Sweep, from_start, points_at, sweep
 
 RESTARTS = 3
@@ -78,7 +79,7 @@ def solve_curve(
     if isinstance(found, Outcome):
         message = " ".join((found.sentence, *balance.problem.warnings))
         return Curve(level, (), found, message, start, measure=measure)
-    return _with_peaks(balance, level, found, progress, peak_tolerance, measure, (start, end))
+    return with_peaks(balance, ended(balance, level, found, (start, end), measure), progress, peak_tolerance)
 
 
 def _listed(
@@ -120,7 +121,7 @@ def _listed(
     count = len(frequencies)
     message = f"All {count} frequencies were solved." if count > 1 else "The frequency was solved."
     if missing:
-        first = f"the first at {missing[0][1] / (2.0 * np.pi):g} Hz"
+        first = f"the first at {balance.hertz(missing[0][1]):g} Hz"
         unsolved = f"{len(missing)} of {count} frequencies could not be solved, {first}."
         message = " ".join((unsolved, *balance.problem.warnings))
     elif anew and not alone:
@@ -148,18 +149,9 @@ def _alone(balance: HarmonicBalance, omega: float, level: float) -> CurvePoint |
     return next(iter(trace(balance, first, "omega", 1.01 * omega))) if first.converged else None
 
 
-def _with_peaks(
-    balance: HarmonicBalance,
-    level: float,
-    swept: Sweep,
-    progress: Callable[[float], None],
-    tolerance: float,
-    measure: Measure,
-    ends: tuple[float, float],
-) -> Curve:
-    """The curve with its peaks."""
-    curve = ended(balance, level, swept, ends, measure)
-    points, message = curve.points, curve.message
+def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float], None], tolerance: float) -> Curve:
+    """A curve with the peaks of its measure."""
+    points, message, measure = curve.points, curve.message, curve.measure
     outputs = range(balance.problem.output_rows.shape[0])
     search = PeakSearch(balance, points, tolerance)
     found, largest, in_time = [], [], measure.with_kind("max_abs")
@@ -169,7 +161,9 @@ def _with_peaks(
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
     unsolved = [omega for peaks in (*found, *largest) for omega in peaks.unsolved]
     if unsolved:
-        message += f" {counted(len(unsolved), 'place')} beside peaks could not be solved, near {_listed_in_hertz(unsolved)}; "
+        message += (
+            f" {counted(len(unsolved), 'place')} beside peaks could not be solved, near {_listed_in_hertz(balance, unsolved)}; "
+        )
         message += "a peak there may be higher than reported."
         message += "" if balance.problem.C.any() else f" {UNDAMPED}"
     highest = tuple(
@@ -183,7 +177,7 @@ def ended(
     balance: HarmonicBalance, level: float, swept: Sweep, ends: tuple[float, float], measure: Measure = DISPLACEMENT_AMPLITUDE
 ) -> Curve:
     """The curve of a sweep over a band, without peaks: its points, outcome and sentence."""
-    points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance.problem, swept, ends)
+    points, message = swept.points, ARRIVED if swept.lost is None else _lost_message(balance, swept, ends)
     if swept.from_the_end is not None:
         message = f"{ARRIVED} It was followed backwards from there, since from its start it was lost: {swept.from_the_end}"
     outcome = Outcome.CONVERGED if swept.lost is None else Outcome.NOT_CONVERGED
@@ -191,15 +185,15 @@ def ended(
     return Curve(level, tuple(points), outcome, message, lost_at, measure=measure)
 
 
-def _lost_message(problem: Problem, swept: Sweep, ends: tuple[float, float]) -> str:
+def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, float]) -> str:
     """Why a curve ended before the end of its band, how far it got, how the rest can be had, and what may be the cause."""
     rest = "from the other end of the band, in a band that starts beyond, or as a list of frequencies there"
-    omegas = [point.point.omega for point in swept.points]
+    problem, omegas = balance.problem, [point.point.omega for point in swept.points]
     if ends[0] == ends[1]:
         where = ""
     elif omegas:
         farthest = max(omegas) if ends[1] > ends[0] else min(omegas)
-        where = f"It got to {farthest / (2.0 * np.pi):.6g} Hz; compute the rest {rest}."
+        where = f"It got to {balance.hertz(farthest):.6g} Hz; compute the rest {rest}."
     else:
         where = f"Compute it {rest}."
     return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(problem))))
@@ -218,9 +212,9 @@ def _causes(problem: Problem) -> list[str]:
     return causes
 
 
-def _listed_in_hertz(omegas: Sequence[float]) -> str:
+def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
     """The first of these frequencies, given in rad/s, in Hz."""
-    listed = list(dict.fromkeys(f"{omega / (2.0 * np.pi):.6g}" for omega in sorted(omegas)))
+    listed = list(dict.fromkeys(f"{balance.hertz(omega):.6g}" for omega in sorted(omegas)))
     return f"{', '.join(listed[:LISTED])}{', ...' if len(listed) > LISTED else ''} Hz"
 
 

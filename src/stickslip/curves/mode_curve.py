@@ -13,9 +13,10 @@ from stickslip.contact.period import SLIPPING
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
 from stickslip.harmonic.mode_balance import ModeBalance
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import StepControl, solve_cold, trace
+from stickslip.solve.continuation import solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Tangent, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.steps import StepControl
 
 BEFORE_SLIP, BEYOND_SLIP = 0.5, 1000.0
 """Where a curve begins and ends, unless given, as multiples of the amplitude at which the first contact slips."""

@@ -128,7 +128,7 @@ def _chord_error(balance: HarmonicBalance, current: CurvePoint, following: Curve
 
 def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
     """|X_1| of every output, m."""
-    return np.asarray(np.hypot(*point.evaluation.w[balance.rows :, 1:3].T))
+    return np.asarray(np.hypot(*point.evaluation.w[balance.rows :, balance.first].T))
 
 
 def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, fraction: float) -> CurvePoint | None:

@@ -24,8 +24,9 @@ from stickslip.harmonic.iteration import FREE, Border, Bordered, Control, Direct
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
-from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
+from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
 from stickslip.problem import Problem
+from stickslip.problem.many_periods import over_periods
 
 Parameter = Literal["omega", "level"]
 
@@ -161,13 +162,21 @@ class Factors:
 class HarmonicBalance:
     """The balance of one problem with Nt samples; harmonics: H for 0..H, or a list of them.
 
-    highest: H; columns: 2H+1; kept, dropped: the columns of the harmonics that are balanced, and of those that a list leaves out.
+    periods p: of the excitation, over which motions are expanded. With more than one, harmonics and samples are those of one
+    period, `problem` is the problem over all of them, whose loads act on harmonics p h, and ω of a point is that of the whole
+    expansion: the excitation's over p.
+    highest: H, of the expansion p H; columns: 2H+1; kept, dropped: the columns of the harmonics that are balanced, and of those
+    that a list leaves out.
     """
 
-    def __init__(self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int) -> None:
+    periods = 1
+
+    def __init__(self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int, periods: int = 1) -> None:
         _, samples = fineness(harmonics, samples)
-        self.problem = problem
-        self.harmonics = harmonics_for(problem, harmonics)
+        harmonics = harmonics_for(problem, harmonics)
+        problem, samples = over_periods(problem, periods), periods * samples
+        self.problem, self.periods = problem, periods
+        self.harmonics = in_fractions(harmonics, periods)
         self.highest = highest(self.harmonics)
         self.columns = 2 * self.highest + 1
         self.kept = columns_of(orders(self.harmonics))
@@ -188,6 +197,15 @@ class HarmonicBalance:
             np.zeros(2, dtype=np.int64),
             FREE,
         )
+
+    @property
+    def first(self) -> slice:
+        """The columns of the first harmonic of the excitation."""
+        return slice(2 * self.periods - 1, 2 * self.periods + 1)
+
+    def hertz(self, omega: float) -> float:
+        """Frequency of the excitation, Hz, at ω of a point, rad/s."""
+        return self.periods * (omega / (2.0 * np.pi))
 
     @property
     def table(self) -> ContactTable:

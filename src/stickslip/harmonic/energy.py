@@ -64,8 +64,8 @@ class EnergyBalance:
         slipped = float(cycle.slip_work.sum())
         scale = max(abs(given), np.finfo(float).tiny)
         return Energy(
-            dissipated,
-            (contact + viscous) / (2.0 * np.pi * self._potential(q)[0]),
+            dissipated / balance.periods,
+            (contact + viscous) / (2.0 * np.pi * balance.periods * self._potential(q)[0]),
             abs(given - viscous - contact) / scale,
             abs(slipped - contact) / scale,
         )
@@ -84,7 +84,8 @@ class EnergyBalance:
             dq = balance.linear.whole_change(change, point.omega)[:, 1:]
             work_slope = float(cycle_work(change, evaluation.w[:rows]).sum() + cycle_work(point.forces, motion[k, :rows]).sum())
             work_slope += float(np.sum(viscous_weight * dq))
-            slopes[k] = (work_slope - work * float(np.sum(potential_weight * dq)) / potential) / (2.0 * np.pi * potential)
+            slopes[k] = work_slope - work * float(np.sum(potential_weight * dq)) / potential
+        slopes /= 2.0 * np.pi * balance.periods * potential
         return slopes
 
     def _excitation(self, point: Point) -> Array:

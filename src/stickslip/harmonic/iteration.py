@@ -12,7 +12,7 @@ from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import Fourier
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
-from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, unknown_entries
+from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import (
     Complex,
     Modes,
@@ -252,17 +252,6 @@ def _subtract(kept: Index, offsets: Index, values: Array, column: Array) -> None
 
 
 @kernel
-def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
-    """Put the unknowns of a solution into λ (rows, 2H+1)."""
-    k = 0
-    for r in range(forces.shape[0]):
-        for i in range(forces.shape[1]):
-            if bordered.mask[r, i]:
-                forces[r, i] = solution[k]
-                k += 1
-
-
-@kernel
 def newton_step(
     system: System, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float, float]:
@@ -293,7 +282,7 @@ def newton_step(
         if held:
             right[0, size + 1] -= _dot(_control_slope(system.control, state.w, omega)[0], moved)
     lu_solve(bordered.lu, bordered.pivots, right)
-    _spread(bordered, right[0], step)
+    spread(bordered.mask, right[0], step)
     # A prescribed parameter stays what it is to the last bit: pivoting would leave rounding in it.
     amount = right[0, size] if border.weight.shape[0] else -short / border.slope
     return step, amount, right[0, size + 1] if held else 0.0
@@ -308,7 +297,7 @@ def tangent(system: System, state: State, omega: float, level: float, by_level: 
     right[0, size] = 1.0
     lu_solve(bordered.lu, bordered.pivots, right)
     forces = np.zeros(state.forces.shape)
-    _spread(bordered, right[0], forces)
+    spread(bordered.mask, right[0], forces)
     rate, raised = right[0, size], right[0, size + 1] if held else 0.0
     dw = motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
     scale(dw, rate)

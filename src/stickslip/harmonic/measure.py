@@ -7,7 +7,7 @@ displacement.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -65,12 +65,14 @@ _TINY = float(np.finfo(float).tiny)
 @dataclass(frozen=True)
 class Measure:
     """A size of a quantity of one row of motion; per_force: reported per force level (receptance, mobility, inertance), which
-    at a given level peaks where the quantity does.
+    at a given level peaks where the quantity does. periods: of the excitation, over which the row of motion is expanded: its
+    harmonic `periods` is the first one of the excitation.
     """
 
     quantity: Quantity = QUANTITIES["displacement"]
     kind: Kind = "amplitude"
     per_force: bool = False
+    periods: int = 1
 
     @property
     def order(self) -> int:
@@ -120,15 +122,19 @@ class Measure:
 
     def with_kind(self, kind: Kind) -> Measure:
         """Another size of the same quantity."""
-        return Measure(self.quantity, kind, self.per_force)
+        return replace(self, kind=kind)
+
+    def over(self, periods: int) -> Measure:
+        """The same measure of motions expanded over several periods of the excitation."""
+        return replace(self, periods=periods)
 
     def size(self, motion: Array, omega: float) -> float:
-        """The size of a row of motion (2H+1,), m, at ω in rad/s: in m, m/s or m/s²."""
+        """The size of a row of motion (2H+1,), m, whose harmonic 1 has ω in rad/s: in m, m/s or m/s²."""
         return self.gradient(motion, omega)[0]
 
     def gradient(self, motion: Array, omega: float) -> tuple[float, Array, float]:
         """The size, its gradient by the row of motion (2H+1,), and its derivative by ω at that motion."""
-        size, gradient = _SIZES[self.kind](motion, self.order)
+        size, gradient = _SIZES[self.kind](motion, self.order, self.periods)
         if self.order == 0:
             return size, gradient, 0.0
         factor = float(omega) ** self.order
@@ -137,9 +143,10 @@ class Measure:
     def slope(self, motion: Array, omega: float, change: Array, rate: float = 0.0) -> tuple[float, Array]:
         """The size, and its slope where the motion changes by `change` (..., 2H+1) and ω by `rate`: (...)."""
         if self.kind == "amplitude" and self.order == 0:
-            a, b = motion[1:3]
+            cosine, sine = 2 * self.periods - 1, 2 * self.periods
+            a, b = motion[cosine], motion[sine]
             size = float(np.hypot(a, b))
-            return size, (a * change[..., 1] + b * change[..., 2]) / max(size, _TINY)
+            return size, (a * change[..., cosine] + b * change[..., sine]) / max(size, _TINY)
         size, gradient, by_omega = self.gradient(motion, omega)
         return size, np.asarray(change @ gradient + by_omega * rate)
 
@@ -162,15 +169,16 @@ def measure_of(quantity: str, measure: str) -> Measure:
     return Measure(derived, measure, per_force)  # type: ignore[arg-type]
 
 
-def _first_harmonic(motion: Array, order: int) -> tuple[float, Array]:
-    """|X_1| = √(a1² + b1²), whatever the order: h^k = 1."""
-    amplitude = float(np.hypot(motion[1], motion[2]))
+def _first_harmonic(motion: Array, order: int, periods: int) -> tuple[float, Array]:
+    """h^k √(a_h² + b_h²), h = 1 unless the motion is expanded over several periods."""
+    pair = slice(2 * periods - 1, 2 * periods + 1)
+    amplitude, factor = float(np.hypot(*motion[pair])), float(periods) ** order
     gradient = np.zeros_like(motion)
-    gradient[1:3] = motion[1:3] / max(amplitude, _TINY)
-    return amplitude, gradient
+    gradient[pair] = factor * motion[pair] / max(amplitude, _TINY)
+    return factor * amplitude, gradient
 
 
-def _rms(motion: Array, order: int) -> tuple[float, Array]:
+def _rms(motion: Array, order: int, periods: int) -> tuple[float, Array]:
     """√(a0² + ½ Σ h^2k (a_h² + b_h²)), the mean for k = 0 alone."""
     powers = _powers(motion.size, order) ** 2
     weight = np.concatenate([[1.0 if order == 0 else 0.0], 0.5 * powers])
@@ -178,7 +186,7 @@ def _rms(motion: Array, order: int) -> tuple[float, Array]:
     return size, weight * motion / max(size, _TINY)
 
 
-def _max_abs(motion: Array, order: int) -> tuple[float, Array]:
+def _max_abs(motion: Array, order: int, periods: int) -> tuple[float, Array]:
     """max over time of |dᵏx/dτᵏ|, τ = ωt, true also between samples."""
     if order == 0:
         size, gradient = largest_absolute(motion)

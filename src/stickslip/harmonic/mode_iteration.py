@@ -34,7 +34,7 @@ from stickslip.harmonic.extended_structure import (
 from stickslip.harmonic.fourier import Fourier
 from stickslip.harmonic.iteration import Border, Bordered, Control, Direction, State
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
-from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, unknown_entries
+from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import Complex
 from stickslip.kernels import kernel
 
@@ -192,17 +192,6 @@ def _pushed(system: ModeSystem, state: State, offsets: Index, dw: Array) -> Arra
 
 
 @kernel
-def _spread(bordered: Bordered, solution: Array, forces: Array) -> None:
-    """Put the unknowns of a solution into λ, ω and ζ."""
-    k = 0
-    for r in range(forces.shape[0]):
-        for i in range(forces.shape[1]):
-            if bordered.mask[r, i]:
-                forces[r, i] = solution[k]
-                k += 1
-
-
-@kernel
 def newton_step_mode(
     system: ModeSystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float, float]:
@@ -233,7 +222,7 @@ def newton_step_mode(
         if border.weight.shape[0]:
             right[0, size] -= np.sum(border.weight * moved)
     lu_solve(bordered.lu, bordered.pivots, right)
-    _spread(bordered, right[0], step)
+    spread(bordered.mask, right[0], step)
     amount = right[0, size] if border.weight.shape[0] else -short / border.slope
     return step, amount, 0.0
 
@@ -246,7 +235,7 @@ def tangent_mode(system: ModeSystem, state: State, omega: float, level: float, b
     right[0, size] = 1.0
     lu_solve(bordered.lu, bordered.pivots, right)
     forces = np.zeros(state.forces.shape)
-    _spread(bordered, right[0], forces)
+    spread(bordered.mask, right[0], forces)
     rate, by = right[0, size], _slopes(system, state, omega, level)
     amounts = np.array([forces[rows, 1], forces[rows, 2], rate])
     dw = seen(system.structure, changes(system.structure, state.gains, forces[:rows]))

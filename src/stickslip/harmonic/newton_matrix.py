@@ -122,3 +122,14 @@ def pushed(
                 for j in range(dw.shape[1]):
                     total += cross[r, i, j] * dw[partner[r], j]
             result[offsets[r] + k] = total
+
+
+@kernel
+def spread(mask: NDArray[np.bool_], solution: Array, forces: Array) -> None:
+    """Put the unknowns of a solution into the entries of `forces` (rows, 2H+1) that the mask says are unknown."""
+    k = 0
+    for r in range(forces.shape[0]):
+        for i in range(forces.shape[1]):
+            if mask[r, i]:
+                forces[r, i] = solution[k]
+                k += 1

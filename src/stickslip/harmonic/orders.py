@@ -78,6 +78,16 @@ def highest(harmonics: Harmonics) -> int:
     return harmonics if isinstance(harmonics, int) else harmonics[-1]
 
 
+def in_fractions(harmonics: Harmonics, periods: int) -> Harmonics:
+    """Harmonics of the excitation as those of a motion expanded over several of its periods, 0, 1/p, ..., H as 0, 1, ..., p H."""
+    if periods == 1:
+        return harmonics
+    if not isinstance(harmonics, int):
+        remedy = "Which fractions a list leaves out, it does not say."
+        raise fault("harmonics", "must be a number H where motions last several periods", list(harmonics), remedy)
+    return between("harmonics times periods", periods * harmonics, 1, MOST_HARMONICS)
+
+
 def columns_of(held: tuple[int, ...]) -> Index:
     """Where these harmonics stand in real storage a0, a1, b1, ..., ascending."""
     return np.array([column for h in held for column in ((2 * h - 1, 2 * h) if h else (0,))], dtype=np.int64)

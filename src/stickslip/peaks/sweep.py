@@ -8,9 +8,10 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.measure import Measure
 from stickslip.peaks.climb import PeakSolver, SolvedPeak
 from stickslip.peaks.search import PeakSearch
-from stickslip.solve.continuation import StepControl, trace
+from stickslip.solve.continuation import trace
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.solve.newton import correct, fixed
+from stickslip.solve.steps import StepControl
 from stickslip.solve.sweep import swept_curve
 
 LEAST = 0.5

@@ -84,7 +84,7 @@ def loops_at(dataset: xr.Dataset, case: int, point: int, rows: list[ContactRow],
         if np.all(np.isfinite(motion + force)):
             layers.append(Line(motion / length_unit(dataset).metres, force, contact(k), f"{row.label}: {words}"))
     hertz = float(dataset.frequency.values[case, point])
-    title = f"{level_text(dataset, case)}, {hertz:.7g} Hz (truncated to {dataset.sizes['harmonic'] - 1} harmonics)"
+    title = f"{level_text(dataset, case)}, {hertz:.7g} Hz (truncated to {dataset['harmonic'].values[-1]:g} harmonics)"
     return Chart(title, [Panel(*loop_axes(dataset), layers, height=3.4)])
 
 

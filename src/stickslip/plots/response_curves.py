@@ -14,6 +14,7 @@ from stickslip.outcome import Outcome
 from stickslip.plots.case_lines import THIN, case_lines
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel, from_zero, spans
 from stickslip.plots.look import CROSS, FREE, STUCK, Style, contact
+from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.representative import is_cloud, levels_of
 from stickslip.results.stability import has_stability, split, unstable_steps
 from stickslip.results.view import (
@@ -28,6 +29,7 @@ from stickslip.results.view import (
     level_text,
     levels_in_newtons,
     measure_in,
+    periods_of,
     quantity_unit,
 )
 
@@ -98,7 +100,10 @@ def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
     for k, (label, dataset) in enumerate(alike.items()):
         index = output_index(dataset, output)
         peaks = {case: highest_peak(dataset, case, index) for case in range(dataset.sizes["case"])}
-        found = [(case, peak) for case, peak in peaks.items() if peak is not None]
+        solved = [(case, peak) for case, peak in peaks.items() if peak is not None]
+        kinds = kinds_in(dataset)
+        found = [pair for pair in solved if kinds[pair[0]] == CurveKind.SWEEP] or solved
+        others = [pair for pair in solved if pair not in found]
         style = replace(contact(k) if len(datasets) > 1 else Style("stick"), marker="circle", size=5.0)
         style = replace(style, dash="none", opacity=0.45) if is_cloud(dataset) else style
         levels, frequencies = dataset.force_level.values[[case for case, _ in found]], [peak.frequency for _, peak in found]
@@ -106,6 +111,13 @@ def compared_peaks(datasets: Mapping[str, xr.Dataset], output: str) -> Chart:
         names = {"case": [level_text(dataset, case) for case, _ in found]} if is_cloud(dataset) else {}
         sizes.append(Line(levels, per_force, style, label, {"frequency in Hz": frequencies, **names}))
         hertz.append(Line(levels, frequencies, style, label, names))
+        if others:
+            alone, words = replace(style, dash="none", marker="diamond"), "other curves"
+            sized = [_scale(dataset, case, True, measure.quantity, unit) * peak.amplitude for case, peak in others]
+            levels = dataset.force_level.values[[case for case, _ in others]]
+            curves = [level_text(dataset, case) for case, _ in others]
+            sizes.append(Line(levels, sized, alone, words, {"curve": curves}))
+            hertz.append(Line(levels, [peak.frequency for _, peak in others], alone, words, {"curve": curves}))
     left = Panel(force, from_zero(response_axis(first, True, measure, unit)), sizes, "Highest peak", 2.8)
     return Chart(
         f"Highest peak of each force level: {output}",
@@ -152,7 +164,7 @@ def size_label(dataset: xr.Dataset) -> str:
 
 def phase(dataset: xr.Dataset, case: int, output: int, order: int = 0) -> Array:
     """Phase of the first harmonic of a time derivative against cos ωt at `points`, degrees above −180 and up to 180."""
-    parts = along_curve(dataset, "response", case)[:, output, 1]
+    parts = along_curve(dataset, "response", case)[:, output, periods_of(dataset)]
     degrees = np.degrees(np.angle((parts[:, 0] + 1j * parts[:, 1]) * 1j**order))
     return np.asarray(np.where(degrees <= -180.0, 180.0, degrees))
 

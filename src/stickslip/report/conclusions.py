@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.report.numbers import hertz, number, percent
+from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.view import (
     Peak,
     highest_peak,
@@ -66,6 +68,21 @@ def _unbroken(sentence: str) -> str:
 
 
 def _headline(dataset: xr.Dataset, output: int) -> str:
+    """What the sweeps show, and the highest of the other curves."""
+    return " ".join(filter(None, (_of_sweeps(dataset, output), _of_further_curves(dataset, output))))
+
+
+def _of_further_curves(dataset: xr.Dataset, output: int) -> str:
+    kinds = kinds_in(dataset)
+    found = {case: highest_peak(dataset, case, output) for case, kind in enumerate(kinds) if kind != CurveKind.SWEEP}
+    sizes = {case: peak.amplitude for case, peak in found.items() if peak is not None}
+    if not sizes:
+        return ""
+    highest = max(sizes, key=lambda case: sizes[case])
+    return f"Of {counted(len(found), 'curve')} that no sweep meets the highest: {_level_sentence(dataset, highest, output)}"
+
+
+def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     peaks = _peaks(dataset, output)
     if not peaks:
         return "No point converged, so nothing can be concluded."
@@ -125,7 +142,8 @@ def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: in
 
 
 def _peaks(dataset: xr.Dataset, output: int) -> dict[int, Peak]:
-    found = ((case, highest_peak(dataset, case, output)) for case in range(dataset.sizes["case"]))
+    sweeps = [case for case, kind in enumerate(kinds_in(dataset)) if kind == CurveKind.SWEEP]
+    found = ((case, highest_peak(dataset, case, output)) for case in sweeps or range(dataset.sizes["case"]))
     return {case: peak for case, peak in found if peak is not None and float(dataset.force_level[case]) != 0.0}
 
 

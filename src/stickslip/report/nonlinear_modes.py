@@ -37,6 +37,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
             f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by {length_text(amplitude)}"
         )
+        if warning := str(one["synthesis_warning"].item()):
+            lines.append(f"  warning, {name}: {warning}")
         lines += [f"  {name}: {words}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words]
     return lines
 

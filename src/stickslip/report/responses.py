@@ -22,6 +22,7 @@ from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
 from stickslip.report.presentation import Presentation
 from stickslip.report.stress import stress_sentences, stress_table
+from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.stability import has_stability, stability_sentences
@@ -49,8 +50,17 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += [f"  {len(shown)} of {len(levels)} force levels; all stand in the report"] if len(shown) < len(levels) else []
     lines += [*truncation_sentences(dataset), *message_sentences(dataset)]
     lines += bound_sentences(detached(dataset)) if has_bounds(dataset) else []
+    lines += isolated_sentences(dataset)
     lines += stability_sentences(dataset) if has_stability(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
+
+
+def isolated_sentences(dataset: xr.Dataset) -> list[str]:
+    """How many isolated curves were found, and from how many starts."""
+    if "isolated_starts" not in dataset.attrs:
+        return []
+    found, starts = (int(dataset.attrs[name]) for name in ("isolated_curves", "isolated_starts"))
+    return [f"isolated curves: {found or 'none'} found from {counted(starts, 'start')}"]
 
 
 def truncation_sentences(dataset: xr.Dataset) -> list[str]:
@@ -80,7 +90,9 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
 
 def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
-    return f"  force {float(dataset['force_level'][case]):<8g} {peak_words(dataset, case)}"
+    kind = kind_words(dataset, case)
+    words = f"{float(dataset['force_level'][case]):g}, {kind}" if kind else f"{float(dataset['force_level'][case]):<8g}"
+    return f"  force {words} {peak_words(dataset, case)}"
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.harmonic.measure import Measure, Quantity, quantity_named
+from stickslip.results.curve_kind import kinds_in
 from stickslip.results.stability import has_stability
 from stickslip.results.stability import words as words_of_flags
-from stickslip.results.view import levels_in_newtons, measure_in, nearest_point, sizes
+from stickslip.results.view import levels_in_newtons, measure_in, nearest_point, periods_of, sizes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,7 +39,7 @@ def as_quantity(dataset: xr.Dataset, name: str, per_force: bool = False) -> xr.D
     mean = sizes.isel(harmonic=0, drop=True) ** 2
     parts: dict[str, Any] = {
         "response": xr.concat([values.real, values.imag], dim="part").transpose(*dataset["response"].dims),
-        "amplitude": sizes.isel(harmonic=1, drop=True),
+        "amplitude": sizes.isel(harmonic=periods_of(dataset), drop=True),
         "rms": (mean + 0.5 * (sizes.isel(harmonic=slice(1, None)) ** 2).sum("harmonic")) ** 0.5,
     }
     words = quantity.name_per_force if per_force else quantity.name
@@ -59,7 +60,7 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
 
     converted = as_quantity(dataset, name or measure_in(dataset).name, per_force)
     units = converted["amplitude"].attrs["units"]
-    first = converted["response"].isel(harmonic=1)
+    first = converted["response"].isel(harmonic=periods_of(dataset))
     phase = np.degrees(np.arctan2(first.isel(part=1).values, first.isel(part=0).values))
     rows = []
     for case, level in enumerate(dataset["force_level"].values):
@@ -68,6 +69,7 @@ def quantity_table(dataset: xr.Dataset, name: str | None = None, per_force: bool
                 rows.append(
                     {
                         "force_level": float(level),
+                        **({"curve": kinds_in(dataset)[case].name.lower()} if "curve_kind" in dataset else {}),
                         **({"start": int(dataset["start"].values[case])} if "start" in dataset.coords else {}),
                         "output": str(label),
                         "point": int(k),
@@ -110,11 +112,14 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
     what = own.kind if quantity == own.quantity else f"{words} at the {own.quantity.name} peak"
     size = f"{what} [{_units(dataset, quantity, per_force)}]"
     names = {"peak_frequency": "frequency [Hz]", "peak_amplitude": size, "peak_loss_factor": "loss_factor"}
+    if "curve_kind" in dataset:
+        table["curve"] = words_of_flags(dataset["curve_kind"], dataset["curve_kind"].to_numpy()[table["case"]])
     if has_stability(dataset):
         names["stability"] = "stability"
         table["stability"] = words_of_flags(dataset["peak_stability"], table["peak_stability"].to_numpy())
     table = table.rename(columns=names)
-    which = ["force_level", *(["start"] if "start" in dataset.coords else []), "output", "peak"]
+    curve = ["curve"] if "curve_kind" in dataset else []
+    which = ["force_level", *curve, *(["start"] if "start" in dataset.coords else []), "output", "peak"]
     return table[[*which, *names.values()]].sort_values(which, ignore_index=True)
 
 

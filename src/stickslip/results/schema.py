@@ -234,7 +234,10 @@ def _refuse_shapes(arrays: Mapping[Variable, np.ndarray[Any, Any]]) -> None:
 
 def _typed(variable: Variable, given: Mapping[str, Any]) -> np.ndarray[Any, Any]:
     kinds: dict[str, Any] = {"float": np.float64, "int8": np.int8, "str": np.str_}
-    return np.asarray(given[variable.name], dtype=np.int64 if variable.name == "harmonic" else kinds[variable.kind])
+    if variable.name == "harmonic":
+        orders = np.asarray(given[variable.name])
+        return orders.astype(np.int64 if orders.dtype.kind in "iu" else np.float64)
+    return np.asarray(given[variable.name], dtype=kinds[variable.kind])
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from stickslip.checks import Array
 from stickslip.harmonic.fourier import real_harmonics
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity, measure_of
 from stickslip.outcome import Outcome
+from stickslip.results.curve_kind import kind_words
 from stickslip.units import um
 
 if TYPE_CHECKING:
@@ -79,6 +80,11 @@ def measure_in(dataset: xr.Dataset) -> Measure:
     return measure_of(*(str(dataset.attrs.get(key, default)) for key, default in DISPLACEMENT_AMPLITUDE.attributes.items()))
 
 
+def periods_of(dataset: xr.Dataset) -> int:
+    """Over how many periods of the excitation the motions of a result are expanded: several where subharmonics were asked for."""
+    return int(dataset.attrs.get("periods", 1))
+
+
 def quantity_unit(length: Length, quantity: Quantity) -> Length:
     """The unit of a quantity beside that of lengths: mm/s and m/s² beside µm, m/s and m/s² beside m."""
     if quantity.order == 0:
@@ -120,8 +126,8 @@ def energy_text(value: float) -> str:
 
 
 def level_text(dataset: xr.Dataset, case: int) -> str:
-    """The force level in words, with the start state of a sample."""
-    words = force_text(dataset, case)
+    """The force level in words, with the kind of a curve that no sweep found, or the start state of a sample."""
+    words = ", ".join(filter(None, (force_text(dataset, case), kind_words(dataset, case))))
     return f"{words}, start {int(dataset['start'][case]) + 1}" if "start" in dataset.coords else words
 
 
@@ -176,8 +182,10 @@ def sizes(dataset: xr.Dataset, case: int, output: int, measure: Measure, at: np.
     if measure.kind == "amplitude":
         return measure.of_harmonic(dataset.amplitude.values[case, at, output], omegas)
     parts = dataset.response.values[case, at, output]
-    rows = real_harmonics(parts[..., 0] + 1j * parts[..., 1])
-    return np.array([measure.size(row, omega) if np.isfinite(omega) else np.nan for row, omega in zip(rows, omegas, strict=True)])
+    rows, periods = real_harmonics(parts[..., 0] + 1j * parts[..., 1]), periods_of(dataset)
+    own = measure.over(periods)
+    pairs = zip(rows, omegas / periods, strict=True)
+    return np.array([own.size(row, omega) if np.isfinite(omega) else np.nan for row, omega in pairs])
 
 
 def along_curve_as(dataset: xr.Dataset, measure: Measure, case: int, output: int) -> Array:

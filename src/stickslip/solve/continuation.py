@@ -1,26 +1,18 @@
 """Pseudo-arclength continuation of harmonic balance through folds and kinks, in ω or in the force level.
 
-A curve is an iterator of solved points. Arc length is measured in the motion of contacts and outputs, each relative to
-its own size, and in the parameter relative to the band. Predictor of second order; step from the error of the prediction.
-Stick and slip make the curve piecewise smooth. The sign of the bordered determinant is constant along it, which orients the
-tangent beyond a kink where the curve turns sharply. Only where another branch crosses does it change: a symmetric disk may
-lose its symmetry there, and its own curve goes straight on.
+A curve is an iterator of solved points, whose steps `steps.py` takes; here stands how it begins and how it may end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-
-import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Direction
-from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric, solve_at
+from stickslip.harmonic.balance import HarmonicBalance, Parameter
+from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.held_amplitude import first_held
-from stickslip.solve.hidden_resonance import hidden_resonance
-from stickslip.solve.newton import NEAR, Correction, correct, fixed
+from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.steps import StepControl, Steps
 
 CLOSED = "The curve closed on itself."
 TURNED_BACK = "The curve turned back and left the band through its start."
@@ -38,42 +30,8 @@ STANDING_STEPS = 300
 STILL = 1e-6
 """Share of a step up to which everything but the means stands still."""
 
-BEYOND = (1e-3, 1e-2, 1e-4)
-SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
-"""Steps along the tangent from beyond a kink, in the order in which they are tried; `SHORT` where each must be reversible."""
-
-RETURN = 0.03
-"""Share of a step by which the step back may miss the point that it came from."""
-
 MET = 1e-7
 """Arc length within which a curve is back at a point; below the smallest step."""
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """Steps in arc length: first, smallest, largest; one may exceed the last `growth` times, below `short` `recovery` times.
-
-    patient: steps in which Newton may take steps that reduce nothing, over a kink; longer ones are cheaper to shorten.
-    iterations: of Newton's method before a step is shortened; error: the prediction error aimed at; cosine: the sharpest turn
-    accepted in one step; straight: prediction error relative to the step up to which a curve goes straight on over a branch
-    point, where the cosine is below `reversed`; reversible: believe a step only if the step back leads to where it came from,
-    which costs a second solution but keeps to one branch in a cascade of folds; points: the most of them.
-    """
-
-    first: float = 0.1
-    smallest: float = 1e-6
-    largest: float = 0.6
-    growth: float = 2.0
-    short: float = 0.1
-    recovery: float = 5.0
-    patient: tuple[float, float] = (5e-3, 0.1)
-    iterations: int = 7
-    error: float = 0.03
-    cosine: float = 0.1
-    straight: float = 0.05
-    reversed: float = -0.95
-    reversible: bool = False
-    points: int = 8000
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
@@ -116,50 +74,47 @@ def trace(
 
 
 class _Tracer:
-    """State of one continuation: what changes along the curve, kept in one place."""
+    """One continuation to an end of its parameter, and the ways in which it may be lost before."""
 
     def __init__(
         self, balance: HarmonicBalance, parameter: Parameter, first: Correction, end: float, control: StepControl
     ) -> None:
-        self.balance, self.parameter, self.control = balance, parameter, control
+        self.parameter = parameter
         self.start = first.evaluation.point.value(parameter)
         self.end = end
         self.direction = 1.0 if end > self.start else -1.0
-        self.scale = abs(end - self.start) / 10.0
-        self.largest = [0.0, 0.0]
-        self.orientation = 0.0
-        self.step = control.first
+        self.steps = Steps(balance, parameter, abs(end - self.start) / 10.0, control)
 
     def points(self, first: Correction) -> Iterator[CurvePoint]:
-        current = self._starting_point(first)
+        current = self.steps.starting_point(first, self.direction)
         yield current
         bend: tuple[Array, float, float] | None = None
         mark, renewal, drifting = current, 64, 0
         place, standing = current.point.value(self.parameter), 0
-        for count in range(self.control.points):
+        for count in range(self.steps.control.points):
             if self._remaining(current) <= 0.0:
                 return
-            following = self._advance(current, bend)
+            following = self.steps.advance(current, bend)
             value = following.point.value(self.parameter)
             if self.direction * (value - self.end) >= 0.0:
                 yield self._last_point(current, following)
                 return
             if self.direction * (value - self.start) < 0.0:
                 raise LostCurveError(TURNED_BACK)
-            bend = self._bend(current, following)
+            bend = self.steps.bend(current, following)
             drifting = drifting + 1 if self._means_alone_move(current, following) else 0
             current = following
             yield current
             if drifting == DRIFT_STEPS:
                 raise LostCurveError(DRIFTS)
-            place, standing = (place, standing + 1) if abs(value - place) < STILL * self.scale else (value, 0)
+            place, standing = (place, standing + 1) if abs(value - place) < STILL * self.steps.scale else (value, 0)
             if standing == STANDING_STEPS:
                 raise LostCurveError(STANDS_STILL)
             if self._meets(mark, current):
                 raise LostCurveError(CLOSED)
             if count == renewal:
                 mark, renewal = current, 2 * renewal
-        raise LostCurveError(f"The curve was not finished within {self.control.points} points.")
+        raise LostCurveError(f"The curve was not finished within {self.steps.control.points} points.")
 
     def _remaining(self, current: CurvePoint) -> float:
         return self.direction * (self.end - current.point.value(self.parameter))
@@ -167,7 +122,7 @@ class _Tracer:
     def _means_alone_move(self, current: CurvePoint, following: CurvePoint) -> bool:
         """Whether a step changes harmonic 0 and nothing else: a family of solutions along which a body lies elsewhere."""
         change = following.point.value(self.parameter) - current.point.value(self.parameter)
-        if abs(change) > STILL * self.scale:
+        if abs(change) > STILL * self.steps.scale:
             return False
         motion = following.evaluation.w - current.evaluation.w
         whole = current.metric.length(motion, change)
@@ -177,219 +132,10 @@ class _Tracer:
     def _meets(self, mark: CurvePoint, current: CurvePoint) -> bool:
         """Whether the curve is back where it was, in the same direction: then it goes round for ever (Brent's test)."""
         change = current.point.value(self.parameter) - mark.point.value(self.parameter)
-        if abs(change) > MET * self.scale or mark.chord(current, self.parameter) > MET:
+        if abs(change) > MET * self.steps.scale or mark.chord(current, self.parameter) > MET:
             return False
         return mark.turn(current) > 0.9
 
-    def metric(self, evaluation: Evaluation) -> Metric:
-        """Scales of the motion at a point: its own size, but no less than 2 % of the largest so far."""
-        sizes = moving_sizes(evaluation.w, self.balance.rows)
-        self.largest = [max(pair) for pair in zip(self.largest, sizes, strict=True)]
-        scales = [max(size, 0.02 * largest) for size, largest in zip(sizes, self.largest, strict=True)]
-        return relative_metric(evaluation.w, self.balance.rows, scales, self.scale)
-
-    def _starting_point(self, first: Correction) -> CurvePoint:
-        evaluation = first.evaluation
-        factors = self.balance.factorise(evaluation, PathCondition(self.parameter, None, self.direction, 0.0))
-        metric = self.metric(evaluation)
-        tangent = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, metric)
-        factors = self.balance.factorise(evaluation, self._condition(evaluation, tangent, metric, 0.0))
-        self.orientation = factors.orientation
-        return CurvePoint(evaluation, tangent, metric, first.iterations, factors.size, 0.0)
-
-    def _tangent(self, direction: Direction, factors: Factors, metric: Metric) -> Tangent:
-        """The unit tangent, turned so that the sign of the bordered determinant stays."""
-        forces, motion, amount, level = direction
-        length = metric.length(motion, amount)
-        if self.orientation * factors.orientation < 0.0:
-            length = -length
-        return Tangent(forces / length, motion / length, amount / length, level / length)
-
-    def _condition(self, evaluation: Evaluation, tangent: Tangent, metric: Metric, distance: float) -> PathCondition:
-        """The plane at `distance` along a tangent, normal to it in the metric."""
-        weight, slope = metric.weight * tangent.motion, metric.parameter * tangent.parameter
-        reached = float(np.vdot(weight, evaluation.w)) + slope * evaluation.point.value(self.parameter)
-        return PathCondition(self.parameter, weight, slope, reached + distance)
-
-    def _along(self, current: CurvePoint, tangent: Tangent, distance: float) -> Point:
-        """The place at a distance along a tangent."""
-        changes = distance * tangent.forces, self.parameter, distance * tangent.parameter, distance * tangent.level
-        return current.point.moved(*changes)
-
-    def _advance(self, current: CurvePoint, bend: tuple[Array, float, float] | None) -> CurvePoint:
-        """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
-        distance, orientation = self.step, self.orientation
-        passing: CurvePoint | None = None
-        while distance > self.control.smallest:
-            found = self._try(current, current.tangent, distance, bend)
-            if isinstance(found, CurvePoint):
-                hidden = self._hidden(current, found)
-                if hidden is None:
-                    return found
-                # No kink: the step is only too long. It is shortened as far as it takes, down to the smallest.
-                self.orientation, passing = orientation, found
-                distance *= 0.6 * hidden if hidden > 0.3 else 0.4
-                continue
-            distance *= found
-            if distance < 1e-3:
-                bend = None
-            if distance < 1e-3 and distance / found >= 1e-3:
-                beyond = self._beyond_kink(current)
-                if beyond is not None:
-                    return beyond
-        beyond = self._beyond_kink(current) or passing
-        if beyond is None:
-            raise LostCurveError("Newton's method failed at the smallest step.")
-        return beyond
-
-    def _hidden(self, current: CurvePoint, following: CurvePoint) -> float | None:
-        """The fraction of a step where it passes over a resonance, if it does."""
-        return hidden_resonance(self.balance, current, following) if self.parameter == "omega" else None
-
-    def _try(
-        self, current: CurvePoint, tangent: Tangent, distance: float, bend: tuple[Array, float, float] | None
-    ) -> CurvePoint | float:
-        """One step; a point, or the factor by which to shorten the step."""
-        condition = self._condition(current.evaluation, tangent, current.metric, distance)
-        forces, amount, raised = distance * tangent.forces, distance * tangent.parameter, distance * tangent.level
-        if bend is not None:
-            forces = forces + 0.5 * distance**2 * bend[0]
-            amount += 0.5 * distance**2 * bend[1]
-            raised += 0.5 * distance**2 * bend[2]
-        start = current.point.moved(forces, self.parameter, amount, raised)
-        if start.omega <= 0.0:
-            return 0.5
-        correction = correct(self.balance, start, condition, self.control.iterations, direction=NEAR)
-        if not correction.converged and self.control.patient[0] < distance < self.control.patient[1]:
-            correction = correct(self.balance, start, condition, iterations=20, patience=10, direction=NEAR)
-        if not correction.converged:
-            return 0.3
-        following = self._solved(correction, distance)
-        error = current.metric.length(
-            following.evaluation.w - correction.start_motion,
-            following.point.value(self.parameter) - start.value(self.parameter),
-        )
-        turn = current.turn(following)
-        backwards = following.tangent.parameter * current.tangent.parameter < 0.0
-        crossed = backwards and turn < self.control.reversed and error < self.control.straight * distance
-        if crossed:
-            # Another branch crosses: the determinant has changed its sign, not the curve its direction.
-            following, turn = replace(following, tangent=following.tangent.turned()), -turn
-            if not self._goes_on(following, 0.5 * distance):
-                return 0.5
-        elif backwards and turn < self.control.reversed and self._kinked(following, distance, error, turn):
-            crossed, following, turn = True, replace(following, tangent=following.tangent.turned()), -turn
-        close = error < 8.0 * self.control.error and turn > self.control.cosine
-        if distance >= 1e-3 and not (close and self._beside(current, following, distance)):
-            return 0.5
-        if crossed:
-            self.orientation = -self.orientation
-        self.step = self._next_step(distance, error, correction.iterations)
-        return following
-
-    def _beside(self, current: CurvePoint, following: CurvePoint, distance: float) -> bool:
-        """Whether the point on the plane at `distance` is on the same branch, as far as the step to it shows."""
-        if current.chord(following, self.parameter) > 1.5 * distance:
-            return False
-        change = following.point.value(self.parameter) - current.point.value(self.parameter)
-        if max(change * current.tangent.parameter, change * following.tangent.parameter) < 0.0:
-            return False
-        return not self.control.reversible or self._returns(current, following)
-
-    def _returns(self, current: CurvePoint, following: CurvePoint) -> bool:
-        """Whether the step back from a point leads to where the step came from; from another branch it does not."""
-        across = following.across(self.parameter)
-        condition = replace(across, target=across.gap(current.evaluation))
-        distance = across.gap(following.evaluation) - condition.target
-        tangent = following.tangent
-        start = self._along(following, tangent, -distance)
-        if start.omega <= 0.0:
-            return False
-        correction = correct(self.balance, start, condition, iterations=15, halvings=8)
-        if not correction.converged:
-            return False
-        change = correction.evaluation.point.value(self.parameter) - current.point.value(self.parameter)
-        missed = current.metric.length(correction.evaluation.w - current.evaluation.w, change)
-        return missed < RETURN * current.chord(following, self.parameter)
-
-    def _kinked(self, following: CurvePoint, distance: float, error: float, turn: float) -> bool:
-        """Whether a step that seems to reverse went over a kink at which the determinant changes its sign.
-
-        It does where several contacts change their state at once, as on a symmetric structure. A kink explains no larger error
-        than its angle does. At the tip of a sharp fold the error says how far ahead the tip is: beyond it there is no curve.
-        """
-        slope = float(np.tan(np.pi - np.arccos(max(turn, -1.0))))
-        if error > 1.2 * slope * distance:
-            return False
-        turned = replace(following, tangent=following.tangent.turned())
-        return self._goes_on(turned, max(0.5 * distance, 2.0 * error / slope))
-
-    def _goes_on(self, current: CurvePoint, distance: float) -> bool:
-        """Whether the curve goes straight on beyond a point; at the tip of a sharp fold, which looks the same, it ends."""
-        condition = self._condition(current.evaluation, current.tangent, current.metric, distance)
-        start = self._along(current, current.tangent, distance)
-        if start.omega <= 0.0:
-            return False
-        correction = correct(self.balance, start, condition, self.control.iterations)
-        change = correction.evaluation.point.value(self.parameter) - start.value(self.parameter)
-        error = current.metric.length(correction.evaluation.w - correction.start_motion, change)
-        return correction.converged and error < self.control.cosine * distance
-
-    def _next_step(self, distance: float, error: float, iterations: int) -> float:
-        """From the error of the prediction, of third order; a step made short by a kink recovers faster than others grow."""
-        growth = float((self.control.error / max(error, 1e-12)) ** (1.0 / 3.0))
-        effort = 1.0 if iterations <= 5 else 0.6
-        most = self.control.recovery if distance < self.control.short else self.control.growth
-        return min(distance * min(max(growth * effort, 0.3), most), self.control.largest)
-
-    def _solved(self, correction: Correction, distance: float) -> CurvePoint:
-        evaluation, factors, direction = correction.evaluation, correction.factors, correction.direction
-        assert factors is not None
-        assert direction is not None
-        metric = self.metric(evaluation)
-        tangent = self._tangent(direction, factors, metric)
-        return CurvePoint(evaluation, tangent, metric, correction.iterations, factors.size, distance)
-
-    def _bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float, float] | None:
-        """Second derivative of λ, parameter and level along the curve, where the same rows are unknown on both sides."""
-        if following.length <= 0.0 or not np.array_equal(current.evaluation.unknown, following.evaluation.unknown):
-            return None
-        ratio = following.metric.length(current.tangent.motion, current.tangent.parameter)
-        a, b = current.tangent, following.tangent
-        step = following.length * ratio
-        slopes = (b.parameter - a.parameter / ratio) / step, (b.level - a.level / ratio) / step
-        return (b.forces - a.forces / ratio) / step, *slopes
-
-    def _beyond_kink(self, current: CurvePoint) -> CurvePoint | None:
-        """Tangents taken a little ahead and a little behind the point, where the state is already the other one."""
-        for ahead in (1e-4, 1e-3, 1e-2, -1e-4, -1e-3):
-            tangent = current.tangent
-            place = self._along(current, tangent, ahead)
-            evaluation = self.balance.evaluate(place)
-            condition = self._condition(evaluation, tangent, current.metric, 0.0)
-            factors = self.balance.factorise(evaluation, condition)
-            if factors.orientation == 0.0:
-                continue
-            turned = self._tangent(self.balance.tangent(evaluation, self.parameter, factors), factors, current.metric)
-            for distance in SHORT if self.control.reversible else BEYOND:
-                found = self._try_turned(current, turned, distance)
-                if found is not None:
-                    self.step = max(distance, 1e-3)
-                    return found
-        return None
-
-    def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:
-        condition = self._condition(current.evaluation, tangent, current.metric, distance)
-        start = self._along(current, tangent, distance)
-        correction = correct(self.balance, start, condition, iterations=15, halvings=8, direction=NEAR)
-        if not correction.converged:
-            return None
-        found = self._solved(correction, distance)
-        near = current.chord(found, self.parameter) <= 1.5 * distance and self._hidden(current, found) is None
-        if self.control.reversible and not self._returns(current, found):
-            return None
-        return found if near and found.leads_away_from(current, self.parameter) else None
-
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
         """The point at the end of the band, exactly, between the last two."""
-        return solve_at(self.balance, current, following, self.parameter, self.end)
+        return solve_at(self.steps.balance, current, following, self.parameter, self.end)

@@ -150,5 +150,5 @@ def solve_at(
         if correction.converged:
             size = 0 if correction.factors is None else correction.factors.size
             return CurvePoint(correction.evaluation, following.tangent, following.metric, correction.iterations, size, 0.0)
-    where = f"{value / (2.0 * np.pi):g} Hz" if parameter == "omega" else f"force level {value:g}"
+    where = f"{balance.hertz(value):g} Hz" if parameter == "omega" else f"force level {value:g}"
     raise LostCurveError(f"Newton's method failed at {where}.")

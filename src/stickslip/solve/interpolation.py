@@ -171,7 +171,7 @@ class Interpolation:
         off = balance.linear.change(forces, point.omega)
         off += amount * (balance.linear.slope(point.forces, point.omega, point.level, by_level=False) - along / rate)
         outputs = slice(balance.rows, None)
-        amplitudes = np.hypot(*evaluation.w[outputs, 1:3].T)
+        amplitudes = np.hypot(*evaluation.w[outputs, self.balance.first].T)
         share = np.linalg.norm(off[outputs], axis=1) / np.maximum(amplitudes, np.finfo(float).tiny)
         return SAFETY * float(share.max())
 

@@ -18,6 +18,7 @@ from stickslip.contact.table import remembering
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Point
 from stickslip.harmonic.cycle import friction_limits
 from stickslip.problem import Problem
+from stickslip.problem.many_periods import over_periods
 from stickslip.solve.newton import fixed
 
 
@@ -115,7 +116,7 @@ def parameter_slopes(
     """
     sides = []
     for side in (value + step, value - step):
-        other = HarmonicBalance(problem_of(side), balance.harmonics, balance.tables.E.shape[0])
+        other = HarmonicBalance(over_periods(problem_of(side), balance.periods), balance.harmonics, balance.tables.E.shape[0])
         sides.append(other.evaluate(point))
     high, low = sides
     return (low.residual - high.residual) / (2.0 * step), (high.w - low.w) / (2.0 * step)

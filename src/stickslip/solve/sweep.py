@@ -11,9 +11,10 @@ import numpy as np
 from stickslip.contact.period import OFFSET
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.outcome import Outcome
-from stickslip.solve.continuation import TURNED_BACK, StepControl, first_point, solve_cold, trace
+from stickslip.solve.continuation import TURNED_BACK, first_point, solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, backwards, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.steps import StepControl
 
 RUN_UPS = (1.0, 0.8, 0.6, 0.4, 0.2)
 """Where to start, as a share of the start of the band: at it, or further out where Newton fails or the curve turns back."""

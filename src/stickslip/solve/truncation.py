@@ -68,9 +68,9 @@ def truncation_error(balance: HarmonicBalance, finer: HarmonicBalance, evaluatio
     point, rows = evaluation.point, slice(balance.rows, None)
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
     change = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None]).motion[0]
-    size = np.hypot(*evaluation.w[rows, 1:3].T)
+    size = np.hypot(*evaluation.w[rows, balance.first].T)
     moving = size > AT_REST * size.max(initial=0.0)
-    return np.asarray(np.where(moving, np.hypot(*change[rows, 1:3].T) / np.where(moving, size, 1.0), 0.0))
+    return np.asarray(np.where(moving, np.hypot(*change[rows, balance.first].T) / np.where(moving, size, 1.0), 0.0))
 
 
 def pad(forces: Array, columns: int) -> Array:

@@ -14,9 +14,10 @@ from stickslip.harmonic.measure import Measure
 from stickslip.outcome import Outcome
 from stickslip.peaks.climb import NoPeakError, PeakSolver, Plane, plane_at
 from stickslip.peaks.search import PeakSearch
-from stickslip.solve.continuation import StepControl, trace
+from stickslip.solve.continuation import trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError
 from stickslip.solve.newton import correct, fixed
+from stickslip.solve.steps import StepControl
 from stickslip.starts.extremes import Extreme, size_of, start_gradient
 from stickslip.starts.solutions import StartSolutions, UnsolvedError
 from stickslip.starts.space import StartSpace

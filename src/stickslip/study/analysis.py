@@ -81,11 +81,11 @@ class Sweep:
         contacts = counted(len(problem.contacts), "contact")
         return f"{size}, {contacts}, {levels} {where}, {harmonics}, {self.samples} samples{of}"
 
-    def forced_response(self) -> ForcedResponseWork:
-        """Its forced response, which other analyses go by; "auto" has become a number there."""
+    def forced_response(self, periods: int = 1) -> ForcedResponseWork:
+        """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""
         where = self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
         settings = (where, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance, self.measure)
-        return ForcedResponseWork.of(self.problem, *settings)
+        return ForcedResponseWork.of(self.problem, *settings, periods)
 
 
 @dataclass(frozen=True, eq=False)

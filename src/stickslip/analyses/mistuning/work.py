@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.linalg import LinAlgError
@@ -14,6 +13,7 @@ from numpy.linalg import LinAlgError
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.mistuning.disk import RELATIVE, Mistuning, Scatter, blade_dofs, mistuned_disk
 from stickslip.analyses.mistuning.run_in import run_in_by
+from stickslip.analyses.work_parts import StateOfFields
 from stickslip.checks import Array, InputError, between, fault, of_kind, seed_of
 from stickslip.curves.curve import solve_curve
 from stickslip.disks.full import FullDisk
@@ -59,7 +59,7 @@ def tuned_sweep(
 
 
 @dataclass(frozen=True, eq=False)
-class PopulationWork:
+class PopulationWork(StateOfFields):
     """Case 0 is the tuned disk, solved as one sector; case k is sample k − 1. sweep: a `tuned_sweep`.
 
     base: deviations that all samples share, as arrays; blade: degrees of freedom of a sector that make up its blade; run_in:
@@ -100,10 +100,6 @@ class PopulationWork:
     def started(self) -> TunedDisk:
         """The tuned disk with the start states of all samples."""
         return run_in_by(self.sweep, self.disk) if self.run_in else self.disk
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def mistuning(self, sample: int) -> Mistuning:
         """The deviations of a sample, counted from 0."""

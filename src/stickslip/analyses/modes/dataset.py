@@ -152,3 +152,21 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
     }
     coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
     return xr.Dataset(data, coords, {"title": problem.title, "study": "", **attrs})
+
+
+TURNED = ("response", "contact_force", "contact_motion", "mode_shape")
+"""The variables with a phase."""
+
+
+def with_phase_at(dataset: xr.Dataset, output: int) -> xr.Dataset:
+    """The dataset with every motion moved in time so that the first harmonic of an output is real and positive."""
+    first = dataset["response"].values[:, :, output, 1]
+    angle = -np.angle(first[..., 0] + 1j * first[..., 1])
+    turned = {}
+    for name in TURNED:
+        variable = dataset[name]
+        values = variable.values[..., 0] + 1j * variable.values[..., 1]
+        orders = dataset["harmonic"].values if "harmonic" in variable.dims else np.ones(1)
+        turn = np.exp(1j * angle.reshape(*angle.shape, *[1] * (values.ndim - 2)) * orders)
+        turned[name] = variable.copy(data=_parts(values * turn))
+    return dataset.assign(turned)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,9 +15,11 @@ from threadpoolctl import threadpool_limits
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.characteristic import with_peaks
-from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset
+from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset, with_phase_at
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
+from stickslip.analyses.work_parts import StateOfFields
 from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector
+from stickslip.contact.start import TractionRatio
 from stickslip.curves.mode_curve import BEFORE_SLIP, BEYOND_SLIP, NODE, slip_level, solve_mode
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.mode_balance import ModalStructures, ModeBalance
@@ -54,7 +56,8 @@ class NonlinearModes(
 
     def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
-        modal_amplitude, damping_ratio; a row a peak, where a level has several the highest first.
+        modal_amplitude, damping_ratio, other_modes; a row a peak, where a level has several the highest first. other_modes: their
+        linear response relative to the motion of the mode, with which a peak may be wrong.
 
         forces: the harmonic forces whose pattern excites the mode, those of the problem unless given. Besides the mode the
         other modes of the stuck structure respond linearly. Raises `InputError` for a level beyond the amplitudes of the curve.
@@ -99,6 +102,7 @@ def nonlinear_modes(
     output: int = 0,
     largest_at_output: bool = False,
     extended: Extended = "first",
+    phase_at: int | None = None,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda fraction, text: None,
@@ -115,7 +119,9 @@ def nonlinear_modes(
     given from half to 1000 times the amplitude at which the first contact slips. harmonics, samples: as for `forced_response`.
     extended: "first" puts −2ζωM into the equation of the first harmonic alone, "all" into those of all harmonics. The two differ
     where damping is high: with "all" the negative damping acts on the other modes too, which higher harmonics then excite.
-    Start states are those of the contacts; a traction ratio counts from the instant of the largest modal coordinate.
+    phase_at: number of the output whose first harmonic is real and positive, at all amplitudes; unless given it is the
+    coordinate of the followed stuck mode. Start states are those of the contacts; a traction ratio counts from the
+    instant of the largest modal coordinate.
     workers, checkpoint, progress: as for `forced_response`, a case a mode.
 
     Source: M. Krack, Nonlinear modal analysis of nonconservative systems: extension of the periodic motion concept, Computers
@@ -128,11 +134,14 @@ def nonlinear_modes(
             problem, _modes(problem, mode, frequency, number if largest_at_output else None), _ends(amplitude), number, harmonics,
             samples, extended,
         )  # fmt: skip
-    return work.gathered(all_cases(work, checkpoint, workers, progress))
+    turned = None if phase_at is None else output_of(problem, phase_at)
+    _refuse_no_phase(problem, turned)
+    found = work.gathered(all_cases(work, checkpoint, workers, progress))
+    return found if turned is None else NonlinearModes(with_phase_at(found.dataset, turned), problem)
 
 
 @dataclass(frozen=True, eq=False)
-class NonlinearModesWork:
+class NonlinearModesWork(StateOfFields):
     """Modes as independent cases; modes from 1 on; ends: amplitudes of the output in m, or None."""
 
     problem: Problem
@@ -156,17 +165,14 @@ class NonlinearModesWork:
     ) -> NonlinearModesWork:
         """The work of checked modes and ends and of unchecked other arguments."""
         among("extended", of_kind("extended", extended, str), ("first", "all"))
-        H, (_, Nt) = harmonics_for(problem, harmonics), fineness(harmonics, samples)
+        remedy = 'A mode has no "auto": take the number that a forced response chooses, `response.dataset.attrs["harmonics"]`.'
+        H, (_, Nt) = harmonics_for(problem, harmonics, remedy), fineness(harmonics, samples)
         Nt += -Nt % problem.systems.sample_multiple
         fourier(highest(H), Nt)
         work = cls(problem, modes, ends, output, H, Nt, extended)  # type: ignore[arg-type]
         for case in range(len(modes)):
             work.levels(work.balance(case))
         return work
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -215,6 +221,14 @@ class NonlinearModesWork:
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
         dataset = modes_dataset(self.problem, results, attrs)
         return NonlinearModes(with_peaks(dataset, self.problem, levels), self.problem)
+
+
+def _refuse_no_phase(problem: Problem, output: int | None) -> None:
+    """A traction ratio holds at an instant of the period, so that the phase of a motion matters."""
+    ratios = any(start.code == TractionRatio.code for contact in problem.contacts for start in contact.starts)
+    if output is not None and ratios:
+        remedy = "Leave phase_at out, or start from slider offsets."
+        raise fault("phase_at", "must not be given with traction ratios, which hold at an instant of the period", output, remedy)
 
 
 def _modes(problem: Problem, mode: Any, frequency: float | None, output: int | None) -> tuple[int, ...]:

@@ -127,6 +127,20 @@ class OtherModes:
             found[n] = rows @ (gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
         return found
 
+    def size(self, omega: Array) -> Array:
+        """√(2 × largest elastic energy) of the first harmonic per force level, √J, (places,)."""
+        structure = self.structures.extended(self.followed, 1)
+        found = np.empty(omega.size)
+        for n, each in enumerate(omega):
+            gains = extended_gains(structure, float(each), 0.0)[1]
+            found[n] = np.linalg.norm(gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
+        return found
+
+    @property
+    def frequency(self) -> float:
+        """Of the followed mode, stuck, rad/s."""
+        return float(1.0 / np.sqrt(self.structures.squares[self.structures.key[1]][self.followed]))
+
     @property
     def outputs(self) -> int:
         return self.structures.outputs
@@ -189,6 +203,7 @@ class Synthesis:
         columns = {"force_level": levels[which], "frequency": omega / (2.0 * np.pi)}
         columns["amplitude"] = np.abs(self.moved(mode, omega, levels[which], output))
         columns |= {"modal_amplitude": mode.amplitude, "damping_ratio": mode.zeta}
+        columns["other_modes"] = self.other_modes(mode, omega, levels[which])
         table = pd.DataFrame(columns)
         return table.iloc[np.lexsort((-table["amplitude"], which))].reset_index(drop=True)
 
@@ -201,6 +216,10 @@ class Synthesis:
             below = (ModePath.of_columns(self._along(middle)).level_of_peak() < levels) == rising
             low, high = np.where(below, middle, low), np.where(below, high, middle)
         return np.asarray(0.5 * (low + high))
+
+    def other_modes(self, mode: ModePath, omega: Array, levels: Array) -> Array:
+        """Size of the linear response of the other stuck modes relative to that of the mode, by their elastic energies."""
+        return np.asarray(levels * self.others.size(omega) / (self.others.frequency * mode.amplitude))
 
     def moved(self, mode: ModePath, omega: Array, levels: Array | float, output: int) -> Complex:
         """First harmonic of an output: of the mode with its phase, and the linear response of the others."""

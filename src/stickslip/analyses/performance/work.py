@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, Literal
 
@@ -18,6 +18,7 @@ from stickslip.analyses.performance.contact_regions import contact_regions, whol
 from stickslip.analyses.performance.lowest_peak import PeakBetween, lowest_peak
 from stickslip.analyses.performance.resonance_band import resonance_band
 from stickslip.analyses.performance.scaled_problem import centrifugal_pull, excitation, with_friction, with_preload_factor
+from stickslip.analyses.work_parts import StateOfFields
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
@@ -36,7 +37,7 @@ Vary = Literal["force", "preload"]
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceWork:
+class PerformanceWork(StateOfFields):
     """What to follow: ratios F_C/F_E ascending; friction coefficients, NaN for those of the problem; band in Hz, None for one
     that holds the free and the stuck resonance; pull: F_C of the problem as it is, N, None to read it from the problem; measure:
     what the peaks are of.
@@ -53,10 +54,6 @@ class PerformanceWork:
     harmonics: Harmonics
     samples: int
     measure: Measure = DISPLACEMENT_AMPLITUDE
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def names(self) -> tuple[str, ...]:

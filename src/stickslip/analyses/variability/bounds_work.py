@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import forced_response
 from stickslip.analyses.response_dataset import levels_are_newtons
 from stickslip.analyses.variability.bounds_search import BOUNDS, VARIABLES, BoundsSearch, found_arrays
 from stickslip.analyses.variability.start_draws import search_cloud
+from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, among, between, seed_of
-from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, attribute, checked_harmonics, fineness
@@ -45,7 +44,7 @@ LEVELS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class BoundsWork:
+class BoundsWork(OneBalance):
     """What to bound: frequencies in Hz (for the peak only their ends count), force levels, how to search, and what amplitudes
     are of.
     """
@@ -74,15 +73,6 @@ class BoundsWork:
             between(name, getattr(self, name), 0)
         seed_of(self.seed)
         object.__setattr__(self, "harmonics", fineness(self.harmonics, self.samples)[0])
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    @cached_property
-    def balance(self) -> HarmonicBalance:
-        with threadpool_limits(1, user_api="blas"):
-            return HarmonicBalance(self.problem, self.harmonics, self.samples)
 
     @property
     def cases(self) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from stickslip.analyses.forced_response import force_levels, forced_response
 from stickslip.analyses.response_dataset import curve_arrays, response_dataset
 from stickslip.analyses.variability.percentiles import PERCENT, percentiles
 from stickslip.analyses.variability.start_draws import Law, Method, draw
+from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import Array, of_kind
 from stickslip.curves.curve import Curve, solve_curve
 from stickslip.curves.refine import with_peaks
@@ -110,7 +111,7 @@ def response_samples(
 
 
 @dataclass(frozen=True, eq=False)
-class SamplesWork:
+class SamplesWork(OneBalance):
     """Samples as independent cases, one force level and start state each; frequencies in Hz in the order of travel."""
 
     problem: Problem
@@ -123,15 +124,6 @@ class SamplesWork:
     samples: int
     variables: Array
     measure: Measure = DISPLACEMENT_AMPLITUDE
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What travels to a process: the data, not what was built from them."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-    @cached_property
-    def balance(self) -> HarmonicBalance:
-        with threadpool_limits(1, user_api="blas"):
-            return HarmonicBalance(self.problem, self.harmonics, self.samples)
 
     @cached_property
     def _spaces(self) -> dict[float, StartSpace]:

@@ -1,4 +1,4 @@
-"""Forced response in a study, with the stresses of a table [stress] and the stability that [stability] asks for."""
+"""Forced response in a study: its sweeps, and the stresses, stability and further curves that its tables ask for."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.runs.work import Arrays
 from stickslip.structure.stress import StressRecovery
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.further_curves import BranchesTable, FurtherCurves, IsolatedTable, ordered
 from stickslip.study.stability import StabilityTable, stability_of
 from stickslip.study.stress import StressTable, recovery_of
 
@@ -20,16 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ForcedResponsePlan(Plan):
-    """Curves over the band for every force level, and the stress along them where a recovery is given."""
+    """Curves over the band for every force level, those that no sweep meets, and what is asked along all of them."""
 
     sweep: Sweep
+    further: FurtherCurves
     recovery: StressRecovery | None = None
     stability: StabilityTable | None = None
 
     @classmethod
     def of(cls, asked: Asked) -> ForcedResponsePlan:
         """The plan of a study."""
-        return cls(sweep_of(asked), recovery_of(asked), stability_of(asked))
+        plan = cls(sweep_of(asked), FurtherCurves.of(asked), recovery_of(asked), stability_of(asked))
+        if plan.further.periods > 1 and plan.sweep.harmonics != "auto":
+            _ = plan.works
+        return plan
 
     @property
     def summary(self) -> str:
@@ -37,12 +42,18 @@ class ForcedResponsePlan(Plan):
 
     @cached_property
     def works(self) -> Mapping[str, ForcedResponseWork]:
-        return {"": self.sweep.forced_response()}
+        return {"": self.sweep.forced_response(self.further.periods)}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        response = self.works[""].gathered(results[""])
+        work = self.works[""]
+        response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)
         return (response if self.recovery is None else response.with_stress(self.recovery)).dataset
+
+
+def checked(table: IsolatedTable) -> None:
+    """What the model of [isolated] cannot check."""
+    ordered(table.amplitude, table.mode)
 
 
 def sweep_of(asked: Asked) -> Sweep:
@@ -54,6 +65,10 @@ def sweep_of(asked: Asked) -> Sweep:
 
 KINDS = {
     "forced_response": Kind(
-        ForcedResponsePlan.of, "responses", {"stress": StressTable, "stability": StabilityTable}, repeats=True
+        ForcedResponsePlan.of,
+        "responses",
+        {"stress": StressTable, "stability": StabilityTable, "isolated": IsolatedTable, "branches": BranchesTable},
+        checks={"isolated": checked},
+        repeats=True,
     )
 }

@@ -8,27 +8,21 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, Tag
+from pydantic import Field
 
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork
-from stickslip.checks import MOST, InputError, counted, fault, unique
+from stickslip.checks import InputError, counted, fault
 from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
 from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Table, by_form
-from stickslip.study.tables import Ends
-from stickslip.study.units import LENGTH
+from stickslip.study.fields import Table
+from stickslip.study.further_curves import Amplitudes, ModeNumbers, ordered
 from stickslip.units import Band
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
-ModeNumbers = Annotated[
-    Annotated[ModeNumber, Tag("<single>")] | Annotated[list[ModeNumber], Field(min_length=1), Tag("<list>")], by_form()
-]
 
 
 class ModesTable(Table):
@@ -38,25 +32,15 @@ class ModesTable(Table):
         ModeNumbers | None,
         Field(description="number of a mode of the stuck structure, or a list; unless given those in the band of [sweep]"),
     ] = None
-    amplitude: Annotated[
-        Ends | None,
-        LENGTH,
-        Field(
-            description="[smallest, largest] amplitude of the first output, in the shape of the stuck mode; unless given from "
-            "half to 1000 times that at which the first contact slips"
-        ),
-    ] = None
+    amplitude: Amplitudes = None
     extended: Annotated[
         Literal["first", "all"], Field(description="harmonics whose equation holds the negative damping of the mode")
     ] = "first"
 
 
-def ordered(table: ModesTable) -> None:
+def checked(table: ModesTable) -> None:
     """What the model of the table cannot check."""
-    if table.amplitude is not None and table.amplitude[0] >= table.amplitude[1]:
-        raise fault("amplitude", "must be [smallest, largest] with the smallest first", table.amplitude)
-    if isinstance(table.mode, list):
-        unique("mode", table.mode)
+    ordered(table.amplitude, table.mode)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,5 +110,5 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
 
 
 KINDS = {
-    "nonlinear_modes": Kind(ModesPlan.of, "nonlinear_modes", {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": ordered})
+    "nonlinear_modes": Kind(ModesPlan.of, "nonlinear_modes", {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": checked})
 }

@@ -1,0 +1,249 @@
+"""Curves of a forced response that its sweeps do not meet: branches, and isolas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import Array, InputError, fault, positive, whole
+from stickslip.curves.curve import Curve, with_peaks
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.harmonic.measure import Measure
+from stickslip.harmonic.orders import of_attribute
+from stickslip.outcome import Outcome
+from stickslip.problem import Problem
+from stickslip.results.view import measure_in, periods_of
+from stickslip.solve.branch_points import BranchPoint, branch_points, starts
+from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.interpolation import Interpolation
+from stickslip.solve.two_ways import Followed, joined, one_way
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+NEAR, JOINED, EXACT = 1e-2, 1e-4, 1e-6
+"""Relative distance of two motions at one frequency below which they are one; where a branch goes over into the curve it came
+from; beside a branch point."""
+
+BESIDE = 0.5
+"""Arc length on either side of a branch point over which a curve is compared with what leads away."""
+
+AGAIN = 1e-3
+"""Arc length between two branch points below which they are one, met twice."""
+
+FINE = 1e-3
+"""Tolerance with which points of a result become a curve again."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedCurve:
+    """A curve of a result as a continuation has it, over `periods` periods of the excitation; band: ends in rad/s of the balance;
+    tolerance, measure: of peaks; longer: how many times as long as in the result the expansion is."""
+
+    balance: HarmonicBalance
+    points: list[CurvePoint]
+    level: float
+    band: tuple[float, float]
+    tolerance: float
+    measure: Measure
+    longer: int
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, problem: Problem, case: int, longer: int, tolerance: float) -> SolvedCurve:
+        """The curve of a case, its motions expanded over `longer` times the periods that those of the dataset are."""
+        if dataset.attrs.get("listed_frequencies"):
+            raise InputError("Branches and isolated curves must be asked for a response over a band, not at listed frequencies.")
+        solved = SolvedPoints(dataset, problem)
+        balance, points = solved.balance, solved.converged(_case(dataset, case))
+        if whole("periods", longer) != 1:
+            periods = periods_of(dataset) * longer
+            harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
+            balance = HarmonicBalance(problem, harmonics, samples, periods)
+            points = [expanded(point, longer, balance.columns) for point in points]
+        hertz = dataset["linear_frequency"].values[[0, -1]]
+        low, high = 2.0 * np.pi * hertz / balance.periods
+        curve = Interpolation(balance, points, FINE).curve() if points else []
+        level, measure = float(dataset["force_level"].values[case]), measure_in(dataset).over(balance.periods)
+        return cls(balance, curve, level, (float(low), float(high)), tolerance, measure, int(longer))
+
+    def branch_points(self) -> list[BranchPoint]:
+        """Where other curves cross, in the order of travel; of motions over more periods those that need them."""
+        found = [
+            point
+            for point in _different(branch_points(self.balance, self.points))
+            if any(self.leads_away(point, start.evaluation) for start in starts(self.balance, point))
+        ]
+        return found if self.longer == 1 else [point for point in found if self._breaks_period(point)]
+
+    def _breaks_period(self, point: BranchPoint) -> bool:
+        """Whether a branch leads to motions that repeat only after the longer period."""
+        motion = point.directions[0].motion
+        kept = expanded_columns(np.ones(self.balance.columns // self.longer + 1), self.longer, self.balance.columns) > 0.0
+        return float(np.linalg.norm(motion[:, ~kept])) > float(np.linalg.norm(motion[:, kept]))
+
+    def leads_away(self, point: BranchPoint, evaluation: Evaluation) -> bool:
+        """Whether a solved point beside a branch point is not one of this curve."""
+        near = np.flatnonzero(np.abs(self._along - self._along[point.place]) <= BESIDE)
+        beside = self.points[max(int(near[0]) - 3, 0) : int(near[-1]) + 5]
+        # The whole curve is compared only with what is not beside it, since each comparison evaluates all its points.
+        return not any(passes(self.balance, points, evaluation, EXACT) for points in (beside, self.points))
+
+    def followed(self, followed: Followed, begin: str) -> Curve:
+        """A curve with its peaks; begin: of a sentence, what it is."""
+        outcome = Outcome.CONVERGED if followed.lost is None else Outcome.NOT_CONVERGED
+        lost_at = None if followed.lost is None else followed.points[-1].point.omega
+        message = f"{begin}, {followed.ending}"
+        curve = Curve(self.level, tuple(followed.points), outcome, message, lost_at, measure=self.measure)
+        return with_peaks(self.balance, curve, lambda done: None, self.tolerance)
+
+    @cached_property
+    def _along(self) -> Array:
+        """Arc length of every point."""
+        return np.cumsum([point.length for point in self.points])
+
+    @cached_property
+    def _interpolation(self) -> Interpolation:
+        return Interpolation(self.balance, [point.point for point in self.points], 0.1 * JOINED)
+
+    def meets(self, evaluation: Evaluation, tolerance: float = NEAR) -> bool:
+        """Whether the curve goes through a solved point, by motions that differ by a relative tolerance."""
+        return bool(self.points) and _at_once(self.balance, self._interpolation, evaluation, tolerance)
+
+
+def _different(points: Sequence[BranchPoint]) -> list[BranchPoint]:
+    """Branch points without those that a curve goes through again."""
+    found: list[BranchPoint] = []
+    for point in points:
+        here = point.evaluation
+        if not any(
+            point.metric.length(here.w - other.evaluation.w, here.point.omega - other.evaluation.point.omega) < AGAIN
+            for other in found
+        ):
+            found.append(point)
+    return found
+
+
+def _case(dataset: xr.Dataset, case: Any) -> int:
+    if not 0 <= whole("case", case) < dataset.sizes["case"]:
+        raise fault("case", f"must be a whole number from 0 to {dataset.sizes['case'] - 1}", case)
+    return int(case)
+
+
+def expanded(point: Point, longer: int, columns: int) -> Point:
+    """A point with its motion expanded over several of its periods: harmonic h becomes longer·h, what is between is zero."""
+    return Point(expanded_columns(point.forces, longer, columns), point.omega / longer, point.level)
+
+
+def expanded_columns(values: Array, longer: int, columns: int) -> Array:
+    """Real storage (..., 2H+1) of a motion over several of its periods, (..., columns)."""
+    found = np.zeros((*values.shape[:-1], columns))
+    found[..., 0] = values[..., 0]
+    harmonics = np.arange(1, (values.shape[-1] + 1) // 2)
+    for part in (0, 1):
+        found[..., 2 * longer * harmonics - 1 + part] = values[..., 2 * harmonics - 1 + part]
+    return found
+
+
+def passes(balance: HarmonicBalance, points: Sequence[CurvePoint], evaluation: Evaluation, tolerance: float = NEAR) -> bool:
+    """Whether a curve goes through a solved point: whether one of its motions at that frequency is that one, or the same some
+    periods of the excitation later."""
+    if not points:
+        return False
+    return _at_once(balance, Interpolation(balance, [point.point for point in points], 0.1 * tolerance), evaluation, tolerance)
+
+
+def _at_once(balance: HarmonicBalance, curve: Interpolation, evaluation: Evaluation, tolerance: float) -> bool:
+    values = curve.values(np.array([evaluation.point.omega]))[0]
+    found = [complex_harmonics(value.evaluation.w)[:, 1:] for value in values if value.evaluation is not None]
+    motion = complex_harmonics(evaluation.w)[:, 1:]
+    turn = np.exp(2j * np.pi * np.arange(1, motion.shape[1] + 1) / balance.periods)
+    near = tolerance * float(np.linalg.norm(motion))
+    return any(float(np.linalg.norm(other - motion * turn**k)) <= near for other in found for k in range(balance.periods))
+
+
+def branch_point_table(curve: SolvedCurve) -> pd.DataFrame:
+    """The branch points of a curve: frequency [Hz], amplitude of the first output [m], and how many directions lead away."""
+    import pandas as pd
+
+    balance = curve.balance
+    rows = [
+        {
+            "frequency": balance.hertz(point.evaluation.point.omega),
+            "amplitude": float(np.hypot(*point.evaluation.w[balance.rows, balance.first])),
+            "directions": len(point.directions),
+        }
+        for point in curve.branch_points()
+    ]
+    return pd.DataFrame(rows, columns=["frequency", "amplitude", "directions"])
+
+
+def branches(curve: SolvedCurve, at: float | None) -> list[Curve]:
+    """The curves that cross at the branch point nearest to a frequency in Hz, or at the first one, each followed both ways."""
+    wanted = None if at is None else positive("at", at)
+    known = curve.branch_points()
+    if not known:
+        raise InputError(
+            "The curve has no branch point: its Jacobian is regular all along it. Motions over two periods branch off where "
+            "periods=2 is given."
+        )
+    balance = curve.balance
+    chosen = known[0]
+    if wanted is not None:
+        chosen = min(known, key=lambda point: abs(balance.hertz(point.evaluation.point.omega) - wanted))
+    found = _followed(curve, chosen, ())
+    if not found:
+        hertz = balance.hertz(chosen.evaluation.point.omega)
+        raise InputError(f"No other curve could be found at the branch point at {hertz:.6g} Hz: Newton's method fails beside it.")
+    return [curve.followed(each, _begin(curve, chosen)) for each in found]
+
+
+def all_branches(curve: SolvedCurve) -> list[Curve]:
+    """The curves that cross at all branch points, each once."""
+    known: list[Followed] = []
+    curves: list[Curve] = []
+    for point in curve.branch_points():
+        found = _followed(curve, point, known)
+        known += found
+        curves += [curve.followed(each, _begin(curve, point)) for each in found]
+    return curves
+
+
+def _begin(curve: SolvedCurve, point: BranchPoint) -> str:
+    return f"A branch from {curve.balance.hertz(point.evaluation.point.omega):.6g} Hz"
+
+
+def _until_joined(curve: SolvedCurve, branch: Followed) -> Followed:
+    """A branch up to where it goes over into the curve that it came from: Newton's method may go on along either."""
+    points = branch.points
+    if branch.closed or not curve.meets(points[-1].evaluation, JOINED):
+        return branch
+    low, high = 0, len(points) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if curve.meets(points[middle].evaluation, JOINED) else (middle, high)
+    return Followed(points[: high + 1], False, None, True)
+
+
+def _followed(curve: SolvedCurve, point: BranchPoint, known: Sequence[Followed]) -> list[Followed]:
+    """The curves that cross at a branch point; one that a known one goes through is not followed again."""
+    found: list[Followed] = []
+    for start in starts(curve.balance, point):
+        others = (*known, *found)
+        same = not curve.leads_away(point, start.evaluation)
+        if same or any(passes(curve.balance, each.points, start.evaluation) for each in others):
+            continue
+        onwards = _until_joined(curve, one_way(curve.balance, start.evaluation, start.along, curve.band))
+        # The other way from a period doubling leads to the same motions, one period of the excitation later.
+        if onwards.closed or curve.longer > 1:
+            found.append(onwards)
+            continue
+        back = one_way(curve.balance, start.evaluation, start.along.turned(), curve.band)
+        found.append(joined(_until_joined(curve, back), onwards))
+    return found

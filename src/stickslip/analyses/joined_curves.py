@@ -1,0 +1,38 @@
+"""Arrays of the curves of a result, from which one with more curves is made."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.results.schema import SCHEMA
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDArray[Any]]:
+    """What `curve_arrays` gives of a curve, from its dataset; longer: by how many times the expansion is."""
+    found: dict[str, NDArray[Any]] = {}
+    for variable in SCHEMA:
+        if variable.dims[0] == "case" and "linear_point" not in variable.dims:
+            values = dataset[variable.name].transpose(*variable.dims).values[case]
+            found[variable.name] = _longer(values, variable.dims[1:], longer) if longer > 1 else np.asarray(values)
+    found["truncation_error"] = dataset["truncation_error"].values[case]
+    return found
+
+
+def _longer(values: NDArray[Any], dims: tuple[str, ...], longer: int) -> NDArray[Any]:
+    """Over several times the period: harmonics with zeros between them, samples repeated."""
+    if "harmonic" in dims:
+        axis = dims.index("harmonic")
+        shape = list(values.shape)
+        shape[axis] = longer * (shape[axis] - 1) + 1
+        spread = np.where(np.isnan(np.take(values, [0], axis)), np.nan, np.zeros(shape))
+        place: list[Any] = [slice(None)] * values.ndim
+        place[axis] = slice(None, None, longer)
+        spread[tuple(place)] = values
+        return spread
+    return np.tile(values, [longer if dim == "sample" else 1 for dim in dims]) if "sample" in dims else np.asarray(values)

@@ -1,0 +1,33 @@
+"""What works of several analyses share: what travels to other processes, and the balance that their cases solve."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cached_property
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.problem import Problem
+
+
+class StateOfFields:
+    """A dataclass of which the fields alone travel to a process, not what was built from them."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
+
+
+class OneBalance(StateOfFields):
+    """A work whose cases share one balance."""
+
+    problem: Problem
+    harmonics: Any
+    samples: int
+    periods: int = 1
+
+    @cached_property
+    def balance(self) -> HarmonicBalance:
+        with threadpool_limits(1, user_api="blas"):
+            return HarmonicBalance(self.problem, self.harmonics, self.samples, self.periods)

@@ -1,0 +1,100 @@
+"""Further curves in a study: the tables [isolated] and [branches] of a forced response."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field, Tag
+
+from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
+from stickslip.checks import MOST, fault, unique
+from stickslip.problem.many_periods import MOST_PERIODS
+from stickslip.study.analysis import Asked
+from stickslip.study.fields import Table, by_form
+from stickslip.study.tables import Ends
+from stickslip.study.units import LENGTH
+
+ModeNumber = Annotated[int, Field(ge=1, le=MOST)]
+ModeNumbers = Annotated[
+    Annotated[ModeNumber, Tag("<single>")] | Annotated[list[ModeNumber], Field(min_length=1), Tag("<list>")], by_form()
+]
+Amplitudes = Annotated[
+    Ends | None,
+    LENGTH,
+    Field(
+        description="[smallest, largest] amplitude of the first output, in the shape of the stuck mode; unless given from "
+        "half to 1000 times that at which the first contact slips"
+    ),
+]
+"""Ends of the curve of a nonlinear mode."""
+Periods = Annotated[int, Field(ge=1, le=MOST_PERIODS)]
+
+
+def ordered(amplitude: tuple[float, ...] | list[float] | None, mode: int | list[int] | None) -> None:
+    """What the models of tables with modes cannot check."""
+    if amplitude is not None and amplitude[0] >= amplitude[1]:
+        raise fault("amplitude", "must be [smallest, largest] with the smallest first", amplitude)
+    if isinstance(mode, list):
+        unique("mode", mode)
+
+
+class IsolatedTable(Table):
+    """Isolas, closed curves that the sweeps do not meet, from nonlinear modes and from the next force levels."""
+
+    mode: Annotated[
+        ModeNumbers | None, Field(description="number of a mode of the stuck structure, or a list; none unless given")
+    ] = None
+    amplitude: Amplitudes = None
+    periods: Annotated[
+        Periods,
+        Field(
+            description="periods of the excitation after which motions may repeat themselves; with several they are subharmonic"
+        ),
+    ] = 1
+
+
+class BranchesTable(Table):
+    """Branches at all branch points of the curves."""
+
+    periods: Annotated[
+        Periods, Field(description="of a curve, after which motions may repeat themselves; 2 for period doublings")
+    ] = 1
+
+
+@dataclass(frozen=True, eq=False)
+class FurtherCurves:
+    """What a study asks for beyond its sweeps."""
+
+    isolated: IsolatedTable | None
+    branches: BranchesTable | None
+
+    @classmethod
+    def of(cls, asked: Asked) -> FurtherCurves:
+        """The tables of a study; refused for listed frequencies, which no curve joins."""
+        isolated, branches = asked.tables.get("isolated"), asked.tables.get("branches")
+        for name, table in (("isolated", isolated), ("branches", branches)):
+            if table is not None and asked.sweep is not None and isinstance(asked.sweep.frequencies, tuple):
+                raise fault(f"[{name}]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
+        return cls(
+            isolated if isinstance(isolated, IsolatedTable) else None, branches if isinstance(branches, BranchesTable) else None
+        )
+
+    @property
+    def periods(self) -> int:
+        """Over how many periods of the excitation the sweeps are to be expanded."""
+        return 1 if self.isolated is None else self.isolated.periods
+
+    def added(self, response: ForcedResponse, work: ForcedResponseWork) -> ForcedResponse:
+        """The response with the curves that are asked for."""
+        if self.isolated is not None:
+            response = response.with_isolated(*self._modes(self.isolated, work))
+        return response if self.branches is None else response.with_branches(self.branches.periods)
+
+    def _modes(self, table: IsolatedTable, work: ForcedResponseWork) -> list[NonlinearModes]:
+        if table.mode is None:
+            return []
+        ends = None if table.amplitude is None else (table.amplitude[0], table.amplitude[1])
+        harmonics = work.harmonics if isinstance(work.harmonics, int) else list(work.harmonics)
+        return [nonlinear_modes(work.problem, table.mode, ends, harmonics, work.samples)]

@@ -1,0 +1,61 @@
+"""Warnings where other modes are near, the phase of a mode, and what modes refuse."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.report.nonlinear_modes import sentences
+
+
+def two_masses(coupling):
+    """Equal masses on sliders, one of them excited: with a weak coupling their two modes are close."""
+    K = np.array([[1.0 + coupling, -coupling], [-coupling, 1.0 + coupling]])
+    structure = ss.Structure(np.eye(2), K, ("1.x", "2.x"), C=0.02 * np.eye(2))
+    law = ss.Macroslip(0.5, 1.0, normal_load=1.0)
+    sliders = [ss.Contact(f"{n}", law, (ss.between(f"{n}.x", "ground"),)) for n in (1, 2)]
+    return ss.Problem(structure, sliders, (ss.Force("1.x", 1.0),), ("1.x", "2.x"))
+
+
+@pytest.mark.parametrize(("coupling", "close"), [(1e-3, True), (0.5, False)])
+def test_close_modes_come_with_a_warning_where_their_peaks_are_wrong(coupling, close):
+    problem = two_masses(coupling)
+    modes = ss.nonlinear_modes(problem, 1, harmonics=3, samples=64)
+    swept = ss.forced_response(problem, ss.radians_per_second(0.7, 1.9), 0.5, harmonics=3, samples=64)
+    wrong = float(modes.against(swept)["difference"].abs().max())
+    warned = str(modes.dataset.synthesis_warning.values[0])
+    assert warned.startswith("Close modes") == close
+    assert any("Close modes" in line for line in sentences(modes.dataset)) == close
+    assert (modes.peaks([0.5])["other_modes"][0] > 0.5) == close
+    assert wrong > 0.5 if close else wrong < 0.15
+
+
+@pytest.mark.parametrize("problem", [ss.rigs.chain(), ss.rigs.single_mass()])
+def test_modes_far_from_others_have_no_warning(problem):
+    modes = ss.nonlinear_modes(problem, 1, harmonics=3, samples=64)
+    assert modes.dataset.synthesis_warning.values[0] == ""
+
+
+def test_the_phase_at_an_output():
+    """The same motion, moved in time: the output is a cosine, sizes and peaks stay."""
+    problem = ss.rigs.chain(5, sliders=(3, 5), forced=2)
+    plain, turned = (ss.nonlinear_modes(problem, 2, harmonics=3, samples=64, phase_at=phase_at).dataset for phase_at in (None, 0))
+    first = turned.response.values[0, :, 0, 1]
+    np.testing.assert_allclose(first[:, 1], 0.0, atol=1e-12 * np.abs(first).max())
+    assert (first[:, 0] > 0.0).all()
+    assert np.abs(np.angle(plain.response.values[0, :, 0, 1] @ [1.0, 1.0j])).max() > 1e-3
+    for name in ("amplitude", "peak_amplitude", "frequency", "damping_ratio"):
+        np.testing.assert_array_equal(turned[name], plain[name])
+    # As a motion in time: x(t) of one is x(t + τ) of the other.
+    X = [each.contact_force.values[0, -1, 0, 0] @ [1.0, 1.0j] for each in (plain, turned)]
+    angle = -np.angle(plain.response.values[0, -1, 0, 1] @ [1.0, 1.0j])
+    np.testing.assert_allclose(X[1], X[0] * np.exp(1j * angle * np.arange(4)), atol=1e-12)
+
+
+def test_what_a_mode_refuses():
+    problem = ss.rigs.single_mass()
+    with pytest.raises(ss.InputError, match="forced response chooses"):
+        ss.nonlinear_modes(problem, 1, harmonics="auto")
+    with pytest.raises(ss.InputError, match="phase_at"):
+        ss.nonlinear_modes(problem.with_start(ss.TractionRatio(0.5)), 1, amplitude=(0.5, 2.0), phase_at=0)
+    with pytest.raises(ss.InputError, match="output"):
+        ss.nonlinear_modes(problem, 1, phase_at=4)

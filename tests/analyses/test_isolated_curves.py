@@ -1,0 +1,242 @@
+"""Isolated curves of a cubic oscillator with a linear absorber, and subharmonics of one without: beside SciPy's time integration.
+
+The absorber is tuned after Den Hartog: at large amplitude the oscillator leaves its frequency, so that the force which its mode
+needs falls with the amplitude. Such detached resonance curves are known of it (G. Habib, T. Detroux, R. Viguié, G. Kerschen,
+Mechanical Systems and Signal Processing 52-53, 2015); the numbers here are our own.
+"""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+from typer.testing import CliRunner
+
+import stickslip as ss
+from stickslip.cli import app
+from stickslip.results.view import level_text
+
+TURN = 2.0 * np.pi
+MASS, OWN = 0.05, 0.0005
+TUNING = 1.0 / (1.0 + MASS)
+K2 = MASS * TUNING**2
+C2 = 0.6 * 2.0 * MASS * TUNING * np.sqrt(3.0 * MASS / (8.0 * (1.0 + MASS) ** 3))
+LEVEL = 0.038
+BAND = ss.radians_per_second(0.7, 2.0)
+
+
+def absorber():
+    M, K = np.diag([1.0, MASS]), np.array([[1.0 + K2, -K2], [-K2, K2]])
+    structure = ss.Structure(M, K, ("1.x", "2.x"), C=np.array([[OWN + C2, -C2], [-C2, C2]]))
+    spring = ss.Contact("spring", ss.CubicSpring(1.0), (ss.between("1.x", "ground"),))
+    return ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x", "2.x"))
+
+
+def absorber_after(periods, omega, start):
+    """State after a number of periods, (x1, x2, v1, v2), by SciPy."""
+
+    def rates(t, y):
+        x1, x2, v1, v2 = y
+        joint = K2 * (x1 - x2) + C2 * (v1 - v2)
+        return [v1, v2, LEVEL * np.cos(omega * t) - joint - x1 - x1**3 - OWN * v1, joint / MASS]
+
+    return solve_ivp(rates, (0.0, periods * TURN / omega), start, rtol=1e-10, atol=1e-12).y[:, -1]
+
+
+def state(dataset, case, point):
+    omega = TURN * float(dataset.frequency[case, point])
+    parts = dataset.response.values[case, point]
+    X, h = parts[..., 0] + 1j * parts[..., 1], dataset.harmonic.values
+    return omega, np.concatenate([X.real.sum(axis=1), (1j * h * omega * X).real.sum(axis=1)])
+
+
+@pytest.fixture(scope="module")
+def swept():
+    return ss.forced_response(absorber(), BAND, LEVEL, harmonics=5, samples=64)
+
+
+@pytest.fixture(scope="module")
+def modes():
+    return ss.nonlinear_modes(absorber(), 2, amplitude=(1e-2, 6.0), harmonics=5, samples=64)
+
+
+@pytest.fixture(scope="module")
+def whole(swept, modes):
+    return swept.with_isolated(modes)
+
+
+def test_the_mode_finds_what_the_sweep_misses(swept, whole):
+    tops = swept.peaks(), whole.peaks()
+    tops = [table[table["output"] == "1.x"]["amplitude"].max() for table in tops]
+    assert tops[1] > 2.0 * tops[0]
+    assert whole.dataset.curve_kind.values.tolist() == [0, 2]
+    assert str(whole.dataset.case_message.values[1]).endswith("which closes on itself.")
+    assert level_text(whole.dataset, 1).endswith(", isolated")
+    assert whole.dataset.attrs["isolated_curves"] == 1
+    np.testing.assert_array_equal(whole.dataset.amplitude[0], swept.dataset.amplitude[0][: whole.dataset.sizes["point"]])
+
+
+def test_it_is_closed_and_apart(whole):
+    dataset = whole.dataset
+    good = dataset.outcome.values[1] == 1
+    frequency, amplitude = dataset.frequency.values[1, good], dataset.amplitude.values[1, good, 0]
+    assert frequency[0] == frequency[-1]
+    assert frequency[0] < 1.001 * frequency.min()
+    assert amplitude[0] == amplitude[-1]
+    beside = whole.at([float(frequency.mean())]).amplitude.values[:, :, 0, 0]
+    assert np.nanmin(beside[1]) > 2.0 * np.nanmax(beside[0])
+
+
+def test_both_motions_are_there_in_time(whole):
+    """At one frequency, started from the state of either curve, SciPy stays where it started."""
+    found = whole.with_stability()
+    stable = np.flatnonzero(found.dataset.stability.values[1] == 1)
+    point = int(stable[len(stable) // 2])
+    omega, high = state(found.dataset, 1, point)
+    low = found.at([omega / TURN]).isel(case=0, branch=0, frequency=0)
+    after = absorber_after(40, omega, high)
+    np.testing.assert_allclose(after, high, atol=1e-3 * np.abs(high).max())
+    rest = absorber_after(200, omega, np.zeros(4))
+    assert abs(rest[0]) < 2.0 * float(low.amplitude[0])
+    assert np.abs(high[:3:2]).max() > 5.0 * float(low.amplitude[0])
+    assert found.verify_in_time(1, point, steps_per_period=1000).agrees(1e-3)
+
+
+def test_another_force_level_finds_it_too(whole):
+    """A level above, where the curve has joined the swept one, without any mode."""
+    response = ss.forced_response(absorber(), BAND, [LEVEL, 0.04], harmonics=5, samples=64).with_isolated()
+    kinds = response.dataset.curve_kind.values
+    case = int(np.flatnonzero(kinds == 2)[0])
+    assert float(response.dataset.force_level[case]) == LEVEL
+    tops = [each.peaks().query("output == '1.x' and curve == 'isolated'")["amplitude"].max() for each in (whole, response)]
+    np.testing.assert_allclose(tops[1], tops[0], rtol=1e-4)
+
+
+def test_nothing_is_added_where_there_is_nothing():
+    problem = ss.rigs.single_mass()
+    modes = ss.nonlinear_modes(problem, 1, harmonics=3, samples=64)
+    response = ss.forced_response(problem, ss.radians_per_second(0.8, 1.8), [0.5, 1.0], harmonics=3, samples=64)
+    found = response.with_isolated(modes)
+    assert found.dataset.attrs["isolated_curves"] == 0
+    assert found.dataset.attrs["isolated_starts"] > 0
+    np.testing.assert_array_equal(found.dataset.amplitude, response.dataset.amplitude)
+
+
+def test_wrong_modes_are_refused(swept):
+    with pytest.raises(ss.InputError, match="modes"):
+        swept.with_isolated(swept)
+    with pytest.raises(ss.InputError, match="problem of the modes"):
+        swept.with_isolated(ss.nonlinear_modes(ss.rigs.single_mass(), 1, harmonics=3, samples=64))
+
+
+def duffing():
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=np.array([[0.02]]))
+    spring = ss.Contact("spring", ss.CubicSpring(1.0), (ss.between("1.x", "ground"),))
+    return ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",))
+
+
+@pytest.fixture(scope="module")
+def thirds():
+    """Motions of a third of the frequency of the excitation."""
+    band, modes = ss.radians_per_second(3.0, 8.0), ss.nonlinear_modes(duffing(), 1, (1e-2, 3.0), harmonics=5, samples=64)
+    response = ss.forced_response(duffing(), band, harmonics=5, samples=64, periods=3, measure="max_abs")
+    return response.with_isolated(modes).with_stability()
+
+
+def test_a_third_of_the_frequency_of_the_excitation(thirds):
+    """Of three motions, each one period of the excitation after the other, one is kept; SciPy stays on it."""
+    dataset = thirds.dataset
+    assert dataset.curve_kind.values.tolist() == [0, 2]
+    stable = np.flatnonzero(dataset.stability.values[1] == 1)
+    for point in stable[[len(stable) // 3, len(stable) // 2]]:
+        omega, start = state(dataset, 1, int(point))
+
+        def rates(t, y, omega=omega):
+            return [y[1], np.cos(omega * t) - 0.02 * y[1] - y[0] - y[0] ** 3]
+
+        times = TURN / omega * np.array([1.0, 60.0])
+        after = solve_ivp(rates, (0.0, times[-1]), start, rtol=1e-10, atol=1e-12, t_eval=times).y
+        assert np.abs(after[:, 0] - start).max() > 0.5 * np.abs(start).max()
+        np.testing.assert_allclose(after[:, 1], start, atol=1e-5 * np.abs(start).max())
+    assert dataset.harmonic.values[:4].tolist() == pytest.approx([0.0, 1 / 3, 2 / 3, 1.0])
+    third = np.hypot(*dataset.response.values[1, :, 0, 1].T)
+    assert np.nanmax(third) > 10.0 * float(dataset.amplitude[1].max())
+
+
+def test_the_time_check_goes_over_the_whole_expansion(thirds):
+    point = int(np.flatnonzero(thirds.dataset.stability.values[1] == 1)[5])
+    check = thirds.verify_in_time(1, point, steps_per_period=500)
+    assert check.agrees(1e-3)
+    assert f"{float(thirds.dataset.frequency[1, point]):.6g} Hz" in check.sentence
+    assert "500 steps a period" in check.sentence
+
+
+STUDY = """units = {{ frequency = "rad/s" }}
+
+[study]
+title = "Oscillator with an absorber"
+analysis = "forced_response"
+
+[structure]
+dofs = ["1.x", "2.x"]
+matrices = {{ M = [[1.0, 0.0], [0.0, {M}]], K = [[{k}, -{k2}], [-{k2}, {k2}]], C = [[{c}, -{c2}], [-{c2}, {c2}]] }}
+
+[[contact]]
+name = "spring"
+law = "cubic_spring"
+k3 = 1.0
+tangential = ["1.x", "ground"]
+
+[[force]]
+direction = "1.x"
+amplitude = 1.0
+
+[isolated]
+mode = 2
+amplitude = [1e-2, 6.0]
+
+[branches]
+
+[stability]
+
+[sweep]
+frequency = [0.7, 2.0]
+force_levels = [{level}]
+harmonics = 5
+samples = 64
+outputs = ["1.x", "2.x"]
+"""
+
+
+def run(path, text):
+    path.mkdir(exist_ok=True)
+    (path / "study.toml").write_text(text)
+    done = CliRunner().invoke(app, ["run", str(path / "study.toml"), "--out", str(path / "out")])
+    kept = list((path / "out").rglob("*.nc"))
+    return done, xr.load_dataset(kept[0], engine="h5netcdf") if kept else None
+
+
+def test_a_study_finds_the_isolated_curve(tmp_path, whole):
+    text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
+    done, dataset = run(tmp_path / "a", text)
+    assert done.exit_code == 0, done.output
+    assert "isolated curves: 1 found from 3 starts" in done.output
+    assert f"force {LEVEL}, isolated" in done.output
+    np.testing.assert_allclose(dataset.peak_amplitude[1, 0, 0], whole.dataset.peak_amplitude[1, 0, 0], rtol=1e-9)
+    report = next((tmp_path / "a" / "out").rglob("report.html")).read_text()
+    assert "isolated" in report
+    assert "Of 1 curve that no sweep meets the highest" in report.replace("\u00a0", " ")
+
+
+def test_wrong_tables_are_refused(tmp_path):
+    text = STUDY.format(M=MASS, k=1.0 + K2, k2=K2, c=OWN + C2, c2=C2, level=LEVEL)
+    for k, (old, new, words) in enumerate(
+        (
+            ("frequency = [0.7, 2.0]", "at = [0.7, 2.0]", "must go with a band"),
+            ("[1e-2, 6.0]", "[6.0, 1e-2]", "smallest first"),
+            ("mode = 2", "mode = 0", "mode"),
+            ("mode = 2", "mode = 2\nperiods = 17", "periods"),
+        )
+    ):
+        done, _ = run(tmp_path / str(k), text.replace(old, new))
+        assert done.exit_code != 0
+        assert words in done.output
