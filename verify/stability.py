@@ -32,11 +32,12 @@ from verify.row import INDEPENDENT, Row, at_most
 TITLE = "Stability of periodic motions"
 ABOUT = (
     "Random problems: those of `robustness/problems.py` with lift-off, barely pressed contacts, loads and start states, also with "
-    "modal damping ratios of 1e-4 to 1e-2; masses on cubic springs; masses on a friction disc, on Dahl's law, on smoothed Coulomb "
-    "friction and on Iwan contacts. Each is traced over a part of its band, with 21 harmonics; of 16 points, drawn blindly, one "
-    "stable one and one of each kind of instability are compared with `verify_in_time`: the periodic motion found by shooting, its "
-    "multipliers by differences of marched periods of 1000 steps, of 4000 where they contradict, where there are none, or where the "
-    "size is within 1e-2 of 1 or of that of the period map; without multipliers the motion that is marched on decides. Points whose motion in time differs by more than 0.5 % have too few harmonics and do not count."
+    "modal damping ratios of 1e-4 to 1e-2; masses on cubic springs; masses on a friction disc, on Dahl's law, on smoothed "
+    "Coulomb friction and on Iwan contacts. Each is traced over a part of its band, with 21 harmonics; of 16 points, drawn "
+    "blindly, one stable one and one of each kind of instability are compared with `verify_in_time`: the periodic motion found by "
+    "shooting, its multipliers by differences of marched periods of 1000 steps, of 4000 where they contradict, where there are "
+    "none, or where the size is within 1e-2 of 1 or differs by more; without multipliers the motion that is marched on decides. "
+    "Points whose motion in time differs by more than 0.5 % have too few harmonics and do not count."
 )
 POINTS = 200
 UNSTABLE_POINTS = 80
@@ -73,7 +74,108 @@ class Compared(NamedTuple):
         return kind_of(self.found)
 
     @property
-    def judged(one: Compared, response: ForcedResponse) -> Compared:
+    def judged(self) -> bool:
+        """Whether time integration says anything: it has a multiplier, leaves the motion, or settles on it."""
+        return bool(np.isfinite(self.check.multiplier)) or self.check.unstable or self.check.periodic
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether time integration says the opposite of the verdict."""
+        decided = self.found.verdict in (Stability.STABLE, Stability.UNSTABLE)
+        return decided and self.judged and self.check.unstable != (self.found.verdict == Stability.UNSTABLE)
+
+    @property
+    def difference(self) -> float:
+        """Of the sizes of the largest multipliers, relative where they are above 1; NaN without one in time."""
+        size = abs(self.check.multiplier)
+        return abs(abs(self.found.leading) - size) / max(size, 1.0)
+
+
+def kind_of(found: Multipliers) -> str:
+    """The verdict; for an unstable point how, by its largest multiplier."""
+    if found.verdict != Stability.UNSTABLE:
+        return found.verdict.name.lower()
+    if abs(found.leading.imag) > 1e-6 * abs(found.leading):
+        return "complex pair"
+    return "positive multiplier" if found.leading.real > 0.0 else "negative multiplier"
+
+
+def cubic_case(seed: int) -> tuple[Problem, Band, float]:
+    """Two masses on springs, one of them hardening or softening with the cube."""
+    rng = np.random.default_rng([77, seed])
+    K = np.array([[rng.uniform(1.0, 2.0), -0.5], [-0.5, rng.uniform(1.0, 9.0)]])
+    structure = Structure(np.eye(2), K, ("1.x", "2.x"), C=float(rng.uniform(0.01, 0.05)) * np.eye(2))
+    spring = Contact(
+        "spring", CubicSpring(float(rng.uniform(0.2, 1.0))), (between("1.x", "2.x" if rng.integers(2) else "ground"),)
+    )
+    problem = Problem(structure, (spring,), (Force("1.x", 1.0),), ("1.x",), f"cubic {seed}")
+    return problem, Band(0.1, 0.7), float(rng.uniform(0.1, 1.0))
+
+
+def law_case(seed: int) -> tuple[Problem, Band, float]:
+    """A mass in space on one contact whose load varies, or lifts off; all laws with kernels of their own, and Iwan's."""
+    rng = np.random.default_rng([78, seed])
+    K = np.diag(rng.uniform(0.5, 2.0, 3)) + 0.2 * np.ones((3, 3))
+    structure = Structure(np.eye(3), K, ("1.x", "1.y", "1.z"), damping=ModalDamping(float(10.0 ** rng.uniform(-3.0, -1.5))))
+    kt, mu, kn = (float(value) for value in rng.uniform((0.3, 0.2, 0.3), (2.0, 0.8, 3.0)))
+    load = {"kn": kn, "preload": float(rng.uniform(0.0, 2.0))}
+    law: Law
+    match seed % 4:
+        case 0:
+            law = FrictionDisc(kt, mu, **load)
+        case 1:
+            law = Dahl(kt, mu, **load)
+        case 2:
+            law = TanhCoulomb(mu, 0.2, **load)
+        case _:
+            law = Iwan(kt, mu, **load, count=8)
+    contact = Contact("contact", law, (between("1.x", "ground"), between("1.y", "ground")), between("1.z", "ground"))
+    forces = (Force("1.x", 1.0), Force("1.y", 0.6j), Force("1.z", float(rng.uniform(0.3, 1.5))))
+    return Problem(structure, (contact,), forces, ("1.x", "1.z"), f"laws {seed}"), Band(0.08, 0.4), float(rng.uniform(0.5, 3.0))
+
+
+def case_of(kind: str, seed: int) -> tuple[Problem, Band, float]:
+    """Problem, band and force level of a case."""
+    if kind == "cubic":
+        return cubic_case(seed)
+    if kind == "laws":
+        return law_case(seed)
+    light = kind == "light damping"
+    case = random_case("lift-off" if light else kind, seed + 1000 * light)
+    if light:
+        ratio = float(10.0 ** np.random.default_rng([79, seed]).uniform(-4.0, -2.0))
+        structure = replace(case.problem.structure, damping=ModalDamping(ratio))
+        return replace(case.problem, structure=structure), case.band, case.level
+    return case.problem, case.band, case.level
+
+
+def response_of(kind: str, seed: int) -> ForcedResponse | None:
+    """The curve of a case over a part of its band; None where it could not be traced."""
+    problem, band, level = case_of(kind, seed)
+    low = band.start + (1.0 - PART) * (band.stop - band.start) * float(np.random.default_rng([80, seed]).random())
+    try:
+        return forced_response(problem, Band(low, low + PART * (band.stop - band.start)), level, harmonics=21, samples=512)
+    except InputError:
+        return None
+
+
+def compared(kind: str, seed: int) -> Iterator[Compared]:
+    """One point of each kind of stability that the points drawn of a case have."""
+    response = response_of(kind, seed)
+    if response is None:
+        return
+    points, chosen = SolvedPoints(response.dataset, response.problem), dict[str, tuple[int, Multipliers]]()
+    map_ = PeriodMap(points.balance)
+    converged = np.flatnonzero(response.dataset["outcome"].values[0] == Outcome.CONVERGED)
+    for point in map(int, np.random.default_rng([81, seed]).permutation(converged)[:TRIED]):
+        found = map_.multipliers(points.evaluation(0, point))
+        chosen.setdefault(kind_of(found), (point, found))
+    for point, found in chosen.values():
+        check = response.verify_in_time(0, point, steps_per_period=STEPS, periods=2)
+        yield judged(Compared(f"{kind} {seed}", point, found, check), response)
+
+
+def judged(one: Compared, response: ForcedResponse) -> Compared:
     """The point with more steps where they are needed, and with more periods where shooting finds no periodic motion."""
     size = abs(one.check.multiplier)
     if not one.contradicted and abs(size - 1.0) > NEAR and one.difference <= NEAR:

@@ -44,9 +44,9 @@ class TimeCheck:
     included, relative to the rms of the vibration about its mean; first_period_difference: the same over the first period, where
     the integration still is what the harmonic balance says if that is a periodic motion; step_error: |X_1(N/2) − X_1(N)|/|X_1(N)|
     with half the N steps per period, NaN where the integration has not settled; time: the whole result of the integration;
-    harmonics of the point: H, or a list. multiplier: the largest Floquet multiplier of the periodic motion of the time steps, found
-    by shooting from the point, and motion_difference (outputs,): how far that motion, stable or not, is from the harmonic balance,
-    rms as above; both NaN where no periodic motion was found beside it.
+    harmonics of the point: H, or a list. multiplier: the largest Floquet multiplier of the periodic motion of the time steps,
+    found by shooting from the point, and motion_difference (outputs,): how far that motion, stable or not, is from the harmonic
+    balance, rms as above; both NaN where no periodic motion was found beside it.
     """
 
     harmonics: Harmonics
@@ -82,8 +82,8 @@ class TimeCheck:
     @property
     def unstable(self) -> bool:
         """Whether the periodic motion is not stable in time: |multiplier| > 1.0001; or, where no periodic motion was found beside
-        the harmonic balance, whether the march was seen to leave it: the changes from period to period grew, and the last period of
-        an output is ten times as far away as its first or more."""
+        the harmonic balance, whether the march was seen to leave it: the changes from period to period grew, and the last period
+        of an output is ten times as far away as its first or more."""
         if np.isfinite(self.multiplier):
             return self._bounded and abs(self.multiplier) > 1.0 + UNDECIDED
         far = self.period_difference > LEFT * np.maximum(self.first_period_difference, REST)

@@ -41,6 +41,9 @@ EXHAUSTED = 1e-5
 SETTLED = 1e-4
 """Residual of the largest multiplier, relative to it, at which the space is large enough; twice in succession."""
 
+KINK = 0.03
+"""Difference of the one-sided derivatives beyond which there is none: a contact just touches, or a slider just reaches its limit."""
+
 SOLVED = 1e-2
 """Residual of the linear system of a correction, relative."""
 
@@ -49,7 +52,7 @@ SOLVED = 1e-2
 class Shooting:
     """start: a state of the periodic motion, at t = 0; defect: what a period changes of it, relative to the vibration; outputs
     (outputs, N): over the period; multipliers: those found, largest first, without those of exactly 1 of sliders that never
-    slip. closed: whether the motion was found; without it there are no multipliers."""
+    slip. closed: whether the motion was found; without it there are no multipliers, nor where the period has no derivative."""
 
     start: TimeStart
     defect: float
@@ -72,7 +75,7 @@ def shoot(problem: Problem, omega: float, level: float, start: TimeStart, motion
         march = PeriodMarch(problem, omega, level, settings)
         vibration = float(np.linalg.norm(march.model.weight @ motion[:, 1:])) / np.sqrt(2.0)
         x, defect = _closed(march, march.packed(start), vibration)
-        closed = bool(0.0 < vibration and np.linalg.norm(defect) <= CLOSED * vibration)
+        closed = bool(vibration > 0.0 and np.linalg.norm(defect) <= CLOSED * vibration)
         values = _multipliers(march, x, x + defect, vibration) if closed else np.empty(0, dtype=complex)
         march(x)
         return Shooting(march.start(x), float(np.linalg.norm(defect)) / vibration, march.history.outputs.copy(), values, closed)
@@ -194,11 +197,12 @@ def _multipliers(march: PeriodMarch, x: Array, after: Array, vibration: float) -
     """Eigenvalues of Φ in the Krylov space of a random disturbance of motion and velocity, which leaves stuck sliders alone."""
     modes = march.model.mass.size
     first = np.concatenate([np.random.default_rng(0).normal(size=2 * modes), np.zeros(x.size - 2 * modes)])
-    krylov, settled = Krylov(Differences(march, x, after, vibration), first), 0
+    derivative, settled = Differences(march, x, after, vibration), 0
+    krylov = Krylov(derivative, first)
     while True:
         krylov.grow()
         H = krylov.matrix
-        if not np.all(np.isfinite(H)):
+        if not np.all(np.isfinite(H)) or derivative.kink > KINK:
             return np.empty(0, dtype=complex)
         values, vectors = np.linalg.eig(H[:-1])
         order = np.argsort(-np.abs(values))
