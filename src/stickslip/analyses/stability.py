@@ -11,6 +11,9 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, positive
+from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.view import measure_in, nearest_point
@@ -37,6 +40,23 @@ class Instability(IntEnum):
     NEIMARK_SACKER = 4
 
 
+class AllSectors:
+    """The solved points of a tuned disk with all its sectors, which a disturbance need not leave alike."""
+
+    def __init__(self, points: SolvedPoints, disk: TunedDisk) -> None:
+        self.points, self.disk = points, disk
+        harmonics, samples = points.balance.harmonics, points.balance.tables.E.shape[0]
+        self.balance = HarmonicBalance(disk.full(reported=[1]), harmonics, samples)
+
+    def evaluation(self, case: int, point: int) -> Evaluation:
+        """A point of the full disk: sector j is late by j EO/N periods."""
+        one = self.points.point(case, point)
+        forces = complex_harmonics(one.forces)
+        late = -2j * np.pi * self.disk.engine_order / self.disk.sectors * np.arange(forces.shape[1])
+        turned = [real_harmonics(forces * np.exp(j * late)) for j in range(self.disk.sectors)]
+        return self.balance.evaluate(Point(np.concatenate(turned), one.omega, one.level))
+
+
 class Change(NamedTuple):
     """Where the largest multiplier crosses the unit circle: frequency [Hz] and kind."""
 
@@ -52,9 +72,10 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
 
     highest: natural frequency in Hz up to which modes move by themselves. Unless it is given, those below eight times the highest
     harmonic; what the others change is found where the largest multiplier is nearest to the unit circle, and points that might
-    change sides are solved with all.
+    change sides are solved with all. A tuned disk is disturbed in all its sectors.
     """
-    points = SolvedPoints(dataset, problem)
+    solved = SolvedPoints(dataset, problem)
+    points = AllSectors(solved, problem) if isinstance(problem, TunedDisk) else solved
     converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]
     with threadpool_limits(1, user_api="blas"):
         map_ = PeriodMap(points.balance, _highest(dataset, points, highest))
@@ -71,14 +92,14 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
     )
 
 
-def _highest(dataset: xr.Dataset, points: SolvedPoints, highest: float | None) -> float:
+def _highest(dataset: xr.Dataset, points: SolvedPoints | AllSectors, highest: float | None) -> float:
     """The largest natural frequency of modes that move by themselves, rad/s."""
     if highest is None:
         return 2.0 * np.pi * KEPT * points.balance.highest * float(np.nanmax(dataset["frequency"].values, initial=0.0))
     return np.inf if highest == np.inf else 2.0 * np.pi * positive("highest", highest)
 
 
-def _with_all_modes(points: SolvedPoints, found: dict[tuple[int, int], Multipliers]) -> float:
+def _with_all_modes(points: SolvedPoints | AllSectors, found: dict[tuple[int, int], Multipliers]) -> float:
     """What the modes left out change of the multiplier nearest to the unit circle; points that might change sides are solved anew
     with all modes."""
     whole = PeriodMap(points.balance)

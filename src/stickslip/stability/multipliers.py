@@ -88,8 +88,7 @@ class PeriodMap:
     def __init__(self, balance: HarmonicBalance, highest: float = np.inf) -> None:
         if not balance.problem.systems.alike:
             raise InputError(
-                "Stability must be asked for a structure that all harmonics share, but a tuned disk has one for each nodal "
-                "diameter, and mean springs act on harmonic 0 alone. Ask it of `disk.full()`, without mean springs."
+                "Stability must be asked for a structure that all harmonics share, but mean springs act on harmonic 0 alone."
             )
         modes = block_modes(states(balance.problem.systems.at(1)), balance.rows, highest)
         if modes is None:
