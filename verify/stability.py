@@ -36,7 +36,7 @@ ABOUT = (
     "Coulomb friction and on Iwan contacts. Each is traced over a part of its band, with 21 harmonics; of 16 points, drawn "
     "blindly, one stable one and one of each kind of instability are compared with `verify_in_time`: the periodic motion found "
     "by shooting, its multipliers by differences of marched periods of 1000 steps, of 4000 where they contradict, where there "
-    "are none, where the size is within 3e-3 of 1 or the two differ by 1e-2; without multipliers the motion marched on decides. "
+    "are none, where the size is within 3e-3 of 1 or the two differ by 1e-2; without multipliers it is marched on until it leaves or settles. "
     "Points whose motion in time differs by more than 0.5 % have too few harmonics and do not count."
 )
 POINTS = 200
@@ -183,7 +183,9 @@ def judged(one: Compared, response: ForcedResponse) -> Compared:
     again = one._replace(check=response.verify_in_time(0, one.point, steps_per_period=MORE_STEPS, periods=2))
     if np.isfinite(again.check.multiplier):
         return again
-    marched = response.verify_in_time(0, one.point, steps_per_period=STEPS, periods=PERIODS, tolerance=1e-3)
+    # The march starts beside the periodic motion, by what the harmonics leave out: only if that falls to a tenth is it stable.
+    error = max(0.1 * float(np.max(one.check.first_period_difference)), 1e-8)
+    marched = response.verify_in_time(0, one.point, steps_per_period=STEPS, periods=PERIODS, tolerance=error)
     return one._replace(check=marched)
 
 
