@@ -11,11 +11,11 @@ from stickslip.structure.cyclic import sector_chain
 SECTORS, ENGINE_ORDER, COUPLING, DAMPING = 5, 2, 0.1, 0.02
 
 
-def ring(contact, coupling=COUPLING):
+def ring(contact, coupling=COUPLING, engine_order=ENGINE_ORDER):
     """Five masses in a ring, each on a spring of 1 N/m and on a contact, with weak springs between neighbours."""
     blade = ss.Structure(np.eye(1), np.array([[1.0 + 2.0 * coupling]]), ("b.x",), C=DAMPING * np.eye(1))
     disk = sector_chain(blade, SECTORS, [[-coupling]])
-    return ss.TunedDisk(disk, (contact,), (ss.Force("b.x", 0.15),), ("b.x",), "Ring", engine_order=ENGINE_ORDER)
+    return ss.TunedDisk(disk, (contact,), (ss.Force("b.x", 0.15),), ("b.x",), "Ring", engine_order=engine_order)
 
 
 def cubic_ring():
@@ -24,7 +24,7 @@ def cubic_ring():
 
 def sliding_ring():
     """Jenkins sliders between neighbours."""
-    return ring(ss.Contact("slider", ss.Macroslip(0.3, 0.5, normal_load=0.3), (ss.between("b.x", "next/b.x"),)))
+    return ring(ss.Contact("slider", ss.Macroslip(0.3, 0.5, normal_load=0.3), (ss.between("b.x", "next/b.x"),)), 0.02, 1)
 
 
 def multipliers_of_the_ring(omega, start):

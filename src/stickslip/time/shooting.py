@@ -42,7 +42,7 @@ SETTLED = 1e-4
 """Residual of the largest multiplier, relative to it, at which the space is large enough; twice in succession."""
 
 KINK = 0.03
-"""Difference of the one-sided derivatives beyond which there is none: a contact just touches, or a slider just reaches its limit."""
+"""Difference of the one-sided derivatives beyond which there is none: a contact just touches, or a slider just slips."""
 
 SOLVED = 1e-2
 """Residual of the linear system of a correction, relative."""
