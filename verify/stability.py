@@ -36,13 +36,16 @@ ABOUT = (
     "Coulomb friction and on Iwan contacts. Each is traced over a part of its band, with 21 harmonics; of 16 points, drawn "
     "blindly, one stable one and one of each kind of instability are compared with `verify_in_time`: the periodic motion found "
     "by shooting, its multipliers by differences of marched periods of 1000 steps, of 4000 where they contradict, where there "
-    "are none, where the size is within 3e-3 of 1 or the two differ by 1e-2; without multipliers it is marched on until it leaves or settles. "
-    "Points whose motion in time differs by more than 0.5 % have too few harmonics and do not count."
+    "are none, where the size is within 3e-3 of 1 or the two differ by 1e-2; without multipliers it is marched on until it "
+    "leaves or settles. Points whose motion in time differs by more than 0.5 % have too few harmonics and do not count."
 )
 POINTS = 200
 UNSTABLE_POINTS = 60
 KINDS = ("lift-off", "cubic", "barely pressed", "light damping", "laws", "start state", "varying load", "constant load")
 MOST_SEEDS = 60
+FEW_SEEDS = 5
+"""Of barely pressed contacts, whose curves have thousands of points."""
+
 TRIED = 16
 """Points of a curve whose multipliers are computed."""
 
@@ -195,6 +198,8 @@ def all_compared() -> tuple[list[Compared], int]:
     unresolved = 0
     for seed in range(MOST_SEEDS):
         for kind in KINDS:
+            if kind == "barely pressed" and seed >= FEW_SEEDS:
+                continue
             for one in compared(kind, seed):
                 error = np.nanmax([*one.check.motion_difference, *one.check.first_period_difference])
                 unresolved += bool(error > RESOLVED)
