@@ -81,13 +81,16 @@ class TimeCheck:
 
     @property
     def unstable(self) -> bool:
-        """Whether the periodic motion is not stable in time: |multiplier| > 1.0001; or, where no periodic motion was found beside
-        the harmonic balance, whether the march was seen to leave it: the changes from period to period grew, and the last period
-        of an output is ten times as far away as its first or more."""
+        """Whether the periodic motion is not stable in time: |multiplier| > 1.0001.
+
+        Where it has no multiplier, whether the march left it: the last period of an output is ten times as far from the harmonic
+        balance as the first, and either the changes from period to period rose, or the march has settled elsewhere.
+        """
         if np.isfinite(self.multiplier):
             return self._bounded and abs(self.multiplier) > 1.0 + UNDECIDED
         far = self.period_difference > LEFT * np.maximum(self.first_period_difference, REST)
-        return self._bounded and self.time.cycle.growth > 1.0 and bool(np.any(far))
+        elsewhere = self.periodic and bool(np.max(self.period_difference, initial=0.0) > ELSEWHERE)
+        return self._bounded and bool(np.any(far)) and (elsewhere or self.time.cycle.growth > 1.0)
 
     def agrees(self, tolerance: float = 1e-3) -> bool:
         """Whether every output agrees in first harmonic and over the period with the periodic motion the integration tends to.
