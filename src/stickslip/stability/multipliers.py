@@ -210,6 +210,8 @@ class ContactPeriod:
         """Instants around the reversals of laws whose force the velocity takes from one limit to the other within few steps."""
         found = [np.empty(0)]
         for c, contact in enumerate(self.contacts):
+            if contact.law.passage(1.0) == np.inf:
+                continue
             for r in range(self.table.first_row[c], self.table.first_row[c] + len(contact.tangential)):
                 v, after = self.v[r], np.roll(self.v[r], -1)
                 for n in np.flatnonzero(v * after < 0.0):
