@@ -263,8 +263,8 @@ def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequ
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("varies", "count", "tolerance"), [(0.0, 6, 1e-3), (1.0, 2, 3e-3)], ids=["constant", "varying"])
-def test_multipliers_of_dahls_law_are_those_of_integration(varies, count, tolerance):
+@pytest.mark.parametrize(("varies", "count"), [(0.0, 6), (1.0, 2)], ids=["constant", "varying"])
+def test_multipliers_of_dahls_law_are_those_of_integration(varies, count):
     """dT/du = kt (1 − sgn(u̇) T/L); T is a state of its own, and follows L where L falls below it: of first order in the steps."""
     problem = spatial(ss.Dahl(1.0, 0.4, kn=1.0, preload=2.5) if varies else ss.Dahl(1.0, 0.4, normal_load=2.5))
     map_, (evaluation,) = solved(problem, [0.12], 1.0, 21, 1024)
@@ -283,4 +283,5 @@ def test_multipliers_of_dahls_law_are_those_of_integration(varies, count, tolera
     begin = from_harmonics(map_.balance, point.forces, omega, 1.0)
     cycle = contact_cycle(evaluation.table, map_.balance.tables, evaluation.w, omega)
     exact = shot(travel, np.concatenate([begin.motion, begin.velocity, cycle.force[:2, 0]]), list(range(8)), 1e-4)
-    assert_same(map_.multipliers(evaluation).values, exact, count, tolerance)
+    assert exact.size == 8
+    assert_same(map_.multipliers(evaluation).values, exact, count, 3e-3 if varies else 1e-3)

@@ -33,7 +33,7 @@ ELSEWHERE = 0.1
 """A periodic motion in time that differs by more from the harmonic balance, relative to the vibration, is another one."""
 
 UNDECIDED = 1e-4
-"""Excess of a multiplier over 1 that differences of marched periods do not tell from none."""
+"""Excess of a multiplier over 1 that differences of marched periods cannot resolve."""
 
 
 @dataclass(frozen=True, eq=False)
