@@ -212,3 +212,76 @@ def test_hills_matrix_of_the_periodic_force_is_right_without_memory_and_wrong_wi
     map_, (evaluation,) = solved(rigs.single_mass(), [0.9 / (2.0 * np.pi)], 2.0)
     frozen, found = hill(evaluation, map_.balance, 1.0, 0.02, 2.0), map_.multipliers(evaluation).values[:2]
     assert np.abs(frozen).max() / np.abs(found).max() == pytest.approx(1.105, rel=2e-3)
+
+
+def spatial(law):
+    """A mass in space on one contact whose load varies with z; its law may lift off."""
+    structure = ss.Structure(np.eye(3), STIFFNESS, ("1.x", "1.y", "1.z"), C=0.05 * np.eye(3))
+    normal = ss.between("1.z", "ground") if law.has_normal else None
+    contact = ss.Contact("c", law, (ss.between("1.x", "ground"), ss.between("1.y", "ground")), normal)
+    forces = (ss.Force("1.x", 1.0), ss.Force("1.y", 0.6j), ss.Force("1.z", 0.7))
+    return ss.Problem(structure, (contact,), forces, ("1.x",), "Mass in space")
+
+
+STIFFNESS = np.diag([1.0, 1.4, 0.8]) + 0.1
+
+
+def loaded(omega, t, q, v, friction, normal):
+    """Acceleration of the mass in space."""
+    load = np.array([np.cos(omega * t), -0.6 * np.sin(omega * t), 0.7 * np.cos(omega * t)])
+    return load - 0.05 * v - STIFFNESS @ q - np.array([*friction, normal])
+
+
+def shot(travel, x, free, step=1e-6):
+    """Multipliers of the periodic motion near x by Newton's method on differences, of the states that are free."""
+    for _ in range(3):
+        ends = [(travel(x + step * d) - travel(x - step * d)) / (2.0 * step) for d in np.eye(x.size)[free]]
+        derivative = np.array(ends).T[free]
+        x = x.copy()
+        x[free] += np.linalg.solve(np.eye(len(free)) - derivative, (travel(x) - x)[free])
+    return np.linalg.eigvals(derivative)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("frequency", "preload"), [(0.12, 1.5), (0.2, 0.3)], ids=["closed", "lifts off"])
+def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequency, preload):
+    """Steps are short where the velocity passes zero, and the friction of a landing contact knows when it landed."""
+    problem = spatial(ss.TanhCoulomb(0.4, 0.2, kn=1.0, preload=preload))
+    map_, (evaluation,) = solved(problem, [frequency], 1.0, 31, 2048)
+    omega = evaluation.point.omega
+
+    def travel(x):
+        def rate(t, x):
+            normal = max(x[2] + preload, 0.0)
+            return np.concatenate([x[3:], loaded(omega, t, x[:3], x[3:], 0.4 * normal * np.tanh(x[3:5] / 0.2), normal)])
+
+        return solve_ivp(rate, (0.0, 2.0 * np.pi / omega), x, max_step=0.02, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+
+    begin = from_harmonics(map_.balance, evaluation.point.forces, omega, 1.0)
+    exact = shot(travel, np.concatenate([begin.motion, begin.velocity]), list(range(6)))
+    assert_same(map_.multipliers(evaluation).values, exact, 6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("varies", "count"), [(0.0, 6), (1.0, 2)], ids=["constant", "varying"])
+def test_multipliers_of_dahls_law_are_those_of_integration(varies, count):
+    """dT/du = kt (1 − sgn(u̇) T/L); T is a state of its own, and follows L where L falls below it: of first order in the steps."""
+    problem = spatial(ss.Dahl(1.0, 0.4, kn=1.0, preload=2.5) if varies else ss.Dahl(1.0, 0.4, normal_load=2.5))
+    map_, (evaluation,) = solved(problem, [0.12], 1.0, 21, 1024)
+    omega, point = evaluation.point.omega, evaluation.point
+
+    def travel(x):
+        def rate(t, x):
+            normal = varies * x[2] + 2.5
+            drift, side = x[3:5] * (1.0 - np.sign(x[3:5]) * x[6:] / (0.4 * normal)), np.sign(x[6:])
+            follows = np.abs(x[6:]) >= 0.4 * normal
+            drift = np.where(follows, side * np.minimum(side * drift, 0.4 * varies * x[5]), drift)
+            return np.concatenate([x[3:6], loaded(omega, t, x[:3], x[3:6], x[6:], varies * normal), drift])
+
+        return solve_ivp(rate, (0.0, 2.0 * np.pi / omega), x, max_step=0.05, rtol=1e-9, atol=1e-11).y[:, -1]
+
+    begin = from_harmonics(map_.balance, point.forces, omega, 1.0)
+    cycle = contact_cycle(evaluation.table, map_.balance.tables, evaluation.w, omega)
+    exact = shot(travel, np.concatenate([begin.motion, begin.velocity, cycle.force[:2, 0]]), list(range(8)), 1e-4)
+    assert exact.size == 8
+    assert_same(map_.multipliers(evaluation).values, exact, count, 3e-3 if varies else 1e-3)

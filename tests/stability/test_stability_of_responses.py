@@ -73,10 +73,10 @@ def test_results_with_stability_are_kept_in_files(duffing, tmp_path):
     assert np.array_equal(read.stability.values, duffing.dataset.stability.values)
 
 
-def test_a_tuned_disk_is_refused_with_what_to_do():
-    problem = rigs.lumped_blisk()
-    response = ss.forced_response(problem, [float(problem.frequencies(stuck=True)[0])], harmonics=3)
-    with pytest.raises(ss.InputError, match=r"disk\.full\(\)"):
+def test_mean_springs_are_refused():
+    problem = rigs.lumped_blisk("R", sectors=4, engine_order=1)
+    response = ss.forced_response(problem, [float(problem.frequencies(stuck=True)[0])], harmonics=1, samples=24)
+    with pytest.raises(ss.InputError, match="mean springs act on harmonic 0 alone"):
         response.with_stability()
 
 

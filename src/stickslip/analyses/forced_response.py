@@ -189,8 +189,8 @@ class ForcedResponse(
 
         The dataset gains `stability` (case, point): stable, unstable or undecided, `multiplier` (case, point, part), the
         largest, `multiplier_error`, `stuck_sliders`, `peak_stability` (case, peak, output), and `stability_change` with its
-        frequency (case, change): fold, branch_point, period_doubling or neimark_sacker. Refused for tuned disks: ask it of
-        `disk.full()`.
+        frequency (case, change): fold, branch_point, period_doubling or neimark_sacker. Of a tuned disk all sectors are
+        disturbed, each by itself; `stuck_sliders` are those of all of them.
         Source: Hsu, J. Appl. Mech. 39 (1972) 551-559, for the period map; the treatment of contacts is ours.
         """
         return replace(self, dataset=with_stability(self.dataset, self.problem, highest))

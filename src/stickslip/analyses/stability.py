@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,9 +11,13 @@ from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, positive
+from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
+from stickslip.harmonic.fourier import complex_harmonics, real_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.view import measure_in, nearest_point
+from stickslip.solve.interpolation import Interpolation
 from stickslip.stability.multipliers import TIMES_ERROR, Multipliers, PeriodMap, Stability
 
 if TYPE_CHECKING:
@@ -37,6 +41,34 @@ class Instability(IntEnum):
     NEIMARK_SACKER = 4
 
 
+LOCATED = 1e-6
+"""Distance from the unit circle at which a change of stability is located."""
+
+MOST_SOLVED = 30
+"""Points solved to locate a change."""
+
+
+class AllSectors:
+    """The solved points of a tuned disk with all its sectors, which a disturbance need not leave alike."""
+
+    def __init__(self, points: SolvedPoints, disk: TunedDisk) -> None:
+        self.points, self.disk = points, disk
+        harmonics, samples = points.balance.harmonics, points.balance.tables.E.shape[0]
+        self.balance = HarmonicBalance(disk.full(reported=[1]), harmonics, samples)
+
+    def evaluation(self, case: int, point: int) -> Evaluation:
+        """A solved point, of the full disk: sector j is late by j EO/N periods."""
+        return self.evaluation_of(self.points.evaluation(case, point))
+
+    def evaluation_of(self, sector: Evaluation) -> Evaluation:
+        """The point of the full disk whose first sector moves as given."""
+        one = sector.point
+        forces = complex_harmonics(one.forces)
+        late = -2j * np.pi * self.disk.engine_order / self.disk.sectors * np.arange(forces.shape[1])
+        turned = [real_harmonics(forces * np.exp(j * late)) for j in range(self.disk.sectors)]
+        return self.balance.evaluate(Point(np.concatenate(turned), one.omega, one.level))
+
+
 class Change(NamedTuple):
     """Where the largest multiplier crosses the unit circle: frequency [Hz] and kind."""
 
@@ -52,9 +84,10 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
 
     highest: natural frequency in Hz up to which modes move by themselves. Unless it is given, those below eight times the highest
     harmonic; what the others change is found where the largest multiplier is nearest to the unit circle, and points that might
-    change sides are solved with all.
+    change sides are solved with all. A tuned disk is disturbed in all its sectors.
     """
-    points = SolvedPoints(dataset, problem)
+    solved = SolvedPoints(dataset, problem)
+    points = AllSectors(solved, problem) if isinstance(problem, TunedDisk) else solved
     converged = [(int(case), int(point)) for case, point in np.argwhere(dataset["outcome"].values == Outcome.CONVERGED)]
     with threadpool_limits(1, user_api="blas"):
         map_ = PeriodMap(points.balance, _highest(dataset, points, highest))
@@ -62,23 +95,23 @@ def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None 
         error = 0.0
         if highest is None and map_.modes.dropped and converged:
             error = _with_all_modes(points, found)
-    values = _of_points(dataset, found, error)
-    changes = [_changes(dataset, values, case) for case in range(dataset.sizes["case"])]
-    if dataset.attrs.get("listed_frequencies"):
-        changes = [[] for _ in changes]
+        values = _of_points(dataset, found, error)
+        changes: list[list[Change]] = [[] for _ in range(dataset.sizes["case"])]
+        if not dataset.attrs.get("listed_frequencies"):
+            changes = [_changes(dataset, values, case, solved, leading_of(points, map_)) for case in range(len(changes))]
     return dataset.assign(_variables(dataset, values, changes)).assign_attrs(
         stability_dropped_modes=map_.modes.dropped, stability_mode_error=error
     )
 
 
-def _highest(dataset: xr.Dataset, points: SolvedPoints, highest: float | None) -> float:
+def _highest(dataset: xr.Dataset, points: SolvedPoints | AllSectors, highest: float | None) -> float:
     """The largest natural frequency of modes that move by themselves, rad/s."""
     if highest is None:
         return 2.0 * np.pi * KEPT * points.balance.highest * float(np.nanmax(dataset["frequency"].values, initial=0.0))
     return np.inf if highest == np.inf else 2.0 * np.pi * positive("highest", highest)
 
 
-def _with_all_modes(points: SolvedPoints, found: dict[tuple[int, int], Multipliers]) -> float:
+def _with_all_modes(points: SolvedPoints | AllSectors, found: dict[tuple[int, int], Multipliers]) -> float:
     """What the modes left out change of the multiplier nearest to the unit circle; points that might change sides are solved anew
     with all modes."""
     whole = PeriodMap(points.balance)
@@ -110,20 +143,55 @@ def _of_points(dataset: xr.Dataset, multipliers: dict[tuple[int, int], Multiplie
     return found
 
 
-def _changes(dataset: xr.Dataset, values: dict[str, Any], case: int) -> list[Change]:
-    """The changes along a curve, in the order of travel."""
+def leading_of(points: SolvedPoints | AllSectors, map_: PeriodMap) -> Callable[[Evaluation], complex]:
+    """The largest multiplier of a point of the curve."""
+    if isinstance(points, AllSectors):
+        return lambda evaluation: map_.multipliers(points.evaluation_of(evaluation)).leading
+    return lambda evaluation: map_.multipliers(evaluation).leading
+
+
+def _changes(
+    dataset: xr.Dataset, values: dict[str, Any], case: int, points: SolvedPoints, leading: Callable[[Evaluation], complex]
+) -> list[Change]:
+    """The changes along a curve, in the order of travel: between each two points on different sides of the unit circle."""
     converged = np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED)
     frequency, multiplier = dataset["frequency"].values[case, converged], values["multiplier"][case, converged]
-    return [Change(*change) for change in _crossings(frequency, multiplier)]
+    crossings = np.flatnonzero(np.diff(np.abs(multiplier) > 1.0))
+    if not crossings.size:
+        return []
+    curve = Interpolation(points.balance, points.converged(case), LOCATED)
+    found = []
+    for k in map(int, crossings):
+        place, outside = _located(curve, k, complex(multiplier[k]), complex(multiplier[k + 1]), leading)
+        found.append(Change(place, _kind(outside, _turns(frequency, k))))
+    return found
 
 
-def _crossings(frequency: Array, multiplier: Any) -> Iterator[tuple[float, Instability]]:
-    """Between each two points on different sides of the unit circle: where their sizes, taken as linear, are 1, and the kind."""
-    size = np.abs(multiplier)
-    for k in np.flatnonzero((size[1:] > 1.0) != (size[:-1] > 1.0)):
-        share = (1.0 - size[k]) / (size[k + 1] - size[k])
-        outside = multiplier[k + 1] if size[k + 1] > 1.0 else multiplier[k]
-        yield float(frequency[k] + share * (frequency[k + 1] - frequency[k])), _kind(complex(outside), _turns(frequency, int(k)))
+def _located(
+    curve: Interpolation, k: int, first: complex, last: complex, leading: Callable[[Evaluation], complex]
+) -> tuple[float, complex]:
+    """Frequency [Hz] between point k and the next where the size of the largest multiplier passes 1, and a multiplier beside it,
+    outside the unit circle.
+
+    By bisection and false position in turn, since the size may jump where a contact just touches. Where a point cannot be solved,
+    the frequency is that of a straight line between the last two.
+    """
+    ends, multipliers, omegas = [0.0, 1.0], [first, last], list(curve.omegas[k : k + 2])
+    for count in range(MOST_SOLVED):
+        a, b = (abs(each) - 1.0 for each in multipliers)
+        if min(abs(a), abs(b)) <= LOCATED or ends[1] - ends[0] <= LOCATED:
+            break
+        share = 0.5 if count % 3 == 2 else min(max(a / (a - b), 0.05), 0.95)
+        fraction = ends[0] + share * (ends[1] - ends[0])
+        evaluation = curve.between(k, fraction)
+        if evaluation is None:
+            break
+        found = leading(evaluation)
+        side = 0 if (abs(found) > 1.0) == (abs(multipliers[0]) > 1.0) else 1
+        ends[side], multipliers[side], omegas[side] = fraction, found, evaluation.point.omega
+    a, b = (abs(each) - 1.0 for each in multipliers)
+    omega = omegas[0] + a / (a - b) * (omegas[1] - omegas[0])
+    return float(omega / (2.0 * np.pi)), multipliers[0] if a > 0.0 else multipliers[1]
 
 
 def _turns(frequency: Array, k: int) -> bool:

@@ -14,6 +14,7 @@ from stickslip.harmonic.orders import Harmonics, in_words, of_attribute
 from stickslip.problem import Problem
 from stickslip.time.march import LOAD_STEPS, NEAR, March, MarchOutcome, march
 from stickslip.time.methods import DEFAULT_METHOD, Method
+from stickslip.time.shooting import shoot
 from stickslip.time.start import from_harmonics
 
 if TYPE_CHECKING:
@@ -28,6 +29,12 @@ REST = 1e-9
 FEWEST_PERIODS = 20
 """Periods that half the steps are allowed at least."""
 
+ELSEWHERE = 0.1
+"""A periodic motion in time that differs by more from the harmonic balance, relative to the vibration, is another one."""
+
+UNDECIDED = 1e-4
+"""Excess of a multiplier over 1 that differences of marched periods cannot resolve."""
+
 
 @dataclass(frozen=True, eq=False)
 class TimeCheck:
@@ -38,7 +45,9 @@ class TimeCheck:
     the integration still is what the harmonic balance says if that is a periodic motion; step_error: |X_1(N/2) − X_1(N)|/|X_1(N)|
     with half the N steps per period, NaN where the integration has not settled; time: the whole result of the integration;
     harmonics of the point: H, or a list; excitation_periods: those of the excitation after which the motion repeats itself, which
-    here are one period.
+    here are one period. multiplier: the largest Floquet multiplier of the periodic motion of the time steps, found by shooting
+    from the point, and motion_difference (outputs,): how far that motion, stable or not, is from the harmonic balance, rms as
+    above; both NaN where no periodic motion was found beside it.
     """
 
     harmonics: Harmonics
@@ -48,6 +57,8 @@ class TimeCheck:
     first_period_difference: Array
     step_error: Array
     time: TimeResponse
+    multiplier: complex
+    motion_difference: Array
     excitation_periods: int = 1
 
     @property
@@ -72,10 +83,16 @@ class TimeCheck:
 
     @property
     def unstable(self) -> bool:
-        """Whether the motion was seen to leave the periodic one of the harmonic balance: the changes from period to period grew,
-        and the last period of an output is ten times as far away as its first or more."""
+        """Whether the periodic motion is not stable in time: |multiplier| > 1.0001.
+
+        Where it has no multiplier, whether the march left it: the last period of an output is ten times as far from the harmonic
+        balance as the first, and either the changes from period to period rose, or the march has settled elsewhere.
+        """
+        if np.isfinite(self.multiplier):
+            return self._bounded and abs(self.multiplier) > 1.0 + UNDECIDED
         far = self.period_difference > LEFT * np.maximum(self.first_period_difference, REST)
-        return self._bounded and self.time.cycle.growth > 1.0 and bool(np.any(far))
+        elsewhere = self.periodic and bool(np.max(self.period_difference, initial=0.0) > ELSEWHERE)
+        return self._bounded and bool(np.any(far)) and (elsewhere or self.time.cycle.growth > 1.0)
 
     def agrees(self, tolerance: float = 1e-3) -> bool:
         """Whether every output agrees in first harmonic and over the period with the periodic motion the integration tends to.
@@ -84,7 +101,7 @@ class TimeCheck:
         verifies nothing.
         """
         largest = max(float(np.max(np.abs(self.amplitude_difference))), float(np.max(self.period_difference)))
-        return self._bounded and largest + self.distance <= tolerance
+        return self._bounded and not self.unstable and largest + self.distance <= tolerance
 
     @property
     def sentence(self) -> str:
@@ -118,9 +135,14 @@ class TimeCheck:
         return (
             f"harmonic balance with {self._harmonics} gives a periodic motion, which the first period in time repeats within "
             f"{float(self.first_period_difference[worst]):.1e}, but not a stable one: departures grow by a factor of "
-            f"{self.time.cycle.growth:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
+            f"{self._factor:.3g} a period, and the motion ends {float(self.period_difference[worst]):.1e} away "
             f"({self._output}, the worst output)."
         )
+
+    @property
+    def _factor(self) -> float:
+        """By which departures grow in a period."""
+        return abs(self.multiplier) if np.isfinite(self.multiplier) else self.time.cycle.growth
 
     @property
     def _bounded(self) -> bool:
@@ -153,32 +175,41 @@ def verify_in_time(
     tolerance: float = 1e-6,
     periods: int = 1000,
 ) -> TimeCheck:
-    """Integrate a point of a forced response in time, from its own motion, velocity and sliders, and compare."""
+    """Integrate a point of a forced response in time, from its own motion, velocity and sliders, and compare.
+
+    Beside it the periodic motion of the steps is found by shooting from the same state, for its multiplier.
+    """
     points = SolvedPoints(dataset, problem)
     solved, place = points.point(case, point), dataset.isel(case=case, point=point)
-    excitation_periods = points.balance.periods
+    excitation_periods, whole = points.balance.periods, points.balance.problem
+    settings = March(excitation_periods * steps_per_period, method, tolerance, periods)
+    start = from_harmonics(points.balance, solved.forces, solved.omega, solved.level)
     time = time_response(
-        points.balance.problem,
+        whole,
         float(place["frequency"]) / excitation_periods,
         float(place["force_level"]),
         steps_per_period=excitation_periods * steps_per_period,
         method=method,
         tolerance=tolerance,
         periods=periods,
-        start=from_harmonics(points.balance, solved.forces, solved.omega, solved.level),
+        start=start,
     )
+    motion = points.balance.linear.whole_motion(solved.forces, solved.omega, solved.level)
+    shot = shoot(whole, solved.omega, solved.level, start, motion, settings)
     response = place["response"].to_numpy()
     harmonic = response[..., 0] + 1j * response[..., 1]
+    apart = _period_difference(harmonic, shot.outputs)
+    near = shot.closed and float(np.max(apart, initial=0.0)) <= ELSEWHERE
     return TimeCheck(
         harmonics=of_attribute(dataset.attrs["harmonics"]),
         harmonic_amplitude=np.abs(harmonic[:, excitation_periods]),
         time_amplitude=np.abs(harmonics_of(time.cycle.outputs, excitation_periods)[:, excitation_periods]),
         period_difference=_period_difference(harmonic, time.cycle.outputs),
         first_period_difference=_period_difference(harmonic, time.cycle.first_outputs),
-        step_error=_step_error(
-            time, March(excitation_periods * steps_per_period, method, tolerance, periods), excitation_periods
-        ),
+        step_error=_step_error(time, settings, excitation_periods),
         time=time,
+        multiplier=shot.leading if near else complex(np.nan),
+        motion_difference=apart if near else np.full(apart.shape, np.nan),
         excitation_periods=excitation_periods,
     )
 

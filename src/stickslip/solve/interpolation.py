@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.curve_points import CurvePoint, Metric, Tangent, moving_sizes, relative_metric
-from stickslip.solve.newton import correct, fixed
+from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.segment import Knot, Segment, knot, segment
 
 FOLD_DIVISIONS = 2
@@ -65,6 +65,12 @@ class Interpolation:
             if k + 1 < len(self.evaluations):
                 self._within(k, wanted, ~met[:, k : k + 2].any(axis=1), found)
         return found
+
+    def between(self, k: int, fraction: float) -> Evaluation | None:
+        """The point at a fraction of the step from point k to the next, solved on a plane across it; None where that fails."""
+        part = segment(self._knot(k), self._knot(k + 1), self._metric(k))
+        correction = self._across(part, fraction)
+        return correction.evaluation if correction.converged else None
 
     def curve(self) -> list[CurvePoint]:
         """The solved points with their tangents, as a continuation has them; of two at one place only the first, and none where
@@ -126,13 +132,17 @@ class Interpolation:
 
     def _halves(self, part: Segment, metric: Metric, fraction: float) -> tuple[Segment, Segment] | None:
         """The segment divided at a point solved on a plane across it; None where Newton's method fails."""
-        plane = replace(part.plane, target=part.plane.target + fraction)
-        start = Point(part.forces(fraction), part.omega(fraction), part.low.evaluation.point.level)
-        correction = correct(self.balance, start, plane, iterations=12, halvings=8)
+        correction = self._across(part, fraction)
         if not correction.converged:
             return None
         middle = knot(self.balance, correction.evaluation, metric, part.low.evaluation, part.high.evaluation)
         return segment(part.low, middle, metric), segment(middle, part.high, metric)
+
+    def _across(self, part: Segment, fraction: float) -> Correction:
+        """Newton's method on a plane across a segment."""
+        plane = replace(part.plane, target=part.plane.target + fraction)
+        start = Point(part.forces(fraction), part.omega(fraction), part.low.evaluation.point.level)
+        return correct(self.balance, start, plane, iterations=12, halvings=8)
 
     def _passed(self, part: Segment, metric: Metric, omega: float, divisions: int) -> list[Value]:
         """The values at a frequency on a segment; it is divided until each solved point is the one that its cubic predicted."""

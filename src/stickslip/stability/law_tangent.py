@@ -24,6 +24,10 @@ DIFFERENCE = 1e-6
 """Change, relative to the forces, by which the step of a law without closed form is differentiated by what was before it."""
 
 
+SOON = 1e-3
+"""Share of a step over which the rate of friction after a landing is taken."""
+
+
 class Tangent(NamedTuple):
     """δy of each row after a step: own, normal, cross by the motion after it (of the row, of its normal load, of its partner),
     own_rate, cross_rate by the velocity; y, y_cross, u, u_cross, u_normal by what was before. All (rows,)."""
@@ -57,14 +61,18 @@ def no_tangent(rows: int) -> Tangent:
 
 
 @kernel
-def law_tangent(table: ContactTable, c: int, u: Array, v: Array, y: Array, tangent: Tangent) -> None:
-    """Fill the rows of contact c for a step with motion u and velocity v (rows, 2) before and after it, and move y (rows,)."""
+def law_tangent(table: ContactTable, c: int, u: Array, v: Array, inside: float, y: Array, tangent: Tangent) -> None:
+    """Fill the rows of contact c for a step with motion u and velocity v (rows, 2) before and after it, and move y (rows,).
+
+    inside: normal motion within the step, at whose ends the contact may land or lift off.
+    """
     a, data = table.first_row[c], contact_data(table, c)
     size, row, e = data.kt.size, table.normal_row[c], table.friction_first[a]
-    L0, L1, slope0, slope1 = 0.0, 0.0, 0.0, 0.0
+    L0, L1, slope = 0.0, 0.0, 0.0
     if table.friction_first[a + size] > e:
-        L0, slope0 = slip_limit(table, e, u[row, 0] if row >= 0 else 0.0)
-        L1, slope1 = slip_limit(table, e, u[row, 1] if row >= 0 else 0.0)
+        L0 = slip_limit(table, e, u[row, 0] if row >= 0 else 0.0)[0]
+        L1 = slip_limit(table, e, u[row, 1] if row >= 0 else 0.0)[0]
+        slope = slip_limit(table, e, inside)[1]
     motion = StepMotion(
         y[a : a + size].copy(), u[a : a + size, 0].copy(), u[a : a + size, 1].copy(), v[a : a + size, 1].copy(), L0, L1
     )
@@ -82,13 +90,28 @@ def law_tangent(table: ContactTable, c: int, u: Array, v: Array, y: Array, tange
         tangent.own[r], tangent.own_rate[r], tangent.normal[r] = (
             found.by_u[d, d],
             found.by_velocity[d, d],
-            found.by_limit[d] * slope1,
+            found.by_limit[d] * slope,
         )
-        tangent.y[r], tangent.u[r], tangent.u_normal[r] = before.y[d, d], before.u[d, d], before.limit[d] * slope0
+        tangent.y[r], tangent.u[r], tangent.u_normal[r] = before.y[d, d], before.u[d, d], before.limit[d] * slope
         if table.partner_row[r] >= 0:
             tangent.cross[r], tangent.cross_rate[r] = found.by_u[d, o], found.by_velocity[d, o]
             tangent.y_cross[r], tangent.u_cross[r] = before.y[d, o], before.u[d, o]
         y[r] = found.y[d]
+
+
+@kernel
+def landing_rates(table: ContactTable, c: int, u: Array, v: Array, h: float, rates: Array) -> None:
+    """dT/dt of the rows of contact c just after it lands with motion u and velocity v (rows,); h: a short time [s]."""
+    a, data, row = table.first_row[c], contact_data(table, c), table.normal_row[c]
+    size, e, now = data.kt.size, table.friction_first[a], h * SOON
+    limit, moved = slip_limit(table, e, u[row] + now * v[row])[0], np.empty(size)
+    y, u0, speed = np.empty(size), u[a : a + size].copy(), v[a : a + size].copy()
+    for d in range(size):
+        y[d], moved[d] = -data.kt[d] * u0[d], u0[d] + now * speed[d]
+    found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
+    law_step(table.kind[c], data, StepMotion(y, u0, moved, speed, 0.0, limit), found)
+    for d in range(size):
+        rates[a + d] = (found.y[d] + data.kt[d] * moved[d]) / now
 
 
 @kernel

@@ -36,6 +36,9 @@ MERGED = 1e-9
 """Instants closer than this share of a period are one."""
 
 
+PASSAGES = 4.0
+"""How many times the passage of a velocity through zero, before and after it, steps are short where its law needs them."""
+
 BESIDE = 1e-9
 """How far from an eigenvalue, relative to it, its vectors are found, so that the matrix can still be factorised."""
 
@@ -85,8 +88,7 @@ class PeriodMap:
     def __init__(self, balance: HarmonicBalance, highest: float = np.inf) -> None:
         if not balance.problem.systems.alike:
             raise InputError(
-                "Stability must be asked for a structure that all harmonics share, but a tuned disk has one for each nodal "
-                "diameter, and mean springs act on harmonic 0 alone. Ask it of `disk.full()`, without mean springs."
+                "Stability must be asked for a structure that all harmonics share, but mean springs act on harmonic 0 alone."
             )
         modes = block_modes(states(balance.problem.systems.at(1)), balance.rows, highest)
         if modes is None:
@@ -158,7 +160,7 @@ class ContactPeriod:
         self.instants, self.elements, self.new = instants[order] % self.samples, elements[order], new[order]
         self.moving = (still == 0.0).astype(np.int64)
         self.exact_ones = int(still.sum())
-        self.laws = _law_rows(table)
+        self.laws, self.contacts = _law_rows(table), balance.problem.contacts
         self.start, self.used = self._start(), self._used()
 
     def _start(self) -> float:
@@ -185,7 +187,8 @@ class ContactPeriod:
         """The path on that many steps and the instants of change; the columns of the period map that are contact states."""
         table, samples = self.table, self.samples
         shifted = (self.instants - self.start) % samples
-        grid = np.unique(np.concatenate([np.arange(steps + 1) * (samples / steps), shifted]))
+        reversals = (self._reversals(steps) - self.start) % samples
+        grid = np.unique(np.concatenate([np.arange(steps + 1) * (samples / steps), shifted, reversals]))
         grid = grid[np.append(np.diff(grid) > MERGED * samples, True)]
         state = self._states(shifted, 0.5 * (grid[1:] + grid[:-1]))
         u, v = self._motion(grid + self.start)
@@ -202,6 +205,22 @@ class ContactPeriod:
         sliders = np.flatnonzero(~self.laws[rows] & (self.moving == 1) & (state[0] == STICK))
         stuck = np.isin(np.arange(self.laws.size), rows[self.moving == 0])
         return path, np.concatenate([sliders, table.stiffness.size + np.flatnonzero(self.laws & ~stuck)]).astype(np.int64)
+
+    def _reversals(self, steps: int) -> Array:
+        """Instants around the reversals of laws whose force the velocity takes from one limit to the other within few steps."""
+        found = [np.empty(0)]
+        for c, contact in enumerate(self.contacts):
+            if contact.law.passage(1.0) == np.inf:
+                continue
+            for r in range(self.table.first_row[c], self.table.first_row[c] + len(contact.tangential)):
+                v, after = self.v[r], np.roll(self.v[r], -1)
+                for n in np.flatnonzero(v * after < 0.0):
+                    # The amplitude of a harmonic motion with the same acceleration: passages of other motions are alike.
+                    amplitude = abs(after[n] - v[n]) * self.samples**2 / (2.0 * np.pi * self.period)
+                    width = self.samples * contact.law.passage(float(amplitude))
+                    if width * steps < 2.0 * PASSAGES * self.samples:
+                        found.append(n + v[n] / (v[n] - after[n]) + PASSAGES * width * np.linspace(-1.0, 1.0, steps + 1))
+        return np.concatenate(found)
 
     def _states(self, shifted: Array, middles: Array) -> Index:
         """State of every slider in each interval (K, elements)."""

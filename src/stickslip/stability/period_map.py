@@ -18,7 +18,7 @@ from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, STICK
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
-from stickslip.stability.law_tangent import Tangent, law_tangent, no_tangent
+from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent, no_tangent
 from stickslip.stability.modes import BlockModes
 from stickslip.time.contact_law import slip_limit
 
@@ -211,7 +211,8 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
                 for r in range(table.first_row[c], table.first_row[c + 1]):
                     if path.y[k, r] == path.y[k, r]:
                         y[r] = path.y[k, r]
-                law_tangent(table, c, path.u[:, k : k + 2], path.v[:, k : k + 2], y, tangent)
+                inside = _inside(path, table.normal_row[c], k) if table.normal_row[c] >= 0 else 0.0
+                law_tangent(table, c, path.u[:, k : k + 2], path.v[:, k : k + 2], inside, y, tangent)
         _advance(modes.blocks, pushed, h, x, begin, end)
         x -= np.dot(begin, _rows_of(forces, used))
         _keep(table, path, k, w, memory, tangent, kept)
@@ -280,6 +281,8 @@ def _enter(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tan
         row = table.normal_row[c]
         z = _inside(path, row, k) if row >= 0 else 0.0
         _slider_tangent(table, c, z, path.state[k], tangent)
+        if table.kind[c] != SLIDERS and row >= 0 and k > 0:
+            _meet(table, path, c, k, w, memory)
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
                 continue
@@ -294,6 +297,28 @@ def _enter(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tan
                         if speed != 0.0:
                             memory[e] += table.stiffness[e] * path.v[r, k] / speed * w[row]
                     kept[r] += memory[e]
+
+
+@kernel
+def _meet(table: ContactTable, path: Path, c: int, k: int, w: Array, memory: Array) -> None:
+    """δy of contact c, of a law with kernels of its own, where it lands or lifts off at the beginning of interval k.
+
+    Open, T = 0 and δy = −kt δu. Landing, T = s (t − t*) with δt* = −δz/ż, so that δy = s δz/ż − kt δu.
+    """
+    row, a, elements = table.normal_row[c], table.first_row[c], table.stiffness.size
+    e = table.friction_first[a]
+    if table.friction_first[row] == e:
+        return
+    before, after = slip_limit(table, e, _inside(path, row, k - 1))[0], slip_limit(table, e, _inside(path, row, k))[0]
+    if (before > 0.0) == (after > 0.0):
+        return
+    rates, speed = np.zeros(path.u.shape[0]), path.v[row, k]
+    if after > 0.0 and speed != 0.0:
+        landing_rates(table, c, path.u[:, k], path.v[:, k], path.instants[k + 1] - path.instants[k], rates)
+    for r in range(a, row):
+        memory[elements + r] = -table.stiffness[table.friction_first[r]] * w[r]
+        if rates[r] != 0.0:
+            memory[elements + r] += rates[r] / speed * w[row]
 
 
 @kernel

@@ -69,7 +69,7 @@ def contact_law(table: ContactTable, w: Array, before: Earlier, intercept: Array
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r != row:
-                _friction_row(table, r, w[r], z, before.intercept, intercept, limit, slopes)
+                _friction_row(table, r, w[r], z, row, before, intercept, limit, slopes)
 
 
 @kernel
@@ -99,14 +99,39 @@ def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
 
 
 @kernel
+def _landing(table: ContactTable, e: int, z0: float, z: float) -> float:
+    """Share of a step at which friction element e lands, its normal motion taken as straight; 0 where it does not."""
+    bound, slope = slip_limit(table, e, z)
+    if z <= z0 or bound <= 0.0 or slope <= 0.0 or slip_limit(table, e, z0)[0] > 0.0:
+        return 0.0
+    return float(max(1.0 - bound / (slope * (z - z0)), 0.0))
+
+
+@kernel
 def _friction_row(
-    table: ContactTable, r: int, u: float, z: float, before: Array, intercept: Array, limit: Array, slopes: Slopes
+    table: ContactTable,
+    r: int,
+    u: float,
+    z: float,
+    normal_row: int,
+    before: Earlier,
+    intercept: Array,
+    limit: Array,
+    slopes: Slopes,
 ) -> None:
-    """T − K_c u = Σ y_e, every y_e clamped; the derivative follows from the same decision."""
+    """T − K_c u = Σ y_e, every y_e clamped; the derivative follows from the same decision.
+
+    A slider that lands within the step begins where it lands, not where the step began: else the force would be of first order in
+    the step, and its derivative would not know that a perturbation moves the landing.
+    """
     total, own, coupling = 0.0, 0.0, 0.0
     for e in range(table.friction_first[r], table.friction_first[r + 1]):
         bound, slope = slip_limit(table, e, z)
-        kt, y, side = table.stiffness[e], before[e], 0.0
+        kt, y, side, landing = table.stiffness[e], before.intercept[e], 0.0, 0.0
+        if normal_row >= 0 and before.limit[e] <= 0.0:
+            landing = _landing(table, e, before.w[normal_row], z)
+            if landing > 0.0:
+                y = -kt * (before.w[r] + landing * (u - before.w[r]))
         if bound <= 0.0 or y > bound - kt * u:
             side = 1.0
         elif y < -bound - kt * u:
@@ -115,9 +140,27 @@ def _friction_row(
             y = side * bound - kt * u
             own -= kt
             coupling += side * slope
+        elif landing > 0.0:
+            own -= kt * landing
+            coupling += kt * (u - before.w[r]) * landing / (z - before.w[normal_row])
         total += y
         intercept[e], limit[e] = y, bound
     slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
+
+
+@kernel
+def _move_start(kt: Array, landing: float, moved: Array, closed: float, slope: float, found: StepForces) -> None:
+    """Derivatives of a step that begins at a landing, which moves with the motion u (d,) and the normal motion z after the step.
+
+    moved, closed: what u and z change in the whole step; slope: dL/dz, by which the derivative by L stands for that by z.
+    """
+    for d in range(moved.size):
+        by_z = 0.0
+        for o in range(moved.size):
+            spring = found.by_u[d, o] + (kt[d] if o == d else 0.0)
+            by_z += spring * moved[o]
+            found.by_u[d, o] -= landing * spring
+        found.by_limit[d] += landing * by_z / (closed * slope)
 
 
 @inlined
@@ -136,9 +179,18 @@ def _law_rows(
     velocity = np.empty(size)
     for d in range(size):
         velocity[d] = before.drift[first + d] + before.rate * w[first + d]
-    motion = StepMotion(y0, before.w[first:last], w[first:last], velocity, L0, L)
+    start, landing, row = before.w[first:last].copy(), 0.0, table.normal_row[c]
+    if elements and row >= 0 and L0 <= 0.0:
+        landing = _landing(table, e, before.w[row], z)
+        if landing > 0.0:
+            start += landing * (w[first:last] - start)
+            y0[:] = -data.kt * start
+            L0 = 0.0
+    motion = StepMotion(y0, start, w[first:last], velocity, L0, L)
     found = StepForces(np.zeros(size), np.zeros((size, size)), np.zeros((size, size)), np.zeros(size))
     slopes.work[first] = law_step(table.kind[c], data, motion, found)
+    if landing > 0.0:
+        _move_start(data.kt, landing, w[first:last] - before.w[first:last], z - before.w[table.normal_row[c]], slope, found)
     for d in range(size):
         row, other = first + d, size - 1 - d
         slopes.target[row] = found.y[d]

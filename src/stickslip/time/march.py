@@ -136,8 +136,8 @@ def march(problem: Problem, omega: float, level: float, start: TimeStart, settin
     period = 2.0 * np.pi / positive("omega", omega)
     with threadpool_limits(1, user_api="blas"):
         matrices = model.step_matrices(settings.method.coefficients, period / settings.steps_per_period)
-        loads = _loads(model, omega, level, settings.steps_per_period)
-        state = _state(model, start)
+        loads = loads_of_steps(model, omega, level, settings.steps_per_period)
+        state = state_at(model, start)
         settle(model.table, matrices, loads, state)
         return _until_periodic(model, matrices, loads, state, omega, level, settings)
 
@@ -145,7 +145,7 @@ def march(problem: Problem, omega: float, level: float, start: TimeStart, settin
 def _until_periodic(
     model: TimeModel, matrices: StepMatrices, loads: Loads, state: State, omega: float, level: float, settings: March
 ) -> TimeCycle:
-    last, history = (_history(model, settings.steps_per_period) for _ in range(2))
+    last, history = (no_history(model, settings.steps_per_period) for _ in range(2))
     changes: list[float] = []
     outcome = MarchOutcome.NOT_PERIODIC
     work = PeriodWork(0.0, 0.0, 0, -1)
@@ -235,7 +235,7 @@ def _share(difference: float, size: float) -> float:
     return difference / size if size > 0.0 else float(difference > 0.0)
 
 
-def _loads(model: TimeModel, omega: float, level: float, steps: int) -> Loads:
+def loads_of_steps(model: TimeModel, omega: float, level: float, steps: int) -> Loads:
     static, harmonic = model.load(omega, level)
     highest = (harmonic.shape[1] - 1) // 2
     if steps < LOAD_STEPS * highest:
@@ -246,12 +246,12 @@ def _loads(model: TimeModel, omega: float, level: float, steps: int) -> Loads:
     return Loads(static, harmonic, rows)
 
 
-def _state(model: TimeModel, start: TimeStart) -> State:
+def state_at(model: TimeModel, start: TimeStart) -> State:
     modes, rows, elements = model.mass.size, model.table.rows, model.table.stiffness.size
     contacts = ContactState(np.zeros(rows), np.zeros(rows), np.array(start.intercepts, dtype=float), np.zeros(elements))
     return State(model.weight @ start.motion, model.weight @ start.velocity, np.zeros(modes), contacts, np.zeros(rows))
 
 
-def _history(model: TimeModel, steps: int) -> History:
+def no_history(model: TimeModel, steps: int) -> History:
     rows, outputs = model.table.rows, model.problem.output_rows.shape[0]
     return History(np.zeros((outputs, steps)), np.zeros((rows, steps)), np.zeros((rows, steps)), np.zeros(rows))
