@@ -130,9 +130,9 @@ def test_figures_are_drawn_on_request(one_mass, tmp_path):
     assert "response.pdf" in shown.output
     assert stickslip_command("plot", out).exit_code == 0
     assert {path.name for path in (out / "figures").iterdir()} == written
-    wrong = stickslip_command("plot", out, "--figure", "respons")
+    wrong = stickslip_command("plot", out, "--figure", "loop")
     assert wrong.exit_code == 2
-    assert "must be a figure of these results, but is 'respons'. Did you mean 'response'?" in wrong.output
+    assert "must be a figure of these results, but is 'loop'. Did you mean 'loops'?" in wrong.output
     wrong = stickslip_command("plot", out, "--format", "gif")
     assert "--format must be png, svg or pdf, but is 'gif'" in wrong.output
 

@@ -99,7 +99,13 @@ def kind_of(field: FieldInfo) -> str:
 
 def plural(words: str) -> str:
     """Several of a type: "number or table" gives "numbers or tables"."""
-    return " or ".join(f"lists{word[4:]}" if word.startswith("list") else f"{word}s" for word in words.split(" or "))
+    return " or ".join(_several(word) for word in words.split(" or "))
+
+
+def _several(word: str) -> str:
+    """ "table of numbers" gives "tables of numbers"."""
+    first, of, rest = word.partition(" of ")
+    return f"{first}s{of}{rest}"
 
 
 def kind(annotation: Any) -> str:
