@@ -30,13 +30,15 @@ class ContactState(NamedTuple):
 
 class Earlier(NamedTuple):
     """What contacts remember of the instant before, intercepts (elements,), motion w (rows,) and limits (elements,), and how the
-    velocity follows from the motion of the new instant: drift + rate w, drift (rows,) [m/s], rate [1/s]."""
+    velocity follows from the motion of the new instant: drift + rate w, drift (rows,) [m/s], rate [1/s]. lands: whether a slider
+    that lands begins where it lands, within the step; dampers alone land at the end of a step, by either of their methods."""
 
     intercept: Array
     w: Array
     limit: Array
     drift: Array
     rate: float
+    lands: bool
 
 
 class Slopes(NamedTuple):
@@ -128,7 +130,7 @@ def _friction_row(
     for e in range(table.friction_first[r], table.friction_first[r + 1]):
         bound, slope = slip_limit(table, e, z)
         kt, y, side, landing = table.stiffness[e], before.intercept[e], 0.0, 0.0
-        if normal_row >= 0 and before.limit[e] <= 0.0:
+        if before.lands and normal_row >= 0 and before.limit[e] <= 0.0:
             landing = _landing(table, e, before.w[normal_row], z)
             if landing > 0.0:
                 y = -kt * (before.w[r] + landing * (u - before.w[r]))
@@ -180,7 +182,7 @@ def _law_rows(
     for d in range(size):
         velocity[d] = before.drift[first + d] + before.rate * w[first + d]
     start, landing, row = before.w[first:last].copy(), 0.0, table.normal_row[c]
-    if elements and row >= 0 and L0 <= 0.0:
+    if before.lands and elements and row >= 0 and L0 <= 0.0:
         landing = _landing(table, e, before.w[row], z)
         if landing > 0.0:
             start += landing * (w[first:last] - start)

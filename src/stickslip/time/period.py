@@ -73,7 +73,7 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     slopes = no_slopes(contacts.w.size)
     contacts.w[:] = matrices.shape @ state.motion
     drift = matrices.shape @ state.velocity
-    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, 0.0)
+    before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, 0.0, True)
     contact_law(table, contacts.w, before, contacts.intercept, contacts.limit, slopes)
     contacts.forces[:] = slopes.target
     state.forces_before[:] = slopes.target
@@ -103,7 +103,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         right += force_weight * rest - mass_weight * matrices.mass * state.acceleration
         free = matrices.shape @ (predicted + _times(matrices.inverse, right))
         drift = matrices.shape @ (drifted - rate * predicted)
-        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, rate)
+        before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, rate, True)
         guess = 2.0 * contacts.forces - state.forces_before
         state.forces_before[:] = contacts.forces
         used = -1
