@@ -1,11 +1,12 @@
 """Two beams joined by friction, from a template: a contact surface between two meshes, and the joint that opens at its edge."""
 
 import subprocess
+import sys
 
 import stickslip as ss
 
 # The study with the models of both beams, as `stickslip new jointed_beams` writes it; `stickslip run` would compute it too.
-subprocess.run(["stickslip", "new", "jointed_beams", "--force"], check=True)
+subprocess.run([sys.executable, "-m", "stickslip", "new", "jointed_beams", "--force"], check=True)
 problem = ss.read_problem("jointed_beams.toml")
 print(problem, "\nstuck", problem.frequencies(stuck=True)[:2], "Hz")
 
