@@ -51,7 +51,7 @@ PINNED: dict[str, tuple[str, float, float]] = {
 }
 
 
-SLOW = {"design_of_two_dampers.py"}
+SLOW = {"design_of_two_dampers.py", "jointed_beams.py"}
 
 
 @pytest.mark.parametrize(
