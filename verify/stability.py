@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
@@ -162,20 +164,20 @@ def response_of(kind: str, seed: int) -> ForcedResponse | None:
         return None
 
 
-def compared(kind: str, seed: int) -> Iterator[Compared]:
+def compared(kind: str, seed: int) -> list[Compared]:
     """One point of each kind of stability that the points drawn of a case have."""
     response = response_of(kind, seed)
     if response is None:
-        return
+        return []
     points, chosen = SolvedPoints(response.dataset, response.problem), dict[str, tuple[int, Multipliers]]()
     map_ = PeriodMap(points.balance)
     converged = np.flatnonzero(response.dataset["outcome"].values[0] == Outcome.CONVERGED)
     for point in map(int, np.random.default_rng([81, seed]).permutation(converged)[:TRIED]):
         found = map_.multipliers(points.evaluation(0, point))
         chosen.setdefault(kind_of(found), (point, found))
-    for point, found in chosen.values():
-        check = response.verify_in_time(0, point, steps_per_period=STEPS, periods=2)
-        yield judged(Compared(f"{kind} {seed}", point, found, check), response)
+    checks = [response.verify_in_time(0, point, steps_per_period=STEPS, periods=2) for point, _ in chosen.values()]
+    found = [Compared(f"{kind} {seed}", *of_kind, check) for of_kind, check in zip(chosen.values(), checks, strict=True)]
+    return [judged(one, response) for one in found]
 
 
 def judged(one: Compared, response: ForcedResponse) -> Compared:
@@ -196,17 +198,18 @@ def all_compared() -> tuple[list[Compared], int]:
     """The points of all kinds, in turn, until there are enough; and how many had too few harmonics."""
     found: list[Compared] = []
     unresolved = 0
-    for seed in range(MOST_SEEDS):
-        for kind in KINDS:
-            if kind == "barely pressed" and seed >= FEW_SEEDS:
-                continue
-            for one in compared(kind, seed):
+    cases = [(kind, seed) for seed in range(MOST_SEEDS) for kind in KINDS if kind != "barely pressed" or seed < FEW_SEEDS]
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        for (kind, _), of_case in zip(cases, pool.map(compared, *zip(*cases, strict=True)), strict=True):
+            for one in of_case:
                 error = np.nanmax([*one.check.motion_difference, *one.check.first_period_difference])
                 unresolved += bool(error > RESOLVED)
                 found += [one] if error <= RESOLVED else []
                 print(line(one, float(error)), flush=True)
-        if len(found) >= POINTS and sum(one.found.verdict == Stability.UNSTABLE for one in found) >= UNSTABLE_POINTS:
-            break
+            enough = len(found) >= POINTS and sum(one.found.verdict == Stability.UNSTABLE for one in found) >= UNSTABLE_POINTS
+            if enough and kind == KINDS[-1]:
+                pool.shutdown(wait=False, cancel_futures=True)
+                break
     return found, unresolved
 
 

@@ -43,6 +43,7 @@ def test_the_source_archive_holds_what_its_tests_need(built):
     with tarfile.open(built[".gz"]) as archive:
         names = {name.split("/")[1] for name in archive.getnames()}
     assert {"src", "tests", "docs", "examples", "verify", "tools", "Makefile", "CONTRIBUTING.md", "CITATION.cff"} <= names
+    assert not any(name.endswith(".whl") for name in names)
 
 
 def test_the_citation_names_this_version():
