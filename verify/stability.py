@@ -208,7 +208,7 @@ def all_compared() -> tuple[list[Compared], int]:
                 print(line(one, float(error)), flush=True)
             enough = len(found) >= POINTS and sum(one.found.verdict == Stability.UNSTABLE for one in found) >= UNSTABLE_POINTS
             if enough and kind == KINDS[-1]:
-                pool.shutdown(wait=False, cancel_futures=True)
+                pool.shutdown(cancel_futures=True)
                 break
     return found, unresolved
 

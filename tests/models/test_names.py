@@ -63,6 +63,14 @@ def test_an_archive_of_ansys_gives_coordinates_and_components(tmp_path):
     assert model.sets == {"PAD": ("2", "3", "4", "6"), "ALL": ("1", "2", "3", "4", "5", "6", "1", "2", "3", "4")}
 
 
+def test_an_archive_of_workbench_has_columns_of_several_widths(tmp_path):
+    nodes = "NBLOCK,6,SOLID,2,2\n(1i7,2i9,6e21.13)\n" + "".join(
+        f"{node:7d}{0:9d}{0:9d}{x:21.13E}{y:21.13E}\n" for node, x, y in ((1, 0.1, 0.02), (2, 0.2, 0.0))
+    )
+    model = named(tmp_path, "blade.cdb", nodes + "N,R5.3,LOC,       -1,\n")
+    assert model.nodes == {"1": (0.1, 0.02, 0.0), "2": (0.2, 0.0, 0.0)}
+
+
 def test_components_and_coordinates_of_an_archive_are_kept_by_name(tmp_path):
     (tmp_path / "blade.cdb").write_text(ARCHIVE)
     path = Chain().save(tmp_path, "npz")
@@ -77,7 +85,7 @@ def test_bulk_data_gives_coordinates_of_grid_points(tmp_path):
     assert model.nodes["2"] == (0.2, 0.0, 0.0)
     assert model.nodes["3"] == (0.3, 0.04, -0.001)
     assert "4" not in model.nodes
-    assert any("1 grid points of blade.bdf in coordinate systems of their own" in note for note in model.notes)
+    assert any("1 grid points of blade.bdf are left out" in note for note in model.notes)
 
 
 def test_coordinates_of_a_deck_are_in_the_units_of_the_model(tmp_path):

@@ -18,7 +18,7 @@ from stickslip.models.deck import MOST_GENERATED, Deck
 from stickslip.models.limits import within_memory
 from stickslip.structure.matrices import Point
 
-COLUMNS = re.compile(r"\((\d+)i(\d+)(?:,(\d+)e(\d+)\.\d+(?:e\d+)?)?\)", re.IGNORECASE)
+COLUMNS = re.compile(r"\(((?:\d+i\d+,?)+)(?:\d+e(\d+)\.\d+(?:e\d+)?)?\)", re.IGNORECASE)
 
 
 def read_archive(path: Path) -> Deck:
@@ -36,31 +36,33 @@ def read_archive(path: Path) -> Deck:
     return Deck(located(nodes), sets)
 
 
-def _columns(line: str) -> tuple[int, int, int]:
-    """How many whole numbers a line begins with, their width, and that of the numbers after them."""
+def _columns(line: str) -> tuple[list[int], int]:
+    """The widths of the whole numbers that a line begins with, and that of the numbers after them."""
     match = COLUMNS.fullmatch(line.strip())
-    if not match or not 0 < int(match[2]) < 100 or not 0 < int(match[1]) < 100:
+    groups = [(int(count), int(width)) for count, width in re.findall(r"(\d+)i(\d+)", match[1].lower())] if match else []
+    if not match or not all(0 < count < 100 and 0 < width < 100 for count, width in groups):
         raise fault("The columns of a block", "must be stated as (3i9,6e21.13e3)", line.strip()[:60])
-    return int(match[1]), int(match[2]), int(match[4] or 0)
+    return [width for count, width in groups for _ in range(count)], int(match[2] or 0)
 
 
 def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, Point]]:
     """Nodes up to the end of a block: a line that begins with "N," or -1."""
-    count, width, wide = _columns(next(lines, ""))
+    widths, wide = _columns(next(lines, ""))
     if not wide:
         raise fault("The columns of NBLOCK", "must be stated as (3i9,6e21.13e3)", "without those of coordinates")
     for line in lines:
         text = line.rstrip("\n")
         if text.startswith("N,") or text.strip() == "-1":
             return
-        start = count * width
+        start = sum(widths)
         x, y, z = (float(text[start + k * wide : start + (k + 1) * wide].strip() or 0.0) for k in range(3))
-        yield str(int(text[:width])), (x, y, z)
+        yield str(int(text[: widths[0]])), (x, y, z)
 
 
 def _members(lines: Iterator[str], count: int) -> Iterator[int]:
     """The nodes of a component of `count` numbers."""
-    each, width, _ = _columns(next(lines, ""))
+    widths, _ = _columns(next(lines, ""))
+    each, width = len(widths), widths[0]
     total = last = left = 0
     for text in chain.from_iterable(_cut(line, each, width) for line in _first(lines, -(-count // each))):
         number, left = int(text), left + 1

@@ -20,7 +20,7 @@ from stickslip.checks import InputError, counted, fault, first_of, nearest
 from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.deck import Deck, read_deck
-from stickslip.models.nastran_dmig import read_grid
+from stickslip.models.nastran_grid import read_grid
 from stickslip.models.numbers import whole
 from stickslip.structure.matrices import Point
 

@@ -1,0 +1,151 @@
+"""Coordinates of Nastran's grid points (GRID, GRDSET) in the basic system, from rectangular, cylindrical and spherical systems.
+
+CORD2x, CID, RID, A1, A2, A3, B1, ..., C3: origin A, a point B of the third axis and a point C of the plane of the first and the
+third, in the system RID; CORD1x, CID, G1, G2, G3 has them at grid points. Coordinates are (x, y, z), (r, θ, z) or (r, θ, φ) with
+θ from the third axis and φ about it, in degrees. (MSC Nastran Quick Reference Guide, CORD1C to CORD2S, GRID.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.checks import Array, fault
+from stickslip.models.content import located
+from stickslip.models.deck import Deck
+from stickslip.models.limits import within_memory
+from stickslip.models.nastran_cards import entries, integer, number
+from stickslip.structure.matrices import Point
+
+BASIC = 0
+"""Number of the basic coordinate system; a blank field means it too."""
+
+MOST_NESTED = 100
+"""Systems that refer to each other in a row; those beyond are left out."""
+
+
+class CoordinateSystem(NamedTuple):
+    """R, C or S; origin and axes (columns) in the basic system."""
+
+    kind: str
+    origin: Array
+    axes: Array
+
+    def place(self, coordinates: Array) -> Array:
+        """A point in the basic system."""
+        a, b, c = coordinates
+        if self.kind == "C":
+            a, b = a * np.cos(np.radians(b)), a * np.sin(np.radians(b))
+        elif self.kind == "S":
+            polar, about = np.radians(b), np.radians(c)
+            a, b, c = a * np.sin(polar) * np.cos(about), a * np.sin(polar) * np.sin(about), a * np.cos(polar)
+        return np.asarray(self.origin + self.axes @ np.array([a, b, c]))
+
+
+BASIC_SYSTEM = CoordinateSystem("R", np.zeros(3), np.eye(3))
+
+
+class _Defined(NamedTuple):
+    """A system as it is written: by three points in a system `of`, or by three grid points."""
+
+    kind: str
+    of: int
+    points: Array | None
+    grids: tuple[int, ...]
+
+
+@dataclass
+class Grid:
+    """Entries of a file that say where grid points are: number, system and coordinates of each; systems by number.
+
+    turned: how many grid points have displacements in a system of their own.
+    """
+
+    points: list[tuple[int, int, Point]] = field(default_factory=list)
+    systems: dict[int, _Defined] = field(default_factory=dict)
+    default: tuple[str, str] = ("", "")
+    turned: int = 0
+
+    def take(self, entry: list[str]) -> None:
+        """Keep what an entry says, if it is one of these."""
+        name = entry[0]
+        if name == "GRID":
+            system, motion = (own or default for own, default in zip((entry[2], entry[6]), self.default, strict=True))
+            x, y, z = map(number, entry[3:6])
+            self.points.append((integer(entry[1]), integer(system or "0"), (x, y, z)))
+            self.turned += integer(motion or "0") > BASIC
+        elif name == "GRDSET":
+            self.default = entry[2], entry[6]
+        elif name in ("CORD2R", "CORD2C", "CORD2S"):
+            values = np.array([number(word) for word in (*entry[3:], *[""] * 9)[:9]]).reshape(3, 3)
+            self.systems[integer(entry[1])] = _Defined(name[-1], integer(entry[2] or "0"), values, ())
+        elif name in ("CORD1R", "CORD1C", "CORD1S"):
+            for first in (1, 5):
+                number_of, *grids = entry[first : first + 4]
+                if number_of:
+                    self.systems[integer(number_of)] = _Defined(name[-1], BASIC, None, tuple(map(integer, grids)))
+
+    def deck(self, file: str) -> Deck:
+        """The grid points in the basic system, with notes on those that are not there."""
+        places = self._places()
+        found = [(str(point), place) for (point, _, _), place in zip(self.points, places, strict=True) if place is not None]
+        lost = len(self.points) - len(found)
+        notes = [f"{lost} grid points of {file} are left out: their coordinate systems are not in the file."] if lost else []
+        if self.turned:
+            notes += [
+                f"{self.turned} grid points of {file} move in coordinate systems of their own: x, y, z are those directions."
+            ]
+        return Deck(located(found), notes=tuple(notes))
+
+    def _places(self) -> list[Point | None]:
+        """Where each grid point is; None in a system that is not known."""
+        known = {BASIC: BASIC_SYSTEM}
+        for _ in range(MOST_NESTED):
+            needed = {grid for system in self.systems.values() for grid in system.grids}
+            at = {name: known[of].place(np.array(x)) for name, of, x in self.points if name in needed and of in known}
+            waiting = [(name, _system(name, defined, known, at)) for name, defined in self.systems.items() if name not in known]
+            more = {name: system for name, system in waiting if system is not None}
+            if not more:
+                break
+            known |= more
+        return [_point(known[of], x) if of in known else None for _, of, x in self.points]
+
+
+def read_grid(path: Path) -> Deck:
+    """Coordinates of the grid points of a bulk data file."""
+    within_memory(path.name, 20 * path.stat().st_size)
+    grid = Grid()
+    with path.open(encoding="ascii", errors="replace") as file:
+        for entry in entries(file):
+            grid.take(entry)
+    return grid.deck(path.name)
+
+
+def _point(system: CoordinateSystem, coordinates: Point) -> Point:
+    """A point in the basic system; what is there already keeps its digits."""
+    if system is BASIC_SYSTEM:
+        return coordinates
+    x, y, z = map(float, system.place(np.array(coordinates)))
+    return x, y, z
+
+
+def _system(name: int, defined: _Defined, known: dict[int, CoordinateSystem], at: dict[int, Array]) -> CoordinateSystem | None:
+    """A system in the basic one; None where that which it refers to is not known."""
+    if defined.points is None:
+        if not all(grid in at for grid in defined.grids):
+            return None
+        origin, third, plane = (at[grid] for grid in defined.grids)
+    elif defined.of in known:
+        origin, third, plane = (known[defined.of].place(point) for point in defined.points)
+    else:
+        return None
+    z, across = third - origin, np.cross(third - origin, plane - origin)
+    size = np.linalg.norm(z) * np.linalg.norm(plane - origin)
+    if not np.linalg.norm(across) > 1e-12 * size:
+        given = list(defined.grids) if defined.points is None else defined.points.tolist()
+        raise fault(f"Coordinate system {name}", "must be given by three points that are not in line", given)
+    e3, e2 = z / np.linalg.norm(z), across / np.linalg.norm(across)
+    return CoordinateSystem(defined.kind, origin, np.column_stack([np.cross(e2, e3), e2, e3]))
