@@ -132,8 +132,8 @@ def test_a_disk_loses_its_symmetry_in_two_directions_at_once():
         np.testing.assert_allclose(largest[0], largest[1], rtol=1e-3)
 
 
-def duffing(damping, force, static=0.0):
-    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=np.array([[damping]]))
+def duffing(damping, force, static=0.0, stiffness=1.0):
+    structure = ss.Structure(np.eye(1), stiffness * np.eye(1), ("1.x",), C=np.array([[damping]]))
     spring = ss.Contact("spring", ss.CubicSpring(1.0), (ss.between("1.x", "ground"),))
     return ss.Problem(structure, (spring,), (ss.Force("1.x", force, static),), ("1.x",))
 
@@ -182,6 +182,35 @@ def test_a_motion_of_twice_the_period_is_there_in_time(one_sided):
     check = doubled.verify_in_time(0, point, steps_per_period=1000)
     assert check.agrees(1e-3)
     np.testing.assert_allclose(check.harmonic_amplitude, dataset.amplitude.values[0, point])
+
+
+def periodic(omega, start, stiffness):
+    """Displacement over two periods of the excitation, periodic, by Newton's method with SciPy."""
+    times = np.linspace(0.0, 2.0 * TURN / omega, 257)
+
+    def marched(y):
+        def rates(t, y):
+            return [y[1], 3.0 + 3.0 * np.cos(omega * t) - 0.15 * y[1] - stiffness * y[0] - y[0] ** 3]
+
+        return solve_ivp(rates, (0.0, times[-1]), y, t_eval=times, rtol=1e-11, atol=1e-13).y
+
+    for _ in range(6):
+        missed = marched(start)[:, -1] - start
+        slope = np.array([marched(start + dy)[:, -1] - marched(start - dy)[:, -1] for dy in 1e-5 * np.eye(2)]).T / 2e-5
+        start = start - np.linalg.solve(slope - np.eye(2), missed)
+    return marched(start)[0, :-1]
+
+
+def test_sensitivity_of_a_motion_of_twice_the_period(one_sided):
+    """The amplitude is that at the frequency of the excitation, the second of the harmonics."""
+    doubled = one_sided.branch(periods=2)
+    point = doubled.dataset.sizes["point"] // 2
+    stiffness = ss.Parameter(1.0, lambda k: duffing(0.15, 3.0, 3.0, k))
+    found = doubled.sensitivity(0, point, {"k": stiffness})
+    omega, start = state(doubled.dataset, 0, point)
+    np.testing.assert_allclose(TURN * found.frequency, omega)
+    low, high = (np.abs(np.fft.rfft(periodic(omega, start, k))[2]) / 128 for k in (0.999, 1.001))
+    np.testing.assert_allclose(found.amplitude_slopes()["k"], (high - low) / 2e-3, rtol=2e-2)
 
 
 def test_sweep_and_doubled_motions_in_one_result(one_sided):

@@ -53,7 +53,8 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Response X (outputs, H+1) [m] at one frequency, and its derivatives.
+    """Response X (outputs, H+1) [m] at one frequency of the excitation, and its derivatives. Of motions over several periods the
+    harmonics are those of all `periods` together.
 
     by_parameter: {name: dX/dθ (outputs, H+1)}; by_start: dX/d(start value) (elements, outputs, H+1) of the friction elements
     `elements` whose start state acts on the response (the others have none).
@@ -64,14 +65,15 @@ class Sensitivity:
     by_parameter: Mapping[str, Array]
     elements: Index
     by_start: Array
+    periods: int = 1
 
     def amplitude_slopes(self) -> dict[str, Array]:
-        """d|X_1|/dθ of every output, by name."""
-        return {name: _amplitude_slope(self.response, slope) for name, slope in self.by_parameter.items()}
-
-
-def _amplitude_slope(response: Array, slope: Array) -> Array:
-    return np.asarray(np.real(np.conj(response[..., 1]) * slope[..., 1]) / np.abs(response[..., 1]))
+        """d|X_1|/dθ of every output at the frequency of the excitation, by name."""
+        main = self.response[..., self.periods]
+        return {
+            name: np.asarray(np.real(np.conj(main) * slope[..., self.periods]) / np.abs(main))
+            for name, slope in self.by_parameter.items()
+        }
 
 
 def _check(name: str, parameter: Parameter, problem: Problem) -> None:
@@ -147,8 +149,9 @@ def _slopes(balance: HarmonicBalance, evaluation: Evaluation, parameters: Mappin
         by_parameter[name] = complex_harmonics(change.motion[0, balance.rows :])
     elements, slopes = start_slopes(balance, evaluation)
     by_start = respond(balance, evaluation, factors, slopes).motion[:, balance.rows :]
-    response, frequency = complex_harmonics(evaluation.w[balance.rows :]), evaluation.point.omega / (2.0 * np.pi)
-    return Sensitivity(frequency, response, by_parameter, elements, complex_harmonics(by_start))
+    response, periods = complex_harmonics(evaluation.w[balance.rows :]), balance.periods
+    frequency = periods * evaluation.point.omega / (2.0 * np.pi)
+    return Sensitivity(frequency, response, by_parameter, elements, complex_harmonics(by_start), periods)
 
 
 def _step(parameter: Parameter, balance: HarmonicBalance, evaluation: Evaluation) -> float:
