@@ -21,20 +21,24 @@ class Motion:
     normal: np.ndarray
 
 
-def marched(kt: float, u: np.ndarray, limit: np.ndarray, traction: float, periods: int = 1) -> np.ndarray:
-    """Tractions (Nt,) of the last of several periods, from the traction at sample −1 (that is Nt−1)."""
+def marched(
+    kt: float, u: np.ndarray, limit: np.ndarray, traction: float, periods: int = 1, landings: np.ndarray | float = 0.0
+) -> np.ndarray:
+    """Tractions (Nt,) of the last of several periods, from the traction at sample −1 (that is Nt−1); a step in which the element
+    lands begins there, at a share of it."""
+    moved = (1.0 - np.broadcast_to(landings, u.shape)) * (u - np.roll(u, 1))
     result = np.empty(u.size)
     for _ in range(periods):
         for n in range(u.size):
-            predicted = traction + kt * (u[n] - u[n - 1])
+            predicted = traction + kt * moved[n]
             traction = min(max(predicted, -limit[n]), limit[n])
             result[n] = traction
     return result
 
 
-def reachable(kt: float, u: np.ndarray, limit: np.ndarray) -> tuple[float, float]:
+def reachable(kt: float, u: np.ndarray, limit: np.ndarray, landings: np.ndarray | float = 0.0) -> tuple[float, float]:
     """Lowest and highest steady traction at the last sample, from the two extreme starts."""
-    return tuple(marched(kt, u, limit, sign * limit[-1], periods=3)[-1] for sign in (-1.0, 1.0))
+    return tuple(marched(kt, u, limit, sign * limit[-1], periods=3, landings=landings)[-1] for sign in (-1.0, 1.0))
 
 
 def wanted_traction(start: Start, kt: float, u: np.ndarray, limit: np.ndarray, element: int, size: int) -> float:
@@ -50,9 +54,10 @@ def wanted_traction(start: Start, kt: float, u: np.ndarray, limit: np.ndarray, e
 def steady_traction(element: Element, u: np.ndarray, z: np.ndarray, start: Start, index: int, size: int) -> np.ndarray:
     """Steady tractions of one element over the period, (Nt,)."""
     limit = element.mu * element.normal(z)
-    low, high = reachable(element.kt, u, limit)
+    landings = element.landings(z)
+    low, high = reachable(element.kt, u, limit, landings)
     wanted = wanted_traction(start, element.kt, u, limit, index, size)
-    return marched(element.kt, u, limit, min(max(wanted, low), high), periods=2)
+    return marched(element.kt, u, limit, min(max(wanted, low), high), periods=2, landings=landings)
 
 
 def steady_forces(sample: Sample, motion: Motion, start: Start) -> np.ndarray:

@@ -38,7 +38,17 @@ class Element:
 
     def normal(self, z: np.ndarray) -> np.ndarray:
         """N at normal displacements z, N."""
-        return np.maximum(self.kn * (z - self.gap) + self.preload, 0.0) + self.load
+        return np.maximum(self.signed(z), 0.0) + self.load
+
+    def signed(self, z: np.ndarray) -> np.ndarray:
+        """The normal spring's force if it could pull, N."""
+        return self.kn * (z - self.gap) + self.preload
+
+    def landings(self, z: np.ndarray) -> np.ndarray:
+        """The share of each step at which the element lands, 0 where it does not; [n] is the step from sample n − 1 to n."""
+        after, before = self.signed(z), np.roll(self.signed(z), 1)
+        lands = (before <= 0.0) & (after > 0.0) & (self.load == 0.0)
+        return np.where(lands, before / np.where(lands, before - after, 1.0), 0.0)
 
 
 @dataclass(frozen=True)

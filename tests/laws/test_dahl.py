@@ -38,14 +38,15 @@ def stepped(kt, traction, du, before, after, pieces):
 def marched(sample, w, samples, pieces, periods=60):
     """Tractions (directions, Nt) step by step in plain Python, from rest, period after period."""
     element, motion = sample.elements[0], motion_of(sample, w, samples)
-    limit = element.mu * element.normal(motion.normal)
+    limit, landings = element.mu * element.normal(motion.normal), element.landings(motion.normal)
     rows = []
     for u in motion.tangential:
         traction, found = 0.0, np.empty(samples)
         for _ in range(periods):
             last = traction
             for n in range(samples):
-                traction = stepped(element.kt, traction, u[n] - u[n - 1], limit[n - 1], limit[n], pieces)
+                moved = (1.0 - landings[n]) * (u[n] - u[n - 1])
+                traction = stepped(element.kt, traction, moved, limit[n - 1], limit[n], pieces)
                 found[n] = traction
             if abs(traction - last) < 1e-13:
                 break

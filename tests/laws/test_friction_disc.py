@@ -71,12 +71,13 @@ def marched(sample, start, w, samples, periods=400):
     values = np.array([rule.value for rule in starts])
     pair = values * limit[-1] if ratio else element.kt * (u[:, -1] - values)
     pair = pair * min(1.0, limit[-1] / max(np.hypot(*pair), 1e-300))
-    traction, position = complex(*pair), element.kt * (u[0] + 1j * u[1])
+    traction, position, landings = complex(*pair), element.kt * (u[0] + 1j * u[1]), element.landings(motion.normal)
     found = np.empty(samples, dtype=complex)
     for _ in range(periods):
         last = traction
         for n in range(samples):
-            traction = stepped(traction, position[n] - position[n - 1], limit[n - 1], limit[n])
+            moved = (1.0 - landings[n]) * (position[n] - position[n - 1])
+            traction = stepped(traction, moved, limit[n - 1], limit[n])
             found[n] = traction
         if abs(traction - last) < 1e-14:
             break

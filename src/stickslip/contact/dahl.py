@@ -96,7 +96,7 @@ def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[fl
 
 
 @kernel
-def _steady(kt: float, u: Array, limit: Array) -> tuple[float, float]:
+def _steady(kt: float, u: Array, limit: Array, landing: Array) -> tuple[float, float]:
     """The traction at the last sample of the steady period, and 1 − dT/dT of the period map where no limit clamps it.
 
     A step is T → clamp(α + a T, ±L_n), and so is the whole period: clamp(A + B T, low, high). Its fixed point is
@@ -106,7 +106,7 @@ def _steady(kt: float, u: Array, limit: Array) -> tuple[float, float]:
     low, high = -limit[-1], limit[-1]
     for n in range(u.size):
         L = 0.5 * (limit[n - 1] + limit[n])
-        du = u[n] - u[n - 1]
+        du = (1.0 - landing[n - 1]) * (u[n] - u[n - 1])
         travel += abs(du)
         if limit[n] <= 0.0:
             A, low, high, exponent = 0.0, 0.0, 0.0, np.inf
@@ -138,20 +138,24 @@ def _direction(kt: float, d: int, motion: PeriodMotion, forces: PeriodForces) ->
     """One direction. The derivative is carried from a fixed start, then what the start's own change adds is put on top."""
     u, limit, slope, E = motion.u[d], motion.limit, motion.slope, motion.E
     samples, columns = u.size, E.shape[1]
-    traction, lost = _steady(kt, u, limit)
+    traction, lost = _steady(kt, u, limit, motion.landing)
     kept, by_start = np.empty(samples), 1.0
     by_u, by_z = np.zeros(columns), np.zeros(columns)
     for n in range(samples):
         before = n - 1 if n else samples - 1
-        du = u[n] - u[before]
+        share = motion.landing[before]
+        du = (1.0 - share) * (u[n] - u[before])
         traction, by_before, by_du, by_L0, by_L1, work = dahl_step(kt, traction, du, limit[before], limit[n])
         by_start *= by_before
         kept[n] = by_start
         forces.y[d, n] = traction - kt * u[n]
         forces.work[d] += work
         for j in range(columns):
-            by_u[j] = by_before * by_u[j] + by_du * (E[n, j] - E[before, j])
+            step = E[n, j] - E[before, j]
+            by_u[j] = by_before * by_u[j] + by_du * (1.0 - share) * step
             by_z[j] = by_before * by_z[j] + by_L0 * slope[before] * E[before, j] + by_L1 * slope[n] * E[n, j]
+            if share > 0.0:
+                by_z[j] += by_du * (u[n] - u[before]) / (motion.z[n] - motion.z[before]) * (E[before, j] + share * step)
             forces.tangents[n, d, d, j], forces.tangents[n, d, 2, j] = by_u[j] - kt * E[n, j], by_z[j]
     if by_start == 0.0:
         lost = 1.0

@@ -82,9 +82,11 @@ class FrictionDisc(Law):
 def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """The steady period of both directions: slip at any sample, a start that the disc clips or gives, or neither."""
     periods, acted = _until_periodic(data, motion, forces)
-    y, limit = forces.y, motion.limit
+    y, u, limit = forces.y, motion.u, motion.limit
     for n in range(limit.size):
-        slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / data.kt[0]
+        share = motion.landing[n - 1]
+        x, z = share * (u[0, n] - u[0, n - 1]), share * (u[1, n] - u[1, n - 1])
+        slipped = np.hypot((y[0, n] - y[0, n - 1]) / data.kt[0] + x, (y[1, n] - y[1, n - 1]) / data.kt[0] + z)
         forces.work[0] += 0.5 * (limit[n] + limit[n - 1]) * slipped
     if periods < 0:
         return NOT_PERIODIC
@@ -119,10 +121,9 @@ def _until_periodic(data: ContactData, motion: PeriodMotion, forces: PeriodForce
     line the state repeats at once, long before the derivative across it, which is then brought to its own limit.
     """
     kinds, values, kt = data.start_kind, data.start_value, data.kt[0]
-    u, limit, slope, E = motion.u, motion.limit, motion.slope, motion.E
+    u, limit, slope, E, last = motion.u, motion.limit, motion.slope, motion.E, motion.limit.size - 1
     y, event, tangents = forces.y, forces.event, forces.tangents
     columns = E.shape[1]
-    last = u.shape[1] - 1
     derive = tangents.size > 0
     state = np.zeros(2)
     change = np.zeros((2, 3, columns))
@@ -136,17 +137,17 @@ def _until_periodic(data: ContactData, motion: PeriodMotion, forces: PeriodForce
                 change[d, d, j] = -kt * E[last, j]
     turn = np.zeros(6)
     acted = kinds[0] == RATIO or kinds[1] == RATIO
-    acted = _step(kt, u, limit, slope, E, last, last, state, change, map_, derive, turn) or acted
+    acted = _step(kt, motion, 0.0, last, last, state, change, map_, derive, turn) or acted
     size, steepness = max(np.max(limit), kt * np.max(np.abs(u))), kt + np.max(np.abs(slope))
     for period in range(PERIODS):
         before, before_change = state.copy(), change.copy()
-        slipped = _march(kt, u, limit, slope, E, state, change, map_, turn, y, event, tangents)
+        slipped = _march(kt, motion, state, change, map_, turn, y, event, tangents)
         acted = acted or slipped
         settled = abs(state[0] - before[0]) <= TOLERANCE * size and abs(state[1] - before[1]) <= TOLERANCE * size
         if not slipped or settled:
             unsettled = slipped and derive and not _repeats(map_, before_change, change, steepness)
             if unsettled and _jump(map_, state.copy(), before_change, state, change):
-                _march(kt, u, limit, slope, E, state, change, map_, turn, y, event, tangents)
+                _march(kt, motion, state, change, map_, turn, y, event, tangents)
             return period + 1, acted
         if period % JUMP == JUMP - 1:
             _jump(map_, before, before_change, state, change)
@@ -156,10 +157,7 @@ def _until_periodic(data: ContactData, motion: PeriodMotion, forces: PeriodForce
 @kernel
 def _march(
     kt: float,
-    u: Array,
-    limit: Array,
-    slope: Array,
-    E: Array,
+    motion: PeriodMotion,
     state: Array,
     change: Array,
     map_: Array,
@@ -169,12 +167,16 @@ def _march(
     tangents: Array,
 ) -> bool:
     """One period: intercepts, events and derivatives of every sample, and the map of the period; whether anything slips."""
-    samples, derive = u.shape[1], tangents.size > 0
+    samples, derive = motion.limit.size, tangents.size > 0
     map_[0, 0], map_[0, 1], map_[1, 0], map_[1, 1] = 1.0, 0.0, 0.0, 1.0
     slipped = False
     for n in range(samples):
-        hit = _step(kt, u, limit, slope, E, (n - 1) % samples, n, state, change, map_, derive, turn)
-        event[n] = OPEN if limit[n] <= 0.0 else (SLIP if hit else STICK)
+        before = (n - 1) % samples
+        share = motion.landing[before]
+        if share > 0.0:
+            _land(kt, motion, share, before, n, state, change, derive)
+        hit = _step(kt, motion, share, before, n, state, change, map_, derive, turn)
+        event[n] = OPEN if motion.limit[n] <= 0.0 else (SLIP if hit else STICK)
         slipped = slipped or hit
         y[0, n], y[1, n] = state[0], state[1]
         if derive:
@@ -222,12 +224,26 @@ def _jump(map_: Array, before: Array, before_change: Array, state: Array, change
 
 
 @kernel
+def _land(
+    kt: float, motion: PeriodMotion, share: float, before: int, n: int, state: Array, change: Array, derive: bool
+) -> None:
+    """The intercept where the contact lands, at a share of the step to sample n, and its derivative: the share moves with z."""
+    u, E = motion.u, motion.E
+    for d in range(2):
+        moved = u[d, n] - u[d, before]
+        state[d] = -kt * (u[d, before] + share * moved)
+        for j in range(E.shape[1] if derive else 0):
+            row = E[before, j] + share * (E[n, j] - E[before, j])
+            change[d, 0, j] = change[d, 1, j] = 0.0
+            change[d, d, j] = -kt * row
+            change[d, 2, j] = kt * moved / (motion.z[n] - motion.z[before]) * row
+
+
+@kernel
 def _step(
     kt: float,
-    u: Array,
-    limit: Array,
-    slope: Array,
-    E: Array,
+    motion: PeriodMotion,
+    share: float,
     before: int,
     n: int,
     state: Array,
@@ -236,9 +252,13 @@ def _step(
     derive: bool,
     turn: Array,
 ) -> bool:
-    """From sample `before` to n (the same: clip): intercept, its derivative and the map of the period; whether it slips."""
-    x, y = kt * (u[0, n] - u[0, before]), kt * (u[1, n] - u[1, before])
-    first, second = state[0] + kt * u[0, before], state[1] + kt * u[1, before]
+    """From sample `before` to n (the same: clip): intercept, its derivative and the map of the period; whether it slips.
+
+    share: of the step, which begins there; beyond 0 where the contact lands.
+    """
+    u, limit, slope, E = motion.u, motion.limit, motion.slope, motion.E
+    x, y = kt * (1.0 - share) * (u[0, n] - u[0, before]), kt * (1.0 - share) * (u[1, n] - u[1, before])
+    first, second = state[0] + kt * u[0, n] - x, state[1] + kt * u[1, n] - y
     slips, c, s = disc_step(first, second, x, y, limit[before], limit[n], turn)
     if not slips:
         return False
@@ -250,10 +270,13 @@ def _step(
     if derive:
         for part in range(3):
             for j in range(E.shape[1]):
+                step = (1.0 - share) * (E[n, j] - E[before, j])
                 along = turn[0] * change[0, part, j] + turn[1] * change[1, part, j]
                 if part < 2:
-                    along += kt * (turn[part] * E[before, j] + turn[2 + part] * (E[n, j] - E[before, j]))
+                    along += kt * (turn[part] * (E[n, j] - step) + turn[2 + part] * step)
                 else:
+                    if share > 0.0:  # where it lands moves with z, the traction there does not
+                        along += (turn[2] - turn[0]) * change[0, 2, j] + (turn[3] - turn[1]) * change[1, 2, j]
                     along += turn[4] * slope[before] * E[before, j] + turn[5] * slope[n] * E[n, j]
                 change[0, part, j], change[1, part, j] = -s * L * along, c * L * along
         for j in range(E.shape[1]):

@@ -4,6 +4,9 @@ The Jenkins step T_n = clamp(T_{n−1} + kt(u_n − u_{n−1}), −L_n, +L_n) in
 position) is a pure clamp, y_n = clamp(y_{n−1}, −L_n − kt u_n, L_n − kt u_n). Clamps compose to a clamp, so the period map is a
 projection onto an interval [LO, HI]: LO = HI means a unique force; LO < HI that the element never slips in the steady
 period and that any y in [LO, HI] is a solution, the non-uniqueness of friction forces.
+
+An element that is open at one sample and closed at the next lands between them. Its slider begins where it lands; from the sample
+itself the force would be of first order in the samples.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.kernels import kernel
+from stickslip.kernels import inlined, kernel
 
 OFFSET, RATIO, MEAN = 0, 1, 2
 """Codes of the start rules, as `stickslip.contact.start` gives them."""
@@ -27,11 +30,30 @@ HELD, STATIC, SLIPPING = 0, 1, 2
 
 
 @kernel
-def stick_interval(ku: Array, limit: Array) -> tuple[float, float]:
-    """[LO, HI] of the intercept y over samples 0..Nt−1 in this order. ku = kt u [N], limit L [N], (Nt,)."""
+def landing_shares(z: Array, limit: Array, slope: Array, landing: Array) -> None:
+    """Fill, for each sample where an element is open, the share of the step to the next sample at which it lands, 0 where it does
+    not: z moves straight between samples [m], and the limit L [N] grows from 0 with dL/dz = slope [N/m] of the next; all (Nt,)."""
+    for n in range(limit.size):
+        m = n + 1 if n + 1 < limit.size else 0
+        landing[n] = 0.0
+        if limit[n] <= 0.0 < limit[m] and slope[m] > 0.0 and z[m] > z[n]:
+            landing[n] = max(1.0 - limit[m] / (slope[m] * (z[m] - z[n])), 0.0)
+
+
+@inlined
+def carried(ku: Array, landing: Array, n: int) -> float:
+    """kt u at a sample, or where an element that is open there lands before the next."""
+    m = n + 1 if n + 1 < ku.size else 0
+    return ku[n] + landing[n] * (ku[m] - ku[n])  # type: ignore[no-any-return]
+
+
+@kernel
+def stick_interval(ku: Array, limit: Array, landing: Array) -> tuple[float, float]:
+    """[LO, HI] of the intercept y over samples 0..Nt−1 in this order. ku = kt u [N], limit L [N], `landing_shares`, (Nt,)."""
     low, high = -np.inf, np.inf
     for n in range(ku.size):
-        bottom, top = -limit[n] - ku[n], limit[n] - ku[n]
+        place = carried(ku, landing, n)
+        bottom, top = -limit[n] - place, limit[n] - place
         low = min(max(low, bottom), top)
         high = min(max(high, bottom), top)
     return low, high
@@ -49,15 +71,15 @@ def start_intercept(kind: int, value: float, kt: float, ku: Array, limit: Array,
 
 @kernel
 def friction_period(
-    kind: int, value: float, kt: float, ku: Array, limit: Array, mean: float, y: Array, event: Index
+    kind: int, value: float, kt: float, ku: Array, limit: Array, landing: Array, mean: float, y: Array, event: Index
 ) -> tuple[int, int, float]:
     """Fill the steady period of intercepts y and events (Nt,), and say what it depends on: (state, sample, factor).
 
     state HELD: y is the start offset, a constant. STATIC: y = factor L_sample − kt u_sample, constant in time (sample = −1:
-    y = value − kt ū). SLIPPING: y follows the last event. `mean` is kt times the mean of u.
+    y = value − kt ū). SLIPPING: y follows the last event. landing: `landing_shares`; mean: kt times that of u.
     """
     samples = ku.size
-    low, high = stick_interval(ku, limit)
+    low, high = stick_interval(ku, limit, landing)
     wanted = start_intercept(kind, value, kt, ku, limit, mean)
     y0 = min(max(wanted, low), high)
     events = 0
@@ -71,6 +93,10 @@ def friction_period(
             event[n] = SLIP_UP
         elif previous < bottom:
             event[n] = SLIP_DOWN
+        if event[n] == OPEN:
+            events += 1
+            y[n], previous = -ku[n], -carried(ku, landing, n)
+            continue
         if event[n] != STICK:
             events += 1
             previous = min(max(previous, bottom), top)

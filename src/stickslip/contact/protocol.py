@@ -36,14 +36,16 @@ class ContactData(NamedTuple):
 class PeriodMotion(NamedTuple):
     """Motion of a contact over a period of Nt samples.
 
-    u [m] and velocity [m/s] (d, Nt); limit L [N] and slope dL/dz [N/m] (Nt,); omega [rad/s]; E, D (Nt, 2H+1) with u = E U,
-    velocity = omega D U and z = E Z. Without columns of E no derivatives are asked for.
+    u [m] and velocity [m/s] (d, Nt); normal motion z [m], limit L [N], slope dL/dz [N/m] and `landing_shares` (Nt,); omega
+    [rad/s]; E, D (Nt, 2H+1) with u = E U, velocity = omega D U and z = E Z. Without columns of E no derivatives are asked for.
     """
 
     u: Array
     velocity: Array
+    z: Array
     limit: Array
     slope: Array
+    landing: Array
     omega: float
     E: Array
     D: Array

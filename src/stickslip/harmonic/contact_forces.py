@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
-from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period
+from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period, landing_shares
 from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
@@ -40,19 +40,19 @@ def contact_forces(
     most = 1
     for c in range(table.normal_row.size):
         most = max(most, table.normal_first[c + 1] - table.normal_first[c])
-    loads, slopes = np.zeros((most, samples)), np.zeros((most, samples))
+    loads, slopes, z = np.zeros((most, samples)), np.zeros((most, samples)), np.zeros(samples)
     for c in range(table.normal_row.size):
         row = table.normal_row[c]
         if row >= 0:
             z = E @ w[row]
             unknown[row] = _normal_forces(table, c, z, tables, target[row], own[row], loads, slopes)
         if table.kind[c] != SLIDERS:
-            _law_forces(table, c, w, omega, tables, loads, slopes, target, unknown, own, normal, cross, by_omega)
+            _law_forces(table, c, w, omega, tables, z, loads, slopes, target, unknown, own, normal, cross, by_omega)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r != row:
                 unknown[r] = _friction_forces(
-                    table, r, w[r], tables, table.normal_first[c], loads, slopes, target[r], own[r], normal[r]
+                    table, r, w[r], tables, table.normal_first[c], z, loads, slopes, target[r], own[r], normal[r]
                 )
 
 
@@ -103,6 +103,7 @@ def _friction_forces(
     motion: Array,
     tables: Fourier,
     normal_first: int,
+    z: Array,
     loads: Array,
     slopes: Array,
     target: Array,
@@ -113,7 +114,7 @@ def _friction_forces(
     u = tables.E @ motion
     samples = u.size
     total, y = np.zeros(samples), np.empty(samples)
-    limit, slope = np.empty(samples), np.empty(samples)
+    limit, slope, landing = np.empty(samples), np.empty(samples), np.empty(samples)
     event = np.empty(samples, dtype=np.int64)
     own_sums, normal_sums = np.zeros((2, tables.cosines.shape[0])), np.zeros((2, tables.cosines.shape[0]))
     own[:, :] = 0.0
@@ -124,13 +125,15 @@ def _friction_forces(
     for e in range(table.friction_first[r], table.friction_first[r + 1]):
         kt = table.stiffness[e]
         element_limits(table, e, normal_first, loads, slopes, limit, slope)
+        landing_shares(z, limit, slope, landing)
         ku = kt * u
         mean = kt * motion[0]
-        state, sample, factor = friction_period(table.start_kind[e], table.start_value[e], kt, ku, limit, mean, y, event)
+        start, value = table.start_kind[e], table.start_value[e]
+        state, sample, factor = friction_period(start, value, kt, ku, limit, landing, mean, y, event)
         unknown = max(unknown, state)
         if state == SLIPPING:
             total += y
-            _add_events(kt, event, slope, tables, own_sums, normal_sums, own, normal)
+            _add_events(kt, event, slope, ku, z, landing, tables, own_sums, normal_sums, own, normal)
         else:
             constant += y[0]
             if state == STATIC:
@@ -150,6 +153,7 @@ def _law_forces(
     w: Array,
     omega: float,
     tables: Fourier,
+    z: Array,
     loads: Array,
     slopes: Array,
     target: Array,
@@ -167,11 +171,13 @@ def _law_forces(
     for d in range(directions):
         for n in range(samples):
             velocity[d, n] *= omega
-    limit, slope = np.zeros(samples), np.zeros(samples)
+    limit, slope, landing = np.zeros(samples), np.zeros(samples), np.zeros(samples)
     if table.friction_first[first + 1] > table.friction_first[first]:
         element_limits(table, table.friction_first[first], table.normal_first[c], loads, slopes, limit, slope)
+        landing_shares(z, limit, slope, landing)
     found = no_forces(directions, samples, columns)
-    state = law_period(table.kind[c], data, PeriodMotion(u, velocity, limit, slope, omega, tables.E, tables.D), found)
+    whole = PeriodMotion(u, velocity, z, limit, slope, landing, omega, tables.E, tables.D)
+    state = law_period(table.kind[c], data, whole, found)
     for d in range(directions):
         row = first + d
         normal[row] = 0.0
@@ -227,9 +233,23 @@ def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, o
 
 @kernel
 def _add_events(
-    kt: float, event: Index, slope: Array, tables: Fourier, own_sums: Array, normal_sums: Array, own: Array, normal: Array
+    kt: float,
+    event: Index,
+    slope: Array,
+    ku: Array,
+    z: Array,
+    landing: Array,
+    tables: Fourier,
+    own_sums: Array,
+    normal_sums: Array,
+    own: Array,
+    normal: Array,
 ) -> None:
-    """Derivative of y_n = s_k L_k − kt u_k, k the last event before n: runs of events into the sums, sticks as rank one."""
+    """Derivative of y_n = s_k L_k − kt u_k, k the last event before n: runs of events into the sums, sticks as rank one.
+
+    A stick that begins at a landing follows the motion there, θ of the way from sample k to the next; θ itself moves with z:
+    dy = −kt (du − Δu/Δz dz), du and dz the changes at the landing.
+    """
     samples = event.size
     first = 0
     while event[first] == STICK:
@@ -241,7 +261,11 @@ def _add_events(
             end = n + 1
             while end < first + samples and event[end % samples] == STICK:
                 end += 1
-            _add_stick(kt, event, slope, (n - 1) % samples, n, end, tables, own, normal)
+            before = (n - 1) % samples
+            weight = _event_slope(event, slope, before)
+            if landing[before] > 0.0:
+                weight = (ku[k] - ku[before]) / (z[k] - z[before])
+            _add_stick(kt, weight, before, landing[before], n, end, tables, own, normal)
         else:
             weight = _event_slope(event, slope, k)
             end = n + 1
@@ -273,19 +297,19 @@ def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int,
 
 @kernel
 def _add_stick(
-    kt: float, event: Index, slope: Array, k: int, first: int, last: int, tables: Fourier, own: Array, normal: Array
+    kt: float, weight: float, k: int, share: float, first: int, last: int, tables: Fourier, own: Array, normal: Array
 ) -> None:
-    """Rank-one part of a stick interval first..last−1 after the event at sample k: S_k E_kᵀ."""
+    """Rank-one part of a stick interval first..last−1 of dy = weight dz − kt du, u and z a share of the step after sample k."""
     samples, size = tables.E.shape
     harmonics = (size - 1) // 2
     sums = np.zeros((2, harmonics + 1))
     _add_cyclic(sums, 1.0 / samples, first, last, samples, tables)
-    weight = _event_slope(event, slope, k)
+    E, following = tables.E, (k + 1) % samples
     for i in range(size):
         h = (i + 1) // 2
         analysis = sums[0, 0] if i == 0 else 2.0 * sums[1 - i % 2, h]
         for j in range(size):
-            product = analysis * tables.E[k, j]
+            product = analysis * (E[k, j] + share * (E[following, j] - E[k, j]))
             own[i, j] -= kt * product
             if weight != 0.0:
                 normal[i, j] += weight * product

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
-from stickslip.contact.period import OPEN, SLIP, STICK, friction_period
+from stickslip.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
 from stickslip.contact.protocol import PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
@@ -76,8 +76,8 @@ def _fill_cycle(
 ) -> None:
     """slider (2, elements): at the last sample, and the mean."""
     samples = displacement.shape[1]
-    limit, slope, y = np.empty(samples), np.empty(samples), np.empty(samples)
-    event = np.empty(samples, dtype=np.int64)
+    limit, slope, landing, y = np.empty(samples), np.empty(samples), np.empty(samples), np.empty(samples)
+    event, none = np.empty(samples, dtype=np.int64), np.zeros(samples)
     for c in range(table.normal_row.size):
         first, last = table.normal_first[c], table.normal_first[c + 1]
         loads, slopes = np.zeros((max(last - first, 1), samples)), np.zeros((max(last - first, 1), samples))
@@ -85,12 +85,14 @@ def _fill_cycle(
         for e in range(first, last):
             for n in range(samples):
                 loads[e - first, n] = max(table.normal_stiffness[e] * displacement[row, n] + table.normal_constant[e], 0.0)
+                slopes[e - first, n] = table.normal_stiffness[e] if loads[e - first, n] > 0.0 else 0.0
                 force[row, n] += loads[e - first, n]
         if row >= 0:
             for n in range(samples):
                 state[row, n] = STICK if force[row, n] > 0.0 else OPEN
+        z = displacement[row] if row >= 0 else none
         if table.kind[c] != SLIDERS:
-            _fill_law(table, c, displacement, velocity, omega, loads, slopes, force, state, slip_work, slider)
+            _fill_law(table, c, displacement, velocity, z, omega, loads, slopes, force, state, slip_work, slider)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r == row:
@@ -99,11 +101,12 @@ def _fill_cycle(
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
                 kt = table.stiffness[e]
                 element_limits(table, e, first, loads, slopes, limit, slope)
+                landing_shares(z, limit, slope, landing)
                 ku = kt * displacement[r]
                 kind, value = table.start_kind[e], table.start_value[e]
-                friction_period(kind, value, kt, ku, limit, kt * mean[r], y, event)
+                friction_period(kind, value, kt, ku, limit, landing, kt * mean[r], y, event)
                 force[r] += y + ku
-                slip_work[r] += _slip_work(kt, y, limit)
+                slip_work[r] += _slip_work(kt, ku, y, limit, landing)
                 slider[0, e], slider[1, e] = -y[-1] / kt, -np.mean(y) / kt
                 for n in range(samples):
                     if event[n] != OPEN and state[r, n] != SLIP:
@@ -116,6 +119,7 @@ def _fill_law(
     c: int,
     displacement: Array,
     velocity: Array,
+    z: Array,
     omega: float,
     loads: Array,
     slopes: Array,
@@ -127,12 +131,13 @@ def _fill_law(
     """The tangential rows of contact c by the kernel of its law."""
     first, samples, data = table.first_row[c], displacement.shape[1], contact_data(table, c)
     last = first + data.kt.size
-    limit, slope, none = np.zeros(samples), np.zeros(samples), np.empty((samples, 0))
+    limit, slope, landing, none = np.zeros(samples), np.zeros(samples), np.zeros(samples), np.empty((samples, 0))
     e = table.friction_first[first]
     if table.friction_first[first + 1] > e:
         element_limits(table, e, table.normal_first[c], loads, slopes, limit, slope)
+        landing_shares(z, limit, slope, landing)
     found = no_forces(data.kt.size, samples, 0)
-    motion = PeriodMotion(displacement[first:last], velocity[first:last], limit, slope, omega, none, none)
+    motion = PeriodMotion(displacement[first:last], velocity[first:last], z, limit, slope, landing, omega, none, none)
     law_period(table.kind[c], data, motion, found)
     for d in range(data.kt.size):
         kt, y = data.kt[d], found.y[d]
@@ -145,35 +150,39 @@ def _fill_law(
 
 
 @kernel
-def _slip_work(kt: float, y: Array, limit: Array) -> float:
-    """Σ L |Δs| of one element, s = −y/kt the slider; L taken at the middle of each step."""
+def _slip_work(kt: float, ku: Array, y: Array, limit: Array, landing: Array) -> float:
+    """Σ L |Δs| of one element, s = −y/kt the slider, from where it lands on; L taken at the middle of each step."""
     work = 0.0
     for n in range(y.size):
-        work += 0.5 * (limit[n] + limit[n - 1]) * abs(y[n] - y[n - 1]) / kt
+        slid = y[n] - y[n - 1] + landing[n - 1] * (ku[n] - ku[n - 1])
+        work += 0.5 * (limit[n] + limit[n - 1]) * abs(slid) / kt
     return work
 
 
-def friction_limits(table: ContactTable, tables: Fourier, w: Array) -> Iterator[tuple[int, int, Array, Array]]:
-    """For motion w: each friction element, its row, its displacement u (Nt,) and its limit L (Nt,), element by element."""
+def friction_limits(table: ContactTable, tables: Fourier, w: Array) -> Iterator[tuple[int, int, Array, Array, Array]]:
+    """For motion w, element by element: friction element, its row, displacement u, limit L and `landing_shares`, each (Nt,)."""
     samples = tables.E.shape[0]
+    z = np.zeros(samples)
     for c in range(table.normal_row.size):
         first, last = table.normal_first[c], table.normal_first[c + 1]
-        loads = np.zeros((max(last - first, 1), samples))
+        loads, slopes = np.zeros((max(last - first, 1), samples)), np.zeros((max(last - first, 1), samples))
         if last > first:
             z = tables.E @ w[table.normal_row[c]]
             loads = np.maximum(table.normal_stiffness[first:last, None] * z + table.normal_constant[first:last, None], 0.0)
+            slopes = np.where(loads > 0.0, table.normal_stiffness[first:last, None], 0.0)
         for r in range(table.first_row[c], table.first_row[c + 1]):
             u = tables.E @ w[r]
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
-                limit, slope = np.empty(samples), np.empty(samples)
-                element_limits(table, e, first, loads, np.zeros_like(loads), limit, slope)
-                yield e, r, u, limit
+                limit, slope, landing = np.empty(samples), np.empty(samples), np.empty(samples)
+                element_limits(table, e, first, loads, slopes, limit, slope)
+                landing_shares(z, limit, slope, landing)
+                yield e, r, u, limit, landing
 
 
 def friction_reach(table: ContactTable, tables: Fourier, w: Array) -> tuple[Array, Array]:
     """For each friction element, over the period of motion w: max|u| + max L/kt [m], 0 without a spring kt, and max L [N]."""
     reach, largest = np.zeros(table.stiffness.size), np.zeros(table.stiffness.size)
-    for e, _, u, limit in friction_limits(table, tables, w):
+    for e, _, u, limit, _ in friction_limits(table, tables, w):
         largest[e] = limit.max()
         if table.stiffness[e] > 0.0:
             reach[e] = np.abs(u).max() + limit.max() / table.stiffness[e]

@@ -84,9 +84,9 @@ def start_slopes(balance: HarmonicBalance, evaluation: Evaluation) -> tuple[Inde
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
     found: list[int] = []
     slopes: list[tuple[int, float]] = []
-    for e, r, u, limit in friction_limits(table, tables, w):
+    for e, r, u, limit, landing in friction_limits(table, tables, w):
         kt, kind, value = table.stiffness[e], int(table.start_kind[e]), table.start_value[e]
-        state = friction_period(kind, value, kt, kt * u, limit, kt * w[r, 0], y, event)
+        state = friction_period(kind, value, kt, kt * u, limit, landing, kt * w[r, 0], y, event)
         acts = _start_slope(state, kind, kt, limit) if remember[e] else None
         if acts is not None:
             found.append(e)

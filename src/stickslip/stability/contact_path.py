@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
-from stickslip.contact.period import OPEN, SLIP, STICK, friction_period
+from stickslip.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
 from stickslip.contact.protocol import PeriodForces, PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.kernels import kernel
@@ -139,9 +139,10 @@ def contact_path(
     samples, count = u.shape[1], 0
     still, last = np.zeros(table.stiffness.size), np.zeros(table.stiffness.size, dtype=np.int64)
     y, event, limit = np.empty(samples), np.empty(samples, dtype=np.int64), np.empty(samples)
-    slope, none = np.zeros(samples), np.empty((samples, 0))
+    slope, landing, none = np.zeros(samples), np.zeros(samples), np.empty((samples, 0))
     for c in range(table.normal_row.size):
         row = table.normal_row[c]
+        z = u[row] if row >= 0 else np.zeros(samples)
         if row >= 0:
             count = _normal_changes(table, c, u[row], v[row], instants, elements, states, count)
         for r in range(table.first_row[c], table.first_row[c + 1]):
@@ -149,11 +150,13 @@ def contact_path(
                 continue
             for e in range(table.friction_first[r], table.friction_first[r + 1]):
                 for n in range(samples):
-                    limit[n] = slip_limit(table, e, u[row, n] if row >= 0 else 0.0)[0]
+                    limit[n], slope[n] = slip_limit(table, e, z[n])
+                landing_shares(z, limit, slope, landing)
                 if table.kind[c] != SLIDERS:
                     continue
                 kt = table.stiffness[e]
-                friction_period(table.start_kind[e], table.start_value[e], kt, kt * u[r], limit, kt * mean[r], y, event)
+                kind, value = table.start_kind[e], table.start_value[e]
+                friction_period(kind, value, kt, kt * u[r], limit, landing, kt * mean[r], y, event)
                 last[e] = event[-1]
                 found, held = _slider_changes(table, e, r, u, v, event, y[-1], instants[count:], states[count:])
                 if found > 0 and event[-1] == STICK:
@@ -169,8 +172,9 @@ def contact_path(
         forces = no_forces(b - a, samples, 0)
         rate = omega * samples / (2.0 * np.pi)
         if table.friction_first[a + 1] == table.friction_first[a]:
-            limit[:] = 0.0
-        law_period(table.kind[c], data, PeriodMotion(u[a:b], rate * v[a:b], limit, slope, omega, none, none), forces)
+            limit[:], landing[:] = 0.0, 0.0
+        motion = PeriodMotion(u[a:b], rate * v[a:b], z, limit, slope, landing, omega, none, none)
+        law_period(table.kind[c], data, motion, forces)
         start[a:b] = forces.y
         if table.friction_first[b] > table.friction_first[a]:
             if np.all(forces.event == STICK):

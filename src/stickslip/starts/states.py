@@ -63,11 +63,11 @@ def _states(balance: HarmonicBalance, evaluation: Evaluation) -> Iterator[tuple[
     table, w = evaluation.table, evaluation.w
     samples = balance.tables.E.shape[0]
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
-    for e, r, u, limit in friction_limits(table, balance.tables, w):
+    for e, r, u, limit, landing in friction_limits(table, balance.tables, w):
         kt = table.stiffness[e]
         ku, shift = kt * u, kt * w[r, 0]
-        friction_period(int(table.start_kind[e]), table.start_value[e], kt, ku, limit, shift, y, event)
-        low, high = stick_interval(ku, limit)
+        friction_period(int(table.start_kind[e]), table.start_value[e], kt, ku, limit, landing, shift, y, event)
+        low, high = stick_interval(ku, limit, landing)
         mean = float(y.mean() + shift)
         ends = (low + shift, high + shift) if low < high else (mean, mean)
         yield -y[-1] / kt, y[-1] + ku[-1], limit[-1], mean, *ends, w[r, 0], limit.mean()

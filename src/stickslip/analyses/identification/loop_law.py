@@ -111,9 +111,9 @@ def steady_force(loop: ContactLoop, kt: float, mu: float, weights: Array) -> Arr
     """The steady force (n,) of parallel sliders by the exact map of one period, from virgin sliders where one never slips."""
     u, normal = np.asarray(loop.displacement), np.asarray(loop.normal)
     ku, total = kt / weights.size * u, np.zeros(u.size)
-    y, event = np.empty(u.size), np.empty(u.size, dtype=np.int64)
+    y, event, landing = np.empty(u.size), np.empty(u.size, dtype=np.int64), np.zeros(u.size)
     for weight in weights:
-        friction_period(OFFSET, 0.0, kt, ku, mu * weight / weights.size * normal, 0.0, y, event)
+        friction_period(OFFSET, 0.0, kt, ku, mu * weight / weights.size * normal, landing, 0.0, y, event)
         total += y + ku
     return total
 
@@ -126,7 +126,7 @@ def dahl_force(loop: ContactLoop, kt: float, mu: float) -> Array:
     zero, none = np.zeros(u.size), np.zeros((u.size, 0))
     data = ContactData(np.zeros(0), np.array([kt]), np.zeros(1, dtype=np.int64), np.zeros(1))
     found = no_forces(1, u.size, 0)
-    dahl.period(data, PeriodMotion(u, 0.0 * u, limit, zero, 0.0, none, none), found)
+    dahl.period(data, PeriodMotion(u, 0.0 * u, zero, limit, zero, zero, 0.0, none, none), found)
     return np.asarray(found.y[0] + kt * u[0])
 
 

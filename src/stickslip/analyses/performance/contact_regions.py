@@ -52,12 +52,12 @@ def _slipping_elements(balance: HarmonicBalance, evaluation: Evaluation, cycle: 
     samples = tables.E.shape[0]
     y, event = np.empty(samples), np.empty(samples, dtype=np.int64)
     found: dict[int, list[bool]] = {row: [] for row in range(balance.rows)}
-    for e, row, u, limit in friction_limits(table, tables, w):
+    for e, row, u, limit, landing in friction_limits(table, tables, w):
         if table.kind[np.searchsorted(table.first_row, row, side="right") - 1] != SLIDERS:
             found[row] = [bool(np.any((cycle.state[row] != STICK) & (cycle.state[row] != OPEN)))]
             continue
         kt, kind, value = table.stiffness[e], int(table.start_kind[e]), table.start_value[e]
-        friction_period(kind, value, kt, kt * u, limit, kt * w[row, 0], y, event)
+        friction_period(kind, value, kt, kt * u, limit, landing, kt * w[row, 0], y, event)
         if not np.all(event == OPEN):
             found[row].append(bool(np.any((event != STICK) & (event != OPEN))))
     return found
