@@ -14,10 +14,11 @@ from verify.row import Row, absolute, at_most, relative
 TITLE = "Two blades and a wedge damper"
 ABOUT = (
     "Start state: traction ratio m at the last sample of both contacts; 5 harmonics, 256 samples. Parameters of a "
-    "public example, reference numbers computed twice with independent codes. Near the first peak the curve is flat "
-    "and its top depends on the samples in the fourth digit."
+    "public example, reference numbers computed twice with independent codes. Near the first peak the curve is flat; "
+    "these codes, in which contacts land at samples, find it at 162.91 Hz and 2.275e-4 m with 256."
 )
 SOURCE = "two independent codes"
+EVENTS = "integration from event to event (SciPy)"
 
 
 def rows() -> Iterator[Row]:
@@ -32,6 +33,6 @@ def rows() -> Iterator[Row]:
         peaks = forced_response(three_mass_wedge(ratio), hertz(145.0, 235.0), harmonics=5).peaks()
         found.append(peaks[peaks.output == "2.y"].iloc[0])
     amplitudes = [peak.amplitude for peak in found]
-    yield relative("First peak of |y2|, m = 0, m", amplitudes[2], 2.275e-4, 1e-3, SOURCE)
-    yield absolute("First peak of |y2|, m = 0: frequency, Hz", found[2].frequency, 162.91, 0.03, SOURCE)
+    yield relative("First peak of |y2|, m = 0, m", amplitudes[2], 2.2730e-4, 3e-4, EVENTS)
+    yield absolute("First peak of |y2|, m = 0: frequency, Hz", found[2].frequency, 162.98, 0.03, EVENTS)
     yield at_most("First peak of |y2|: spread over m, relative", np.ptp(amplitudes) / amplitudes[2], 1e-5, "practically unique")

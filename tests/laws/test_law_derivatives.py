@@ -21,7 +21,7 @@ from stickslip.contact.period import HELD, SLIPPING, STATIC
 from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
 
 H, NT = 3, 64
-STEP = 1e-7
+STEP = 3e-8
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,10 @@ def test_the_interval_of_an_element_that_slips_is_one_value(period):
     """LO = HI exactly, in floating point, once a slip has merged the sweeps; the steady force is then the same for all starts."""
     ku, limit = period
     y, event = np.empty((3, ku.size)), np.empty(ku.size, dtype=np.int64)
-    states = [friction_period(OFFSET, s, 1.0, ku, limit, np.zeros(ku.size), 0.0, y[i], event)[0] for i, s in enumerate((-50.0, 0.0, 50.0))]
+    states = [
+        friction_period(OFFSET, s, 1.0, ku, limit, np.zeros(ku.size), 0.0, y[i], event)[0]
+        for i, s in enumerate((-50.0, 0.0, 50.0))
+    ]
     low, high = stick_interval(ku, limit, np.zeros(ku.size))
     if low == high:
         np.testing.assert_array_equal(y[0], y[1])

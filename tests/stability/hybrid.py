@@ -79,8 +79,8 @@ class Hybrid:
             return y
         return (0.0 if mode == OPEN else mode * s.limit(q)) - s.kt * (s.u @ q)
 
-    def travel(self, state, modes, omega):
-        """The state a period later, from the modes of the sliders at its beginning."""
+    def travel(self, state, modes, omega, pieces=None):
+        """The state a period later, from the modes of the sliders at its beginning; pieces: a list that takes the motion."""
         n = self.force.size
         t, x, y, modes = 0.0, state[: 2 * n].copy(), state[2 * n :].copy(), list(modes)
         while True:
@@ -88,7 +88,10 @@ class Hybrid:
             for function, *_ in found:
                 function.terminal, function.direction = True, 1.0
             rate, ends = partial(self.rate, omega=omega, y=y, modes=modes), (t, 2.0 * np.pi / omega)
-            done = solve_ivp(rate, ends, x, events=[function for function, *_ in found], **EXACT)
+            dense = pieces is not None
+            done = solve_ivp(rate, ends, x, events=[function for function, *_ in found], dense_output=dense, **EXACT)
+            if dense:
+                pieces.append((t, done.t[-1], done.sol))
             t, x = done.t[-1], done.y[:, -1]
             for k, times in enumerate(done.t_events):
                 if done.status == 1 and times.size:
@@ -121,14 +124,29 @@ class Hybrid:
         n = 2 * self.force.size
         return [*range(n), *(n + c for c, mode in enumerate(modes) if mode == STICK)]
 
+    def motion(self, state, modes, omega, count):
+        """q (n, count) at equal instants of a period."""
+        pieces = []
+        self.travel(state, modes, omega, pieces)
+        times = 2.0 * np.pi / omega * np.arange(count) / count
+        found = np.empty((self.force.size, count))
+        for first, last, piece in pieces:
+            inside = (times >= first) & (times <= last)
+            found[:, inside] = piece(times[inside])[: self.force.size]
+        return found
+
     def periodic(self, state, modes, omega):
         """The period map of the periodic motion near a state, by Newton's method."""
+        return self.settled(state, modes, omega)[0]
+
+    def settled(self, state, modes, omega):
+        """The period map of the periodic motion near a state, and the state at its beginning."""
         free = self.free(modes)
         for _ in range(8):
             derivative = self.period_map(state, modes, omega)
             missed = (self.travel(state, modes, omega) - state)[free]
             if np.abs(missed).max() < 1e-9 * np.abs(state).max():
-                return derivative
+                return derivative, state
             state = state.copy()
             state[free] += np.linalg.lstsq(np.eye(len(free)) - derivative, missed, rcond=1e-9)[0]
         raise AssertionError("no periodic motion found")

@@ -46,8 +46,7 @@ class FrictionDisc(Law):
 
     The parameters are those of `Macroslip`. Starts: a slider position (s1, s2) or a ratio with |(m1, m2)| ≤ 1, one value per
     direction; the traction it gives at the last sample is clipped onto the disc.
-    Accuracy: second order in the samples, exact where motion and limit go straight from one to the next; first order where the
-    contact lands and then sticks, since a landing happens at a sample.
+    Accuracy: second order in the samples, exact where motion and limit go straight from one to the next.
     Source: the law is that of Menq and Yang (1998); the closed form of a step is ours.
     """
 
@@ -82,11 +81,9 @@ class FrictionDisc(Law):
 def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """The steady period of both directions: slip at any sample, a start that the disc clips or gives, or neither."""
     periods, acted = _until_periodic(data, motion, forces)
-    y, u, limit = forces.y, motion.u, motion.limit
+    y, limit = forces.y, motion.limit
     for n in range(limit.size):
-        share = motion.landing[n - 1]
-        x, z = share * (u[0, n] - u[0, n - 1]), share * (u[1, n] - u[1, n - 1])
-        slipped = np.hypot((y[0, n] - y[0, n - 1]) / data.kt[0] + x, (y[1, n] - y[1, n - 1]) / data.kt[0] + z)
+        slipped = np.hypot(y[0, n] - y[0, n - 1], y[1, n] - y[1, n - 1]) / data.kt[0]
         forces.work[0] += 0.5 * (limit[n] + limit[n - 1]) * slipped
     if periods < 0:
         return NOT_PERIODIC
@@ -224,9 +221,7 @@ def _jump(map_: Array, before: Array, before_change: Array, state: Array, change
 
 
 @kernel
-def _land(
-    kt: float, motion: PeriodMotion, share: float, before: int, n: int, state: Array, change: Array, derive: bool
-) -> None:
+def _land(kt: float, motion: PeriodMotion, share: float, before: int, n: int, state: Array, change: Array, derive: bool) -> None:
     """The intercept where the contact lands, at a share of the step to sample n, and its derivative: the share moves with z."""
     u, E = motion.u, motion.E
     for d in range(2):

@@ -31,8 +31,8 @@ HELD, STATIC, SLIPPING = 0, 1, 2
 
 @kernel
 def landing_shares(z: Array, limit: Array, slope: Array, landing: Array) -> None:
-    """Fill, for each sample where an element is open, the share of the step to the next sample at which it lands, 0 where it does
-    not: z moves straight between samples [m], and the limit L [N] grows from 0 with dL/dz = slope [N/m] of the next; all (Nt,)."""
+    """Fill, for each sample where an element is open, the share of the step to the next at which it lands, 0 where it does not:
+    z moves straight between samples [m], and the limit L [N] grows from 0 with dL/dz = slope [N/m] of the next; all (Nt,)."""
     for n in range(limit.size):
         m = n + 1 if n + 1 < limit.size else 0
         landing[n] = 0.0

@@ -106,7 +106,7 @@ def _fill_cycle(
                 kind, value = table.start_kind[e], table.start_value[e]
                 friction_period(kind, value, kt, ku, limit, landing, kt * mean[r], y, event)
                 force[r] += y + ku
-                slip_work[r] += _slip_work(kt, ku, y, limit, landing)
+                slip_work[r] += _slip_work(kt, y, limit)
                 slider[0, e], slider[1, e] = -y[-1] / kt, -np.mean(y) / kt
                 for n in range(samples):
                     if event[n] != OPEN and state[r, n] != SLIP:
@@ -150,12 +150,11 @@ def _fill_law(
 
 
 @kernel
-def _slip_work(kt: float, ku: Array, y: Array, limit: Array, landing: Array) -> float:
-    """Σ L |Δs| of one element, s = −y/kt the slider, from where it lands on; L taken at the middle of each step."""
+def _slip_work(kt: float, y: Array, limit: Array) -> float:
+    """Σ L |Δs| of one element, s = −y/kt the slider; L taken at the middle of each step."""
     work = 0.0
     for n in range(y.size):
-        slid = y[n] - y[n - 1] + landing[n - 1] * (ku[n] - ku[n - 1])
-        work += 0.5 * (limit[n] + limit[n - 1]) * abs(slid) / kt
+        work += 0.5 * (limit[n] + limit[n - 1]) * abs(y[n] - y[n - 1]) / kt
     return work
 
 
