@@ -10,7 +10,12 @@ from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as 
 from .interfaces.surface_contacts import surface_contacts as surface_contacts
 from .structure.assembly import Spring as Spring, assemble as assemble
 from .structure.cyclic import CyclicStructure as CyclicStructure, cyclic as cyclic, sector_chain as sector_chain
-from .structure.damping import Dashpot as Dashpot, ModalDamping as ModalDamping, RayleighDamping as RayleighDamping
+from .structure.damping import (
+    AerodynamicDamping as AerodynamicDamping,
+    Dashpot as Dashpot,
+    ModalDamping as ModalDamping,
+    RayleighDamping as RayleighDamping,
+)
 from .structure.matrices import Structure as Structure
 from .structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
 
@@ -55,6 +60,7 @@ from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newma
 
 # Nonlinear modes
 from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
+from .analyses.modes.limit_cycles import LimitCycles as LimitCycles, limit_cycles as limit_cycles
 
 # Sensitivities and peaks over a parameter
 from .analyses.performance.peak_path import PeakPath as PeakPath, follow_peaks as follow_peaks
