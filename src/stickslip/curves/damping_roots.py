@@ -72,6 +72,12 @@ class DampingCurve:
         return found
 
 
+def is_stable(point: CurvePoint) -> bool:
+    """Whether ζ rises with the amplitude, on a part of the curve that has not turned back: beyond a fold another motion of
+    the same amplitude is the mode that vibration follows."""
+    return point.tangent.parameter > 0.0 and slope(point) > 0.0
+
+
 def slope(point: CurvePoint) -> float:
     """dζ/d ln a along the curve."""
     return float(point.tangent.forces[-1, 2] / point.tangent.parameter)

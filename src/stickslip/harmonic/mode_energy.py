@@ -17,8 +17,8 @@ class ModeEnergy:
     """Energies of one point, J, and where they are.
 
     mechanical: twice the mean kinetic energy, Σ ½ (hω)² Q_hᴴ M Q_h, of a linear mode its mechanical energy; dissipated (rows,):
-    contact work of each row per period; viscous: that of C; residual: |dissipated + viscous − fed| over the larger of |fed| and dissipated,
-    fed by −2ζωM.
+    contact work of each row per period; viscous: that of C; residual: |dissipated + viscous − fed| over the
+    larger of |fed| and dissipated, fed by −2ζωM.
     modal_mass, modal_damping: Q₁ᴴ M Q₁ [kg m²] and Q₁ᴴ C Q₁ of the first harmonic.
     others: share of the first harmonic's energy in the stuck modes beside the followed one; harmonics: share of the energy in
     the harmonics above the first; strongest: the harmonic and the stuck mode, from 1 on, with most of it, whose share is

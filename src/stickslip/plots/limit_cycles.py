@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 AERODYNAMIC = Axis("aerodynamic damping ratio", "%")
 
-NEUTRAL = 1e-9
-"""dζ/d ln A below this, relative to the largest ζ, is rounding: contacts that stick."""
-
 
 def over_damping(dataset: xr.Dataset, output: int = 0) -> Chart:
     """Amplitude of the limit cycles of an output over the aerodynamic damping; dashed: unstable; dots: those asked for."""
@@ -38,11 +35,10 @@ def _over(dataset: xr.Dataset, curve: Array, roots: Array, axis: Axis) -> Chart:
     """A quantity of the curves (case, point) and of the roots (case, aerodynamic_damping, limit_cycle)."""
     layers: list[Layer] = []
     x = -100.0 * dataset["curve_damping"].values
-    slopes = dataset["curve_slope"].values
-    rounding = NEUTRAL * float(np.nanmax(np.abs(x), initial=0.0)) / 100.0
-    for style, sign, listed in (({}, 1.0, True), ({"dash": "dash"}, -1.0, False)):
+    stable = dataset["curve_stable"].values
+    for style, other, listed in (({}, 0.0, True), ({"dash": "dash"}, 1.0, False)):
         for case, look in enumerate(_looks(dataset, **style)):
-            shown = np.where(sign * slopes[case] >= -rounding, curve[case], np.nan)
+            shown = np.where(stable[case] == other, np.nan, curve[case])
             layers.append(Line(x[case], shown, hover=_hover(dataset, case), **look | {"listed": look["listed"] and listed}))
     for case, look in enumerate(_looks(dataset, marker="circle", dash="none")):
         values = roots[case]

@@ -13,7 +13,7 @@ from stickslip.analyses.modes.dataset import VARIABLES as MODE_VARIABLES
 from stickslip.analyses.modes.dataset import point_values
 from stickslip.analyses.performance.work import stacked
 from stickslip.contact.point import DIRECTION_NAMES
-from stickslip.curves.damping_roots import DampingCurve, slope
+from stickslip.curves.damping_roots import ROUNDING, DampingCurve, is_stable, slope
 from stickslip.problem import Problem
 from stickslip.results.view import length_text
 from stickslip.runs.work import Arrays
@@ -38,6 +38,11 @@ ROOTS: dict[str, tuple[tuple[str, ...], str, str]] = {
 CURVE: dict[str, tuple[tuple[str, ...], str, str]] = {
     "curve_damping": (_POINT, "1", "damping ratio of the mode"),
     "curve_slope": (_POINT, "1", "change of the damping ratio with the logarithm of the amplitude"),
+    "curve_stable": (
+        _POINT,
+        "1",
+        "1 where a limit cycle there is stable, 0 where it is unstable, NaN at an extreme or in full stick",
+    ),
     "curve_frequency": (_POINT, "Hz", "natural frequency of the mode"),
     "curve_energy": (_POINT, "J", "mechanical energy of the mode"),
     "curve_amplitude": ((*_POINT, "output"), "m", "amplitude of the first harmonic"),
@@ -65,6 +70,9 @@ def curve_arrays(damping: DampingCurve) -> dict[str, NDArray[Any]]:
         for name, key in (("damping", "damping_ratio"), ("frequency", "frequency"), ("energy", "energy"))
     }
     found["curve_slope"] = np.array([damping.slope(k) for k in range(len(values))])
+    found["curve_stable"] = np.array([float(is_stable(point)) for point in damping.points])
+    neutral = np.abs(found["curve_slope"]) <= ROUNDING * np.max(np.abs(found["curve_damping"]), initial=0.0)
+    found["curve_stable"][neutral] = np.nan
     found["curve_amplitude"] = np.array([value["amplitude"] for value in values], dtype=float).reshape(len(values), outputs)
     if not values:
         nothing = {name: np.array(np.nan) for name in ("held_damping", "held_frequency", "held_inside")}
@@ -82,9 +90,8 @@ def root_arrays(damping: DampingCurve, ratios: Sequence[float]) -> dict[str, NDA
     for ratio in ratios:
         values = []
         for root in damping.roots(-ratio):
-            change = slope(root)
             value = point_values(balance, rows, root.evaluation)[0]
-            values.append(value | {"damping_slope": change, "stable": float(change > 0.0)})
+            values.append(value | {"damping_slope": slope(root), "stable": float(is_stable(root))})
         for name in ROOTS:
             by_name[name].append(np.array([value[name] for value in values], dtype=float) if values else _none(damping, name))
         messages.append(_words(damping, ratio, values))
