@@ -8,6 +8,7 @@ from . import units as units
 from .models.read import read_model as read_model, read_structure as read_structure
 from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
 from .interfaces.surface_contacts import surface_contacts as surface_contacts
+from .structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
 from .structure.assembly import Spring as Spring, assemble as assemble
 from .structure.cyclic import CyclicStructure as CyclicStructure, cyclic as cyclic, sector_chain as sector_chain
 from .structure.damping import (
@@ -89,6 +90,10 @@ from .analyses.mistuning.population import (
     mistuned_response as mistuned_response,
 )
 from .analyses.mistuning.run_in import run_in as run_in
+from .analyses.damping_by_nodal_diameter import (
+    DampingByNodalDiameter as DampingByNodalDiameter,
+    damping_by_nodal_diameter as damping_by_nodal_diameter,
+)
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
 from .disks.full import FullDisk as FullDisk
 from .disks.tuned import TunedDisk as TunedDisk

@@ -34,7 +34,7 @@ LESS = {
     "limit_cycles": {
         "rig": '"three_mass_wedge"',
         "preload_mass": None,
-        "frequency": "[150.0, 230.0]",
+        "frequency": "[150.0, 190.0]",
         "aerodynamic_damping": "[-0.01, -0.02]",
         "amplitude": "[1e-6, 3e-4]",
         "harmonics": "3",
