@@ -1,4 +1,4 @@
-"""Gas forces of bladed disks against whole disks with unsymmetric matrices, closed forms of one mass a sector, and time marches."""
+"""Gas forces of bladed disks against whole disks with unsymmetric matrices, closed forms of one mass a sector, and in time."""
 
 from dataclasses import replace
 

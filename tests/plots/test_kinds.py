@@ -123,7 +123,7 @@ SHOWN = {
     "response_bounds": bounds,
     "response_samples": samples,
     "nonlinear_modes": modes,
-    "limit_cycles": limit_cycles,
+    **dict.fromkeys(("flutter", "limit_cycles"), limit_cycles),
     "performance_curve": performance,
     "performance_band": performance_band,
     "damper_design": design,

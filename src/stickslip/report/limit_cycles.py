@@ -31,7 +31,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         where = f"{length_text(float(one['held_amplitude'][0]))} of {output} and {hertz(float(one['held_frequency']))} Hz"
         edge = "" if float(one["held_inside"]) else ", an end of the computed amplitudes"
         if most > 0.0:
-            lines.append(f"{name}: a negative damping of up to {number(100.0 * most, 3)} % is held, at {where}{edge}")
+            lines.append(f"{name}: holds an aerodynamic damping of down to {number(-100.0 * most, 3)} %, at {where}{edge}")
         else:
             lines.append(f"{name}: vibration grows at all amplitudes, least at {where}{edge}")
         for ratio in dataset["aerodynamic_damping"].values:

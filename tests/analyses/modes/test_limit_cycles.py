@@ -125,43 +125,44 @@ def test_an_aerodynamic_damping_without_effect_or_size_is_refused(direction, c):
         ss.AerodynamicDamping(direction, c)
 
 
-class TestFreeMotion:
-    """Three masses with two sliders and negative damping C = −0.008 K, marched by SciPy's RK45 with the sliders' states."""
+# Three masses with two sliders and negative damping C = −0.008 K, marched by SciPy's RK45 with the sliders' forces as states.
+FEED, KT, LIMIT = 0.008, 2.0, 1.0
+K = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+B = np.array([[1.0, 0.0, 0.0], [1.0, -1.0, 0.0]])
 
-    FEED = 0.008
-    K = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
-    KT, LIMIT = 2.0, 1.0
-    B = np.array([[1.0, 0.0, 0.0], [1.0, -1.0, 0.0]])
 
-    def problem(self) -> ss.Problem:
-        rig = ss.rigs.chain_of_three(kt=self.KT, limit=self.LIMIT, damping=0.0)
-        pairs = ({"1.x": 1.0}, {"1.x": 1.0, "2.x": -1.0}, {"2.x": 1.0, "3.x": -1.0}, {"3.x": 1.0})
-        return replace(rig, dashpots=tuple(ss.AerodynamicDamping(pair, -self.FEED) for pair in pairs))
+def fed_chain() -> ss.Problem:
+    pairs = ({"1.x": 1.0}, {"1.x": 1.0, "2.x": -1.0}, {"2.x": 1.0, "3.x": -1.0}, {"3.x": 1.0})
+    rig = ss.rigs.chain_of_three(kt=KT, limit=LIMIT, damping=0.0)
+    return replace(rig, dashpots=tuple(ss.AerodynamicDamping(pair, -FEED) for pair in pairs))
 
-    def rate(self, _: float, state: np.ndarray) -> np.ndarray:
-        """State: q, q̇, forces T of the sliders, Ṫ = kt ẇ but for |T| at its limit and growing."""
-        q, v, T = state[:3], state[3:6], np.clip(state[6:], -self.LIMIT, self.LIMIT)
-        w = self.B @ v
-        free = (np.abs(state[6:]) < self.LIMIT) | (w * state[6:] < 0.0)
-        return np.concatenate([v, -self.K @ (q - self.FEED * v) - self.B.T @ T, np.where(free, self.KT * w, 0.0)])
 
-    def amplitudes(self, shape: np.ndarray, omega: float, factor: float, periods: int) -> np.ndarray:
-        """Largest |q2| in each period, from a mode's motion enlarged by a factor, the sliders at their limits or stuck."""
-        q = factor * shape.real
-        T = np.clip(self.KT * self.B @ q, -self.LIMIT, self.LIMIT)
-        start = np.concatenate([q, np.zeros(3), T])
-        t = np.linspace(0.0, periods * 2.0 * np.pi / omega, 64 * periods)
-        found = solve_ivp(self.rate, (0.0, t[-1]), start, "RK45", t, max_step=0.02 * 2.0 * np.pi / omega, rtol=1e-6, atol=1e-9)
-        return np.abs(found.y[1]).reshape(periods, 64).max(axis=1)
+def rate(_: float, state: np.ndarray) -> np.ndarray:
+    """State: q, q̇, forces T of the sliders, Ṫ = kt ẇ but for |T| at its limit and growing."""
+    q, v, T = state[:3], state[3:6], state[6:]
+    w = B @ v
+    free = (np.abs(T) < LIMIT) | (w * T < 0.0)
+    return np.concatenate([v, -K @ (q - FEED * v) - B.T @ np.clip(T, -LIMIT, LIMIT), np.where(free, KT * w, 0.0)])
 
-    def test_free_motions_come_to_the_stable_limit_cycle_and_leave_the_unstable_one(self):
-        found = ss.limit_cycles(self.problem(), mode=1, harmonics=5).dataset.isel(case=0, aerodynamic_damping=0)
-        assert list(found["stable"].values) == [1.0, 0.0]
-        omega = 2.0 * np.pi * found["frequency"].values
-        shapes = found["mode_shape"].values[..., 0] + 1j * found["mode_shape"].values[..., 1]
-        largest = found["max_abs"].sel(output="2.x").values
-        for factor in (0.8, 1.3):
-            motion = self.amplitudes(shapes[0], omega[0], factor, 220)
-            assert motion[-1] == pytest.approx(largest[0], rel=0.01)
-        assert self.amplitudes(shapes[1], omega[1], 0.9, 60)[-1] < 0.8 * largest[1]
-        assert self.amplitudes(shapes[1], omega[1], 1.1, 60)[-1] > 1.2 * largest[1]
+
+def amplitudes(shape: np.ndarray, omega: float, factor: float, periods: int) -> np.ndarray:
+    """Largest |q2| in each period, from a mode's motion enlarged by a factor, the sliders at their limits or stuck."""
+    q = factor * shape.real
+    start = np.concatenate([q, np.zeros(3), np.clip(KT * B @ q, -LIMIT, LIMIT)])
+    period = 2.0 * np.pi / omega
+    t = np.linspace(0.0, periods * period, 64 * periods)
+    found = solve_ivp(rate, (0.0, t[-1]), start, "RK45", t, max_step=0.02 * period, rtol=1e-6, atol=1e-9)
+    return np.abs(found.y[1]).reshape(periods, 64).max(axis=1)
+
+
+def test_free_motions_come_to_the_stable_limit_cycle_and_leave_the_unstable_one():
+    found = ss.limit_cycles(fed_chain(), mode=1, harmonics=5).dataset.isel(case=0, aerodynamic_damping=0)
+    assert list(found["stable"].values) == [1.0, 0.0]
+    omega = 2.0 * np.pi * found["frequency"].values
+    shapes = found["mode_shape"].values[..., 0] + 1j * found["mode_shape"].values[..., 1]
+    largest = found["max_abs"].sel(output="2.x").values
+    for factor in (0.8, 1.3):
+        motion = amplitudes(shapes[0], omega[0], factor, 220)
+        assert motion[-1] == pytest.approx(largest[0], rel=0.01)
+    assert amplitudes(shapes[1], omega[1], 0.9, 60)[-1] < 0.8 * largest[1]
+    assert amplitudes(shapes[1], omega[1], 1.1, 60)[-1] > 1.2 * largest[1]
