@@ -94,6 +94,7 @@ from .analyses.damping_by_nodal_diameter import (
     DampingByNodalDiameter as DampingByNodalDiameter,
     damping_by_nodal_diameter as damping_by_nodal_diameter,
 )
+from .analyses.speed.campbell import Campbell as Campbell, campbell as campbell
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
 from .disks.full import FullDisk as FullDisk
 from .disks.tuned import TunedDisk as TunedDisk

@@ -135,7 +135,7 @@ OF_MANY = {
 }
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
-    *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance"),
+    *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def wave_damping(dataset: xr.Dataset) -> Chart:
     """The same of the disk of a forced response: the first family of modes, contacts stuck."""
     names = {f"wave_{name}": name for name in ("damping_ratio", "aerodynamic_damping", "frequency", "frequency_shift")}
-    found = dataset[list(names)].rename(wave="nodal_diameter", **names)
+    found = dataset[list(names)].rename({"wave": "nodal_diameter", **names})
     return over_nodal_diameter(found.assign_attrs(title="Damping of travelling waves", mode=1, contacts="stuck"))
 
 
