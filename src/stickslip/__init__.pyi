@@ -8,9 +8,15 @@ from . import units as units
 from .models.read import read_model as read_model, read_structure as read_structure
 from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as mean_motion
 from .interfaces.surface_contacts import surface_contacts as surface_contacts
+from .structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
 from .structure.assembly import Spring as Spring, assemble as assemble
 from .structure.cyclic import CyclicStructure as CyclicStructure, cyclic as cyclic, sector_chain as sector_chain
-from .structure.damping import Dashpot as Dashpot, ModalDamping as ModalDamping, RayleighDamping as RayleighDamping
+from .structure.damping import (
+    AerodynamicDamping as AerodynamicDamping,
+    Dashpot as Dashpot,
+    ModalDamping as ModalDamping,
+    RayleighDamping as RayleighDamping,
+)
 from .structure.matrices import Structure as Structure
 from .structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBody, box_inertia as box_inertia
 
@@ -55,6 +61,7 @@ from .time.methods import GeneralisedAlpha as GeneralisedAlpha, Newmark as Newma
 
 # Nonlinear modes
 from .analyses.modes.nonlinear_modes import NonlinearModes as NonlinearModes, nonlinear_modes as nonlinear_modes
+from .analyses.modes.limit_cycles import LimitCycles as LimitCycles, limit_cycles as limit_cycles
 
 # Sensitivities and peaks over a parameter
 from .analyses.performance.peak_path import PeakPath as PeakPath, follow_peaks as follow_peaks
@@ -83,6 +90,11 @@ from .analyses.mistuning.population import (
     mistuned_response as mistuned_response,
 )
 from .analyses.mistuning.run_in import run_in as run_in
+from .analyses.damping_by_nodal_diameter import (
+    DampingByNodalDiameter as DampingByNodalDiameter,
+    damping_by_nodal_diameter as damping_by_nodal_diameter,
+)
+from .analyses.speed.campbell import Campbell as Campbell, campbell as campbell
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
 from .disks.full import FullDisk as FullDisk
 from .disks.tuned import TunedDisk as TunedDisk

@@ -23,6 +23,7 @@ LESS = {
     "damper_cycle": {"steps": "200"},
     "damper_design": {"search": "false", "designs": "4", "refinements": "2", "samples": "64", "known": None},
     "damper_evolution": {"steps": "200", "friction": "[0.3, 0.9]"},
+    "flutter": {"amplitude": "[1e-5, 1e-3]", "harmonics": "1", "samples": "48"},
     "forced_response": {
         "rig": '"three_mass_wedge"',
         "preload_mass": None,
@@ -31,6 +32,15 @@ LESS = {
     },
     "identification": {"resamples": "8"},
     "jointed_beams": {"modes": "1", "force_levels": "[0.02]", "harmonics": "1"},
+    "limit_cycles": {
+        "rig": '"three_mass_wedge"',
+        "preload_mass": None,
+        "frequency": "[150.0, 190.0]",
+        "aerodynamic_damping": "[-0.01, -0.02]",
+        "amplitude": "[1e-6, 3e-4]",
+        "harmonics": "3",
+        "samples": "64",
+    },
     "lumped": {"frequency": "[215.0, 230.0]", "force_levels": "[1.0]"},
     "mistuned_population": {"count": "2", "harmonics": "1", "samples": "48"},
     "model": {"modes": "4", "force_levels": "[20.0]", "harmonics": "1"},

@@ -64,6 +64,12 @@ def modes(data):
     yield data["peak_force_level"].values[0], 1e6 * data["peak_amplitude"].values[0, :, 0]
 
 
+def limit_cycles(data):
+    heights = data["amplitude"].values[0, ..., 0]
+    there = np.isfinite(heights)
+    yield np.broadcast_to(100.0 * data["aerodynamic_damping"].values[:, None], there.shape)[there], 1e6 * heights[there]
+
+
 def performance_band(data):
     yield from ((data["force_ratio"].values, 1e6 * values) for values in data["amplitude_per_force"].values.T)
 
@@ -117,6 +123,7 @@ SHOWN = {
     "response_bounds": bounds,
     "response_samples": samples,
     "nonlinear_modes": modes,
+    **dict.fromkeys(("flutter", "limit_cycles"), limit_cycles),
     "performance_curve": performance,
     "performance_band": performance_band,
     "damper_design": design,

@@ -114,6 +114,10 @@ def modes() -> xr.Dataset:
     return repeated(ss.nonlinear_modes(ss.rigs.single_mass(), amplitude=(0.9, 3.0), harmonics=1, samples=64).dataset)
 
 
+def limit_cycles() -> xr.Dataset:
+    return repeated(ss.limit_cycles(ss.rigs.single_mass(), -0.05, amplitude=(0.9, 3.0), harmonics=1, samples=64).dataset)
+
+
 OF_MANY = {
     "ForcedResponse": levels,
     "ResponseSamples": percentiles,
@@ -123,6 +127,7 @@ OF_MANY = {
     "ResponseHistory": history,
     "PerformanceCurve": performance,
     "NonlinearModes": modes,
+    "LimitCycles": limit_cycles,
     "Identification": identification,
     "ContactLaw": contact_law,
     "SteadyCycles": rounds,
@@ -130,7 +135,7 @@ OF_MANY = {
 }
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
-    *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance"),
+    *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}

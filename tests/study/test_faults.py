@@ -292,3 +292,45 @@ def test_a_file_cut_or_scrambled_anywhere_is_refused_or_read(tmp_path, seed):
         )
     with suppress(InputError):
         assert job("\n".join(lines), tmp_path, "study").sweep.problem
+
+
+AERODYNAMIC = """
+[study]
+analysis = "limit_cycles"
+[structure]
+rig = "lumped_blisk"
+parameters = { sectors = 6 }
+[aerodynamics]
+influence = [[0, 0.0, 240.0], [1, -600.0, -200.0], [-1, 600.0, -200.0]]
+frequency = 152.7
+direction = "tip.t"
+[sweep]
+frequency = [150.0, 155.0]
+"""
+
+
+def test_a_study_has_the_aerodynamics_of_its_table(tmp_path):
+    disk = job(AERODYNAMIC, tmp_path, "flutter").sweep.problem
+    (gas,) = disk.wave_stiffnesses
+    order = np.arange(6)
+    turn = np.exp(-2j * np.pi * order / 6)
+    np.testing.assert_allclose(gas.waves, 240j + (-600 - 200j) * turn + (600 - 200j) * turn.conj(), rtol=1e-12, atol=1e-9)
+    assert gas.omega == pytest.approx(2.0 * np.pi * 152.7, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("[-1, 600.0, -200.0]", "[1, 600.0, -200.0]", "influence must hold every blade once"),
+        ("[-1, 600.0, -200.0]", "[-1.5, 600.0, -200.0]", "must be a whole number"),
+        ("[-1, 600.0, -200.0]", "[9, 600.0, -200.0]", "on a disk of 6 sectors"),
+        ("frequency = 152.7", "", "frequency must be given with a direction"),
+        ('direction = "tip.t"', 'direction = "tip.x"', "tip.x"),
+        ('direction = "tip.t"', "damping_ratio = [0.1]", "damping_ratio"),
+        ('rig = "lumped_blisk"\nparameters = { sectors = 6 }', 'rig = "single_mass"', "must be a tuned disk"),
+    ],
+)
+def test_wrong_aerodynamics_of_a_study_are_refused(before, after, words, tmp_path):
+    assert before in AERODYNAMIC
+    with pytest.raises(InputError, match=words):
+        job(AERODYNAMIC.replace(before, after, 1), tmp_path, "flutter")

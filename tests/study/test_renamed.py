@@ -45,7 +45,14 @@ def test_new_names_are_known():
     assert set(ANALYSES.values()) <= set(KINDS)
     assert set(TEMPLATES.values()) <= set(FILES)
     assert not set(TEMPLATES) & set(FILES)
-    assert {name for name in FILES if name not in KINDS} == {"lumped", "model", "blisk", "jointed_beams", "beams_with_a_gap"}
+    assert {name for name in FILES if name not in KINDS} == {
+        "lumped",
+        "model",
+        "blisk",
+        "flutter",
+        "jointed_beams",
+        "beams_with_a_gap",
+    }
 
 
 def test_new_takes_an_old_name_of_a_template_with_a_warning(tmp_path):

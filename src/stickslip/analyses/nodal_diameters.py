@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.damping_by_nodal_diameter import VARIABLES as WAVE_VARIABLES
+from stickslip.analyses.damping_by_nodal_diameter import damping_by_nodal_diameter
 from stickslip.checks import between, of_kind
 from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
@@ -57,6 +59,8 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         return dataset
     found = nodal_diameters(problem).dataset.rename(state="disk_state", mode="disk_mode")
     dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
+    if problem.aerodynamics:
+        dataset = dataset.assign(_wave_damping(problem))
     if problem.surface is None:
         return dataset
     n = problem.engine_order % problem.sectors
@@ -73,6 +77,12 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
             {"units": "1", "long_name": "first stuck mode of the excited nodal diameter"},
         ),
     )
+
+
+def _wave_damping(disk: TunedDisk) -> dict[str, Any]:
+    """Damping of the first family of stuck modes by nodal diameter, with gas forces that go with the motion."""
+    found = damping_by_nodal_diameter(disk).dataset.rename(nodal_diameter="wave")
+    return {f"wave_{name}": found[name].variable for name in WAVE_VARIABLES} | {"wave": found["wave"].variable}
 
 
 def _static_normal_load(disk: TunedDisk) -> dict[str, float]:

@@ -159,14 +159,14 @@ def _between(balance: ModeBalance, before: CurvePoint, after: CurvePoint, divisi
     if not far or divisions == 0 or abs(b - a) < FINEST:
         return [after]
     try:
-        middle = _directed(balance, before, solve_at(balance, before, after, "level", 0.5 * (a + b)))
+        middle = directed(balance, before, solve_at(balance, before, after, "level", 0.5 * (a + b)))
     except LostCurveError:
         return [after]
     rest = replace(after, length=middle.chord(after, "level"))
     return _between(balance, before, middle, divisions - 1) + _between(balance, middle, rest, divisions - 1)
 
 
-def _directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:
+def directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:
     """A solved point with the direction of the curve there and its distance from the point before."""
     factors = balance.factorise(point.evaluation, PathCondition("level", None, 1.0, 0.0))
     forces, motion, amount, _ = balance.tangent(point.evaluation, "level", factors)

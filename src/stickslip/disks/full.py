@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.disks.systems import AllSectorSystems
 from stickslip.problem import Problem
+from stickslip.structure.aerodynamics import WaveStiffness
 from stickslip.structure.cyclic import CyclicStructure, circulant, sector_name
 from stickslip.structure.matrices import Structure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FullDisk(Problem):
-    """A disk with all its sectors, tuned or mistuned: a `Problem` that knows how many there are and what excites them."""
+    """A disk with all its sectors, tuned or mistuned: a `Problem` that knows how many there are and what excites them.
+
+    aerodynamics: gas forces that go with the motion, by wave; mistuning leaves them as they are.
+    """
 
     sectors: int = 1
     engine_order: int = 0
+    aerodynamics: tuple[WaveStiffness, ...] = ()
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}; {self.sectors} sectors, engine order {self.engine_order}"
@@ -27,6 +33,13 @@ class FullDisk(Problem):
     @cached_property
     def systems(self) -> AllSectorSystems:
         return AllSectorSystems(self)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """As of any problem, with the gas forces that go with the motion."""
+        if not self.aerodynamics:
+            return super().fingerprint
+        return sha256(f"{super().fingerprint} {self.aerodynamics!r}".encode()).hexdigest()[:16]
 
     @property
     def tuned(self) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array
 from stickslip.problem import modal_damping_matrix
 from stickslip.problem.systems import HarmonicSystems, LinearSystem, Wave
-from stickslip.structure.cyclic import WaveMatrices
+from stickslip.structure.cyclic import WaveMatrices, sector_name
 from stickslip.structure.damping import ModalDamping, RayleighDamping
 from stickslip.structure.modes import Modes, natural_modes
 
@@ -35,22 +35,33 @@ class SectorSystems(HarmonicSystems):
 
     alike = False
     one_frame = False
+    one_for_vibration = False
 
     def __init__(self, disk: TunedDisk) -> None:
         super().__init__(disk)
-        self.disk, self.engine_order, self.sectors = disk.disk, disk.engine_order, disk.sectors
+        self.disk, self.engine_order, self.sectors, self.gas = disk.disk, disk.engine_order, disk.sectors, disk.wave_stiffnesses
         self.repeats = self.sample_multiple = repeats(disk.sectors, disk.engine_order)
 
     def key(self, harmonic: int) -> int:
-        """The nodal diameter of a harmonic; −1 for harmonic 0 where springs act on the mean alone."""
-        return -1 if harmonic == 0 and self.problem.mean_springs else harmonic * self.engine_order % self.sectors
+        """The nodal diameter of a harmonic; −1 for harmonic 0 where springs act on the mean alone, or gas forces on vibration."""
+        return -1 if harmonic == 0 and (self.problem.mean_springs or self.gas) else harmonic * self.engine_order % self.sectors
 
     def at(self, harmonic: int) -> LinearSystem:
         n = harmonic * self.engine_order
         M, stuck, C = self.matrices(n)
         assert C is not None
-        stiffness = stuck + (self.problem.mean_stiffness if harmonic == 0 else 0.0)
-        return LinearSystem(M, C, stiffness, self.relative_rows(n), self.problem.output_rows)
+        if harmonic == 0:
+            return LinearSystem(M, C, stuck + self.problem.mean_stiffness, self.relative_rows(n), self.problem.output_rows)
+        gas_stiffness, gas_damping = self.gas_forces(n)
+        return LinearSystem(M, C + gas_damping, stuck + gas_stiffness, self.relative_rows(n), self.problem.output_rows)
+
+    def gas_forces(self, nodal_diameter: int) -> tuple[Array, Array]:
+        """What gas forces that go with the motion add to K and C of a nodal diameter, (n, n)."""
+        stiffness, damping = np.zeros((2, self.disk.size, self.disk.size))
+        for gas in self.gas:
+            parts = gas.matrices(nodal_diameter, self.disk.row(gas.direction))
+            stiffness, damping = stiffness + parts[0], damping + parts[1]
+        return stiffness, damping
 
     def relative_rows(self, nodal_diameter: int) -> NDArray[np.complex128]:
         """B of a nodal diameter: relative contact displacements per motion of the sector, (rows, n)."""
@@ -92,8 +103,33 @@ class AllSectorSystems(HarmonicSystems):
 
     def __init__(self, disk: FullDisk) -> None:
         super().__init__(disk)
-        self.sectors = disk.sectors
+        self.sectors, self.gas = disk.sectors, disk.aerodynamics
         self.sample_multiple = repeats(disk.sectors, disk.engine_order)
+
+    @property
+    def alike(self) -> bool:
+        """Whether one real system serves every harmonic: gas forces that go with the motion do not act on the mean."""
+        return super().alike and not self.gas
+
+    def at(self, harmonic: int) -> LinearSystem:
+        """The system of a harmonic; complex Hermitian where gas forces go with the motion."""
+        system = super().at(harmonic)
+        if harmonic == 0 or not self.gas:
+            return system
+        stiffness, damping = self.gas_forces
+        return system._replace(K=system.K + stiffness, C=system.C + damping)
+
+    @cached_property
+    def gas_forces(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """What gas forces that go with the motion add to K and C of the whole disk, (n, n)."""
+        structure, size = self.problem.structure, self.problem.structure.size
+        stiffness, damping = np.zeros((2, size, size), dtype=complex)
+        for gas in self.gas:
+            named = [{sector_name(j, dof): c for dof, c in gas.direction.items()} for j in range(1, self.sectors + 1)]
+            rows = structure.rows(named)
+            parts = gas.between_sectors()
+            stiffness, damping = stiffness + rows.T @ parts[0] @ rows, damping + rows.T @ parts[1] @ rows
+        return stiffness, damping
 
     @cached_property
     def uncoupled(self) -> bool:

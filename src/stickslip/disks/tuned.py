@@ -14,13 +14,14 @@ from hashlib import sha256
 
 import numpy as np
 
-from stickslip.checks import InputError, fault, several, unique, whole
+from stickslip.checks import InputError, fault, of_kind, several, unique, whole
 from stickslip.contact.point import Contact
 from stickslip.contact.start import TractionRatio
 from stickslip.disks.full import FullDisk, full_structure
 from stickslip.disks.systems import SectorSystems
 from stickslip.loads import BaseMotion, Force, Output
 from stickslip.problem import Problem
+from stickslip.structure.aerodynamics import Aerodynamics, WaveStiffness
 from stickslip.structure.cyclic import NEXT, CyclicStructure, sector_name
 from stickslip.structure.modes import Modes
 from stickslip.structure.sector_surface import SectorSurface
@@ -32,11 +33,12 @@ class TunedDisk(Problem):
 
     structure: a `CyclicStructure`. Contacts, forces and outputs are those of the first sector; a contact between a sector and the
     following one names the latter's degrees of freedom with the prefix "next/". Its `load` is that on the first sector.
-    surface: of a meshed sector, for pictures.
+    surface: of a meshed sector, for pictures. aerodynamics: gas forces that go with the motion of all blades.
     """
 
     engine_order: int = 1
     surface: SectorSurface | None = None
+    aerodynamics: tuple[Aerodynamics, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):
@@ -50,6 +52,10 @@ class TunedDisk(Problem):
             beyond = sorted(dof for direction in names for dof in direction if dof.startswith(NEXT))
             if beyond:
                 raise fault(what, "must act on the sector itself", beyond)
+        object.__setattr__(self, "aerodynamics", several("aerodynamics", self.aerodynamics))
+        for given in self.aerodynamics:
+            of_kind("aerodynamics", given, Aerodynamics)
+        _ = self.wave_stiffnesses
         super().__post_init__()
 
     def __repr__(self) -> str:
@@ -69,6 +75,11 @@ class TunedDisk(Problem):
         return self.disk.sectors
 
     @cached_property
+    def wave_stiffnesses(self) -> tuple[WaveStiffness, ...]:
+        """The gas forces as complex stiffnesses of the waves of this disk."""
+        return tuple(given.on(self.disk) for given in self.aerodynamics)
+
+    @cached_property
     def systems(self) -> SectorSystems:
         return SectorSystems(self)
 
@@ -84,11 +95,17 @@ class TunedDisk(Problem):
         for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.systems.relative_rows(1)):
             digest.update(b"" if waves is None else np.ascontiguousarray(waves).tobytes())
         digest.update(f"engine order {self.engine_order} of {self.sectors}".encode())
+        if self.aerodynamics:
+            digest.update(repr(self.wave_stiffnesses).encode())
         return digest.hexdigest()[:16]
 
     def with_engine_order(self, engine_order: int) -> TunedDisk:
         """A copy under another engine order."""
         return replace(self, engine_order=engine_order)
+
+    def with_aerodynamics(self, *aerodynamics: Aerodynamics) -> TunedDisk:
+        """A copy with other gas forces that go with the motion; none given: without them."""
+        return replace(self, aerodynamics=aerodynamics)
 
     def full(self, reported: Sequence[int] | None = None) -> FullDisk:
         """The whole disk, every sector and damper of its own, names "SECTOR/NODE.DIRECTION", sectors from 1 on.
@@ -109,6 +126,7 @@ class TunedDisk(Problem):
             tuple(replace(spring, direction=self._named(spring.direction, j)) for j in sectors for spring in self.mean_springs),
             self.sectors,
             self.engine_order,
+            self.wave_stiffnesses,
         )
 
     def _named(self, direction: Mapping[str, float], sector: int) -> dict[str, float]:

@@ -17,7 +17,8 @@ class ModeEnergy:
     """Energies of one point, J, and where they are.
 
     mechanical: twice the mean kinetic energy, Σ ½ (hω)² Q_hᴴ M Q_h, of a linear mode its mechanical energy; dissipated (rows,):
-    contact work of each row per period; viscous: that of C; residual: |dissipated + viscous − fed| / |fed|, fed by −2ζωM.
+    contact work of each row per period; viscous: that of C; residual: |dissipated + viscous − fed| over the
+    larger of |fed| and dissipated, fed by −2ζωM.
     modal_mass, modal_damping: Q₁ᴴ M Q₁ [kg m²] and Q₁ᴴ C Q₁ of the first harmonic.
     others: share of the first harmonic's energy in the stuck modes beside the followed one; harmonics: share of the energy in
     the harmonics above the first; strongest: the harmonic and the stuck mode, from 1 on, with most of it, whose share is
@@ -54,6 +55,7 @@ def mode_energy(balance: ModeBalance, evaluation: Evaluation) -> ModeEnergy:
     beyond_springs = (point.forces - evaluation.residual)[: balance.rows]
     dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
     lost = np.pi * omega * float(np.sum(order**2 * viscous))
+    scale = max(abs(fed), float(dissipated.sum()), np.finfo(float).tiny)
     total, first = float(shares.sum()), float(shares[:, 1].sum())
     above = np.where(order > 1, shares, 0.0) / total
     mode, harmonic = np.unravel_index(int(np.argmax(above)), above.shape)
@@ -61,7 +63,7 @@ def mode_energy(balance: ModeBalance, evaluation: Evaluation) -> ModeEnergy:
         mechanical=total,
         dissipated=dissipated,
         viscous=lost,
-        residual=abs(float(dissipated.sum()) + lost - fed) / max(abs(fed), np.finfo(float).tiny),
+        residual=abs(float(dissipated.sum()) + lost - fed) / scale,
         modal_mass=float(squares[:, 1].sum()),
         modal_damping=float(viscous[1]),
         others=1.0 - float(shares[balance.followed, 1]) / first,

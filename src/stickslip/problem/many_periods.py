@@ -16,7 +16,7 @@ def over_periods(problem: Problem, periods: int) -> Problem:
     becomes harmonic p h. Refused for tuned disks, whose waves of a fraction of the engine order do not exist."""
     if between("periods", periods, 1, MOST_PERIODS) == 1:
         return problem
-    if not (problem.systems.alike or problem.mean_springs):
+    if not problem.systems.one_for_vibration:
         raise InputError(
             "A motion over several periods must be asked for a structure that all harmonics share, but this disk is one sector "
             "that moves in waves of the engine order. Ask it of `disk.full()`."

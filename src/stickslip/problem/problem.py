@@ -21,7 +21,7 @@ from stickslip.problem.systems import HarmonicSystems
 from stickslip.problem.warnings import warnings_of
 from stickslip.renamed import renamed_property
 from stickslip.structure.assembly import Spring
-from stickslip.structure.damping import Damping, Dashpot, ModalDamping, RayleighDamping
+from stickslip.structure.damping import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
 from stickslip.structure.modes import natural_modes
 
@@ -35,7 +35,8 @@ class Problem:
 
     structure: M, C, K with names; contacts: laws with directions, whose rows make up B; forces: loads;
     outputs: names of degrees of freedom, or `Output`s. mean_springs: springs that act on the mean (harmonic 0) alone, for
-    motions that only friction restrains: once the contacts slip, their mean could be anything. dashpots: viscous dampers.
+    motions that only friction restrains: once the contacts slip, their mean could be anything. dashpots: viscous dampers, and gas
+    forces that feed the motion (`AerodynamicDamping`).
     """
 
     structure: Structure
@@ -44,7 +45,7 @@ class Problem:
     outputs: tuple[str | Output, ...]
     title: str = ""
     mean_springs: tuple[Spring, ...] = ()
-    dashpots: tuple[Dashpot, ...] = field(default=(), kw_only=True)
+    dashpots: tuple[Dashpot | AerodynamicDamping, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):

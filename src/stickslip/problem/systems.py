@@ -44,12 +44,14 @@ class HarmonicSystems:
 
     repeats: after how many delays of one sector against the next the motion repeats itself. sample_multiple: what the number of
     samples must be a multiple of, so that such a delay is a whole number of samples. one_frame: whether x, y and z are
-    the same directions at all nodes; those of sectors are turned against each other.
+    the same directions at all nodes; those of sectors are turned against each other. one_for_vibration: whether one system serves
+    every harmonic but the mean.
     """
 
     repeats = 1
     sample_multiple = 1
     one_frame = True
+    one_for_vibration = True
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.analyses.nodal_diameters import has_disk
 from stickslip.plots.disk import campbell, damper_ring, disk_mode, mean_normal_load, nodal_diameter_diagram
+from stickslip.plots.nodal_damping import wave_damping
 from stickslip.report.charts import Charts
 from stickslip.report.markup import section, text
 from stickslip.report.pictures import picture
@@ -35,5 +36,8 @@ def _part(charts: Charts, k: int, label: str, dataset: xr.Dataset, several: bool
     if "disk_frequency" in dataset.variables:
         words = "Natural frequencies over the nodal diameter"
         parts.append(charts.drawn(f"chart-diameters-{k}", nodal_diameter_diagram(dataset), words))
+        if "wave_damping_ratio" in dataset.variables:
+            words = "Damping of the waves of the first stuck mode over the nodal diameter"
+            parts.append(charts.drawn(f"chart-wave-damping-{k}", wave_damping(dataset), words))
         parts.append(charts.drawn(f"chart-campbell-{k}", campbell(dataset), "Campbell diagram"))
     return "".join(parts)

@@ -88,7 +88,8 @@ class PeriodMap:
     def __init__(self, balance: HarmonicBalance, highest: float = np.inf) -> None:
         if not balance.problem.systems.alike:
             raise InputError(
-                "Stability must be asked for a structure that all harmonics share, but mean springs act on harmonic 0 alone."
+                "Stability must be asked for a structure that all harmonics share, but mean springs act on harmonic 0 alone, "
+                "and aerodynamics of a disk on vibration alone."
             )
         modes = block_modes(states(balance.problem.systems.at(1)), balance.rows, highest)
         if modes is None:

@@ -52,10 +52,31 @@ class Dashpot:
 
     def __post_init__(self) -> None:
         positive("c of a dashpot", self.c)
-        for dof, coefficient in self.direction.items():
-            finite(f"A dashpot, coefficient of {dof}", coefficient)
-        if not any(self.direction.values()):
-            raise fault("A dashpot", "must have a direction", dict(self.direction))
+        _check_direction("A dashpot", self.direction)
+
+
+@dataclass(frozen=True)
+class AerodynamicDamping:
+    """The viscous part of gas forces that follow the motion along a direction, c ẇ; c [N s/m], negative where they feed it.
+
+    It stands in `Problem(dashpots=...)`. c = Im(L)/ω of a complex stiffness L [N/m] at ω, or 2ζmω of a damping
+    ratio ζ and a modal mass m along the direction.
+    """
+
+    direction: Mapping[str, float]
+    c: float
+
+    def __post_init__(self) -> None:
+        if finite("c of an aerodynamic damping", self.c) == 0.0:
+            raise fault("c of an aerodynamic damping", "must not be zero", self.c)
+        _check_direction("An aerodynamic damping", self.direction)
+
+
+def _check_direction(what: str, direction: Mapping[str, float]) -> None:
+    for dof, coefficient in direction.items():
+        finite(f"{what}, coefficient of {dof}", coefficient)
+    if not any(direction.values()):
+        raise fault(what, "must have a direction", dict(direction))
 
 
 Damping = ModalDamping | RayleighDamping

@@ -22,6 +22,7 @@ from stickslip.models.reduction import Progress, quiet
 from stickslip.problem import Problem
 from stickslip.structure.damping import Dashpot
 from stickslip.study import build
+from stickslip.study.aerodynamics import AerodynamicsTable, with_aerodynamics
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed
@@ -71,6 +72,7 @@ class Tables:
     force: tuple[ForceTable | None, ...]
     dashpot: tuple[DashpotTable | None, ...]
     base: BaseTable | None
+    aerodynamics: AerodynamicsTable | None
     units: Units
     own: Mapping[str, Table]
 
@@ -249,8 +251,8 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     dashpots = tuple(found.attempt(place, parsed, DashpotTable, values) for place, values in repeated("dashpot", document, found))
     units = found.attempt("units", units_of, document.get("units", "SI")) or Units()
     own = {key: table for key, model in kind.tables.items() if (table := single(key, model)) is not None}
-    base = single("base", BaseTable)
-    return Tables(study, structures, bodies, damping, sweep, contacts, forces, dashpots, base, units, own)
+    base, aerodynamics = single("base", BaseTable), single("aerodynamics", AerodynamicsTable)
+    return Tables(study, structures, bodies, damping, sweep, contacts, forces, dashpots, base, aerodynamics, units, own)
 
 
 def repeated(key: str, document: Mapping[str, Any], found: Found) -> list[tuple[str, Any]]:
@@ -284,6 +286,8 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
                 f"{key} must go with matrices, but stands beside a rig, which brings its own (in SI). Leave it out."
             )
     problem = found.attempt("[structure]", build.rig_named, table)
+    if problem is not None and tables.aerodynamics is not None:
+        problem = found.attempt("[aerodynamics]", with_aerodynamics, problem, tables.aerodynamics, tables.units)
     if problem is None or tables.sweep is None or tables.sweep.outputs is None:
         return problem
     names = Names(problem.structure.dofs, Units())
@@ -294,6 +298,10 @@ def from_rig(table: StructureTable, tables: Tables, document: Mapping[str, Any],
 def from_model(tables: Tables, document: Mapping[str, Any], folder: Path, found: Found, messages: Messages) -> Problem | None:
     """A problem from models, bodies, contacts and forces."""
     units = tables.units
+    if "aerodynamics" in document:
+        found.messages.append(
+            '[aerodynamics] must go with a tuned disk, such as rig = "lumped_blisk", but stands beside a model.'
+        )
     damping = found.attempt("[damping]", build.damping_rule, tables.damping, units)
     several, surfaces = isinstance(document["structure"], list), surfaces_in(tables.contact, tables.force)
     structures = structures_of(tables.structures, several, surfaces, damping, folder, units, found, messages)

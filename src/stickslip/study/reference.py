@@ -14,6 +14,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic.fields import FieldInfo
 
 from stickslip.files import write_text
+from stickslip.study.aerodynamics import AerodynamicsTable
 from stickslip.study.contacts import LAWS
 from stickslip.study.faults import tables_in
 from stickslip.study.fields import Table, Words
@@ -42,6 +43,7 @@ SECTIONS: dict[str, tuple[type[Table], ...]] = {
     "[[force]]": (ForceTable,),
     "[base]": (BaseTable,),
     "[[dashpot]]": (DashpotTable,),
+    "[aerodynamics]": (AerodynamicsTable,),
     "[sweep]": (SweepTable, OutputTable),
     **{f"[{key}]": (model,) for kind in KINDS.values() for key, model in kind.tables.items()},
     "[units]": (Units,),

@@ -89,8 +89,9 @@ def time_model(problem: Problem) -> TimeModel:
     """Decompose a problem once; `step_matrices` then serves every step size."""
     if not problem.systems.alike:
         raise InputError(
-            "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, and "
-            "mean springs act on harmonic 0 alone. Integrate the full disk, `disk.full()`, without mean springs."
+            "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "
+            "mean springs act on harmonic 0 alone, and aerodynamics of a disk on vibration alone. Integrate the full disk, "
+            "`disk.full()`, without mean springs and aerodynamics."
         )
     stiffness = problem.stuck_stiffness
     mass, shapes = linalg.eigh(problem.structure.M, stiffness)

@@ -66,7 +66,7 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
     rows, met = ContactRows(balance.problem), dict[tuple[int, int], float]()
     places = []
     for point in curve.points:
-        values, strongest = _point(balance, rows, point.evaluation)
+        values, strongest = point_values(balance, rows, point.evaluation)
         values |= {"iterations": point.iterations, "active_rows": point.active}
         places.append(values)
         if strongest is not None:
@@ -97,7 +97,9 @@ def _none(balance: ModeBalance, dims: tuple[str, ...]) -> Array:
     return np.empty((0, *(sizes[dim] for dim in dims[2:])))
 
 
-def _point(balance: ModeBalance, rows: ContactRows, evaluation: Evaluation) -> tuple[dict[str, Any], tuple[int, int] | None]:
+def point_values(
+    balance: ModeBalance, rows: ContactRows, evaluation: Evaluation
+) -> tuple[dict[str, Any], tuple[int, int] | None]:
     """The variables of a point; the harmonic and the mode of an internal resonance, or None."""
     point, omega = evaluation.point, balance.omega_of(evaluation.point)
     motion, outputs = evaluation.w[: balance.rows], evaluation.w[balance.rows :]

@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -33,6 +34,8 @@ from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from stickslip.analyses.modes.limit_cycles import LimitCycles
 
 Extended = Literal["first", "all"]
 
@@ -87,6 +90,11 @@ class NonlinearModes(
         ]
         return table.assign(difference=table["from_mode"] / table["swept"] - 1.0).reset_index(drop=True)
 
+    def limit_cycles(self, aerodynamic_damping: ArrayLike = 0.0) -> LimitCycles:
+        """Limit cycles of these modes, amplitudes A with ζ(A) + aerodynamic_damping = 0; arguments as for `ss.limit_cycles`."""
+        found: LimitCycles = import_module("stickslip.analyses.modes.limit_cycles").limit_cycles_of(self, aerodynamic_damping)
+        return found
+
     def _synthesis(self, case: int, forces: ForcePattern | None) -> Synthesis:
         return Synthesis.of(self.dataset, self.problem, between("case", case, 0, self.dataset.sizes["case"] - 1), forces)
 
@@ -127,12 +135,10 @@ def nonlinear_modes(
     Source: M. Krack, Nonlinear modal analysis of nonconservative systems: extension of the periodic motion concept, Computers
     and Structures 154 (2015).
     """
-    number = output_of(problem, output)
-    of_kind("largest_at_output", largest_at_output, bool)
     with threadpool_limits(1, user_api="blas"):
         work = NonlinearModesWork.of(
-            problem, _modes(problem, mode, frequency, number if largest_at_output else None), _ends(amplitude), number, harmonics,
-            samples, extended,
+            problem, numbers_of(problem, mode, frequency, output, largest_at_output), ends_of(amplitude),
+            output_of(problem, output), harmonics, samples, extended,
         )  # fmt: skip
     turned = None if phase_at is None else output_of(problem, phase_at)
     _refuse_no_phase(problem, turned)
@@ -231,8 +237,9 @@ def _refuse_no_phase(problem: Problem, output: int | None) -> None:
         raise fault("phase_at", "must not be given with traction ratios, which hold at an instant of the period", output, remedy)
 
 
-def _modes(problem: Problem, mode: Any, frequency: float | None, output: int | None) -> tuple[int, ...]:
+def numbers_of(problem: Problem, mode: Any, frequency: float | None, at: int, largest_at_output: bool) -> tuple[int, ...]:
     """The numbers of the modes to follow, from 1 on."""
+    output = output_of(problem, at) if of_kind("largest_at_output", largest_at_output, bool) else None
     if sum(given is not None for given in (mode, frequency, output)) > 1:
         raise InputError("Of mode, frequency and largest_at_output one must be given at most, but there are several.")
     if frequency is None and output is None:
@@ -252,7 +259,7 @@ def _modes(problem: Problem, mode: Any, frequency: float | None, output: int | N
     return (int(np.argmax(np.abs(shapes[rows + int(output or 0)]) ** 2)) + 1,)
 
 
-def _ends(amplitude: Any) -> tuple[float, float] | None:
+def ends_of(amplitude: Any) -> tuple[float, float] | None:
     if amplitude is None:
         return None
     if np.ndim(amplitude) == 0:

@@ -53,10 +53,15 @@ class ModesPlan(Plan):
     @classmethod
     def of(cls, asked: Asked) -> ModesPlan:
         """The plan of a study."""
+        return cls.of_table(asked, ModesTable.model_validate(asked.tables.get("nonlinear_modes", {})))
+
+    @classmethod
+    def of_table(cls, asked: Asked, table: ModesTable) -> ModesPlan:
+        """The modes that a table asks for."""
         sweep = sweep_of(asked)
         if sweep.harmonics == "auto":
             raise fault("harmonics", "must be a number or a list for nonlinear modes", "auto")
-        plan = cls(sweep, ModesTable.model_validate(asked.tables.get("nonlinear_modes", {})))
+        plan = cls(sweep, table)
         _ = plan.work
         return plan
 
@@ -104,7 +109,7 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
         near = ", ".join(f"{value:.5g}" for value in frequencies[:6])
         raise InputError(
             f"[sweep]: the band must hold a natural frequency of the stuck structure, but {low:g} to {high:g} Hz holds none of "
-            f"{near}{', ...' if frequencies.size > 6 else ''} Hz. Widen it, or give mode in [nonlinear_modes]."
+            f"{near}{', ...' if frequencies.size > 6 else ''} Hz. Widen it, or give the number of a mode."
         )
     return tuple(int(k) + 1 for k in inside)
 

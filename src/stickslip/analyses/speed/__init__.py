@@ -1,0 +1,1 @@
+"""Rotating machines: structures over the rotor speed, and the Campbell diagram."""

@@ -1,0 +1,158 @@
+"""Campbell diagram with friction: natural frequencies, stuck and free, and the nonlinear resonance over the rotor speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.optimize import brentq
+from threadpoolctl import threadpool_limits
+
+from stickslip.analyses.modes.nonlinear_modes import nonlinear_modes
+from stickslip.analyses.speed.models import Models, problem_at
+from stickslip.checks import Array, InputError, between, fault, finite, positive, several, unique, vector
+from stickslip.disks.tuned import TunedDisk
+from stickslip.problem import Problem
+from stickslip.results.result import Result
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+STATES = ("free", "stuck", "nonlinear")
+RIGID = 1e-3
+"""Frequencies below this times the square root of the highest, Hz, are rigid motions of free dampers."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Campbell(Result, figure="campbell:over_speed"):
+    """`dataset`: frequency (state, engine_order, speed) [Hz], state free, stuck or nonlinear; amplitude (engine_order, speed) of
+    the nonlinear resonance [m]; crossing_speed [rev/min] and crossing_frequency [Hz] (state, engine_order), NaN without a crossing;
+    margin (state, engine_order) at the operating speed, f/(EO Ω) − 1; message (engine_order, speed)."""
+
+    dataset: xr.Dataset
+
+    def table(self) -> pd.DataFrame:
+        """Crossings and margins, a row for each engine order and state."""
+        names = [name for name in ("crossing_speed", "crossing_frequency", "margin") if name in self.dataset]
+        return self.dataset[names].to_dataframe().reset_index()
+
+
+def campbell(
+    models: Models,
+    speed: tuple[float, float],
+    engine_orders: Sequence[int],
+    mode: int = 1,
+    *,
+    force_level: float | None = None,
+    operating_speed: float | None = None,
+    points: int = 11,
+    amplitude: float | tuple[float, float] | None = None,
+    harmonics: int | Sequence[int] = 3,
+    samples: int = 256,
+) -> Campbell:
+    """Natural frequencies over the rotor speed with engine-order lines EO Ω, where they cross, and margins at a speed.
+
+    models: {speed in rev/min: problem} at two speeds or more, K(Ω) = K₀ + Ω² K₁ between them and static loads likewise, or a
+    function of the speed. speed: (lowest, highest), rev/min. mode: number of the stuck mode, and of the free one among those that
+    are not rigid; of a `TunedDisk` at the nodal diameter of each engine order. force_level: with it the resonance peak of that
+    level from the nonlinear mode (`nonlinear_modes`, whose arguments amplitude, harmonics and samples are), and its amplitude.
+    operating_speed: for margins, rev/min. points: speeds of the curves. Crossings are solved at their own speed, not
+    interpolated. Coriolis terms are neglected.
+    """
+    low, high = vector("speed", speed, 2).tolist()
+    if not 0.0 <= low < high:
+        raise fault("speed", "must be (lowest, highest), not negative", speed)
+    orders = tuple(between("engine_orders", order, 1) for order in several("engine_orders", engine_orders))
+    unique("engine_orders", orders)
+    if not orders:
+        raise fault("engine_orders", "must hold at least one", "none")
+    if force_level is not None:
+        positive("force_level", force_level)
+    if operating_speed is not None:
+        positive("operating_speed", operating_speed)
+    speeds = np.linspace(low, high, between("points", points, 2))
+    resonance = _Resonance(
+        problem_at(models), mode, force_level, {"amplitude": amplitude, "harmonics": harmonics, "samples": samples}
+    )
+    with threadpool_limits(1, user_api="blas"):
+        return Campbell(_dataset(resonance, speeds, orders, operating_speed))
+
+
+@dataclass(frozen=True, eq=False)
+class _Resonance:
+    """Frequencies of one mode at a speed and engine order."""
+
+    problem_at: Callable[[float], Problem]
+    mode: int
+    force_level: float | None
+    arguments: dict[str, Any]
+
+    def at(self, state: str, order: int, speed: float) -> tuple[float, float, str]:
+        """Frequency in Hz, amplitude of the nonlinear resonance in m, and why there is none."""
+        problem = self.problem_at(speed)
+        if isinstance(problem, TunedDisk):
+            problem = problem.with_engine_order(order % problem.sectors)
+        if state == "nonlinear":
+            return self._nonlinear(problem)
+        found = problem.frequencies(stuck=state == "stuck")
+        elastic = found[found > RIGID * np.sqrt(found[-1])] if state == "free" else found
+        return float(elastic[between("mode", self.mode, 1, elastic.size) - 1]), np.nan, ""
+
+    def _nonlinear(self, problem: Problem) -> tuple[float, float, str]:
+        if self.force_level is None:
+            return np.nan, np.nan, ""
+        try:
+            peaks = nonlinear_modes(problem, self.mode, **self.arguments).peaks([self.force_level])
+        except InputError as reason:
+            return np.nan, np.nan, str(reason)
+        return float(peaks["frequency"][0]), float(peaks["amplitude"][0]), ""
+
+    def crossing(self, state: str, order: int, speeds: Array, frequencies: Array) -> tuple[float, float]:
+        """Speed in rev/min and frequency in Hz of the first crossing with the line of an engine order."""
+        misses = frequencies - order * speeds / 60.0
+        for k in np.flatnonzero(misses[:-1] * misses[1:] <= 0.0):
+            ends = float(speeds[k]), float(speeds[k + 1])
+            found = float(brentq(lambda speed: self.at(state, order, speed)[0] - order * speed / 60.0, *ends, rtol=1e-9))
+            return found, order * found / 60.0
+        return np.nan, np.nan
+
+
+def _dataset(resonance: _Resonance, speeds: Array, orders: tuple[int, ...], operating: float | None) -> xr.Dataset:
+    import xarray as xr
+
+    shape = len(STATES), len(orders), speeds.size
+    frequencies, amplitudes, messages = np.full(shape, np.nan), np.full(shape[1:], np.nan), np.full(shape[1:], "", dtype=object)
+    crossings, margins = np.full((2, *shape[:2]), np.nan), np.full(shape[:2], np.nan)
+    for s, state in enumerate(STATES):
+        for o, order in enumerate(orders):
+            for k, speed in enumerate(speeds.tolist()):
+                frequencies[s, o, k], size, message = resonance.at(state, order, speed)
+                if state == "nonlinear":
+                    amplitudes[o, k], messages[o, k] = size, message
+            crossings[:, s, o] = resonance.crossing(state, order, speeds, frequencies[s, o])
+            if operating is not None:
+                margins[s, o] = resonance.at(state, order, operating)[0] / (order * operating / 60.0) - 1.0
+    both, curve = ("state", "engine_order"), ("engine_order", "speed")
+    data: dict[str, Any] = {
+        "frequency": (
+            ("state", *curve),
+            frequencies,
+            {"units": "Hz", "long_name": "natural frequency, or that of the resonance"},
+        ),
+        "amplitude": (curve, amplitudes, {"units": "m", "long_name": "amplitude of the nonlinear resonance"}),
+        "crossing_speed": (both, crossings[0], {"units": "rev/min", "long_name": "speed at which an engine order meets it"}),
+        "crossing_frequency": (both, crossings[1], {"units": "Hz", "long_name": "frequency at the crossing"}),
+        "message": (curve, messages.astype(np.str_), {"units": "1", "long_name": "why there is no nonlinear resonance"}),
+    }
+    attrs: dict[str, Any] = {"title": resonance.problem_at(float(speeds[0])).title, "mode": resonance.mode}
+    if operating is not None:
+        data["margin"] = (both, margins, {"units": "1", "long_name": "frequency over that of the engine order, less 1"})
+        attrs["operating_speed"] = finite("operating_speed", operating)
+    if resonance.force_level is not None:
+        attrs["force_level"] = resonance.force_level
+    coords: dict[str, Any] = {"state": list(STATES), "engine_order": list(orders)}
+    coords["speed"] = ("speed", speeds, {"units": "rev/min", "long_name": "rotor speed"})
+    return xr.Dataset(data, coords, attrs)

@@ -1,0 +1,87 @@
+"""A problem at every rotor speed, from models at some speeds: stiffness and static loads go with the square of the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.checks import InputError, fault, finite, of_kind
+from stickslip.problem import Problem
+from stickslip.structure.cyclic import CyclicStructure
+
+ProblemAt = Callable[[float], Problem]
+Models = Mapping[float, Problem] | ProblemAt
+"""Problems by speed in rev/min, or a function that makes the problem of a speed."""
+
+
+def problem_at(models: Models) -> ProblemAt:
+    """The problem of a speed in rev/min.
+
+    Of two speeds K(Ω) = K₀ + Ω² K₁, at any speed; of more, that between neighbours, refused beyond them. Static loads go with Ω²
+    likewise. Mass, damping, contacts and harmonic forces must be the same at all speeds.
+    """
+    if isinstance(models, Mapping):
+        return _table(models)
+    if not callable(models):
+        raise fault("models", "must be problems by speed, or a function of the speed", models)
+    return lambda speed: of_kind("The problem of a speed", models(speed), Problem)
+
+
+def _table(models: Mapping[float, Problem]) -> ProblemAt:
+    if len(models) < 2:
+        rule = "must hold problems at two speeds at least, which say how K goes with the speed"
+        raise fault("models", rule, f"{len(models)} of them", "K(Ω) = K0 + Ω² K1.")
+    speeds = sorted(finite("models, a speed", speed) for speed in models)
+    if speeds[0] < 0.0:
+        raise fault("models, a speed", "must not be negative", speeds[0])
+    problems = [of_kind("models, a problem", models[speed], Problem) for speed in speeds]
+    for speed, problem in zip(speeds[1:], problems[1:], strict=True):
+        _refuse_other(problems[0], problem, speed)
+
+    def at(speed: float) -> Problem:
+        if len(speeds) > 2 and not speeds[0] <= speed <= speeds[-1]:
+            raise fault("speed", f"must lie between {speeds[0]:g} and {speeds[-1]:g} rev/min, where there are models", speed)
+        k = int(np.clip(np.searchsorted(speeds, speed) - 1, 0, len(speeds) - 2))
+        share = (speed**2 - speeds[k] ** 2) / (speeds[k + 1] ** 2 - speeds[k] ** 2)
+        return _between(problems[k], problems[k + 1], share)
+
+    return at
+
+
+def _refuse_other(one: Problem, other: Problem, speed: float) -> None:
+    same = {
+        "degrees of freedom": one.structure.dofs == other.structure.dofs,
+        "contacts": repr(one.contacts) == repr(other.contacts),
+        "harmonic forces": [(f.coefficients, f.factors) for f in one.forces]
+        == [(f.coefficients, f.factors) for f in other.forces],
+        "damping": repr(one.structure.damping) == repr(other.structure.damping),
+    }
+    if same["degrees of freedom"]:
+        same["mass"] = np.allclose(one.structure.M, other.structure.M, rtol=1e-9, atol=1e-12 * np.abs(one.structure.M).max())
+        same["damping"] = same["damping"] and _alike(one.structure.C, other.structure.C)
+    different = [name for name, equal in same.items() if not equal]
+    if different:
+        raise InputError(
+            f"models must differ in stiffness and static loads alone, but at {speed:g} rev/min differ in {different[0]}."
+        )
+
+
+def _alike(one: Any, other: Any) -> bool:
+    if one is None or other is None:
+        return one is other
+    return bool(np.allclose(one, other, rtol=1e-9, atol=1e-12 * np.abs(one).max()))
+
+
+def _between(one: Problem, other: Problem, share: float) -> Problem:
+    """The problem at a share of the way in Ω²."""
+    a, b = one.structure, other.structure
+    structure = replace(a, K=a.K + share * (b.K - a.K))
+    if isinstance(a, CyclicStructure) and isinstance(b, CyclicStructure):
+        assert a.stiffnesses is not None
+        assert b.stiffnesses is not None
+        structure = replace(structure, stiffnesses=a.stiffnesses + share * (b.stiffnesses - a.stiffnesses))  # type: ignore[call-arg]
+    loads = [replace(f, static=f.static + share * (g.static - f.static)) for f, g in zip(one.forces, other.forces, strict=True)]
+    return replace(one, structure=structure, forces=tuple(loads))
