@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,21 +11,18 @@ import numpy as np
 from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.performance.curve import PerformanceCurve
 from stickslip.explorer.solving import Answer
-from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel
-from stickslip.plots.contacts import loops_at
+from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule
 from stickslip.plots.interactive import escaped, plotly_figure
 from stickslip.plots.look import FREE, STUCK, Style, contact
 from stickslip.plots.performance_curve import performance_curves
 from stickslip.plots.response_curves import HERTZ, response_axis
 from stickslip.results.view import (
     along_curve_as,
-    contact_rows,
     converged_points,
     dissipated,
     energy_unit,
     frequencies,
     highest_peak,
-    largest_loops,
     measure_in,
     peak_unit,
     points,
@@ -32,7 +30,6 @@ from stickslip.results.view import (
 )
 
 THIS, PINNED = "this study", "reference"
-LOOPS, SAMPLES = 6, 96
 
 
 def curve_figure(answer: Answer, pinned: Answer | None, output: int, log: bool, dark: bool) -> dict[str, Any]:
@@ -51,7 +48,7 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: int, log: bool, 
         peak = highest_peak(own, 0, output)
         if peak is not None:
             dot = Style(style.colour, "none", marker="circle", size=7.0)
-            layers.append(Line([peak.frequency], [peak.amplitude / unit.metres], dot, f"peak, {words}", listed=False))
+            layers.append(Line([peak.frequency], [peak.amplitude / unit.metres], dot))
     axis = response_axis(dataset, False, measure, unit)
     heights = np.concatenate([np.asarray(layer.y, dtype=float) for layer in layers[2:] if isinstance(layer, Line)])
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
@@ -108,13 +105,11 @@ def peak_place(response: ForcedResponse, output: int) -> int | None:
 
 
 def detail_figures(response: ForcedResponse, point: int, output: int, dark: bool) -> list[dict[str, Any]]:
-    """Motion, loops, energy by contact and harmonics at a point."""
+    """Motion with loops and contact states, energy by contact and harmonics at a point."""
     dataset = response.dataset
     found = []
     if dataset.sizes["contact"]:
         found.append(response.animate(0, point).to_plotly(dark=dark).to_dict())
-        rows = largest_loops(dataset, contact_rows(dataset), LOOPS)
-        found.append(_figure(loops_at(dataset, 0, point, rows, SAMPLES), dark))
     return [*found, _figure(_energy_and_harmonics(response, point, output), dark)]
 
 
@@ -144,17 +139,12 @@ def _energy_and_harmonics(response: ForcedResponse, point: int, output: int) -> 
 def performance_figure(curve: PerformanceCurve, ratio: float, dark: bool) -> dict[str, Any]:
     """The performance curve with the present ratio of pull and excitation."""
     chart = performance_curves(curve.dataset)
-    figure = plotly_figure(chart, dark)
-    figure.add_vline(x=ratio, line_dash="dot", annotation_text="now")
-    return _plain(figure)
+    rule = Rule(ratio, Style("contact 5", "dash", 2.0), THIS)
+    return _figure(replace(chart, panels=[replace(panel, layers=[*panel.layers, rule]) for panel in chart.panels]), dark)
 
 
 def _figure(chart: Chart, dark: bool) -> dict[str, Any]:
-    return _plain(plotly_figure(chart, dark))
-
-
-def _plain(figure: Any) -> dict[str, Any]:
-    found: dict[str, Any] = figure.update_layout(uirevision="kept", autosize=True).to_dict()
+    found: dict[str, Any] = plotly_figure(chart, dark).update_layout(uirevision="kept", autosize=True).to_dict()
     return found
 
 

@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, dcc, html, no_update
+from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 
 from stickslip.checks import InputError
 from stickslip.explorer.export import SAVED, python_of
@@ -28,7 +28,7 @@ from stickslip.plots.look import spoken
 
 STEPS = 400
 """Steps of a slider."""
-RATIOS, RATIO_REACH = 15, 6.0
+RATIOS, RATIO_REACH = 9, 3.0
 """Points of the performance curve, from the present ratio divided by this to it times this."""
 CONFIG = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "responsive": True, "typesetMath": False}
 
@@ -120,28 +120,18 @@ def _control(slider: Slider) -> Any:
         "steps": STEPS,
         "value": slider.value,
     }
-    label, place = spoken(slider.name), {"name": slider.name}
+    label, place = f"{spoken(slider.name)}{f' in {slider.unit}' if slider.unit else ''}", {"name": slider.name}
     share = (
         np.log(slider.value / slider.low) / np.log(slider.high / slider.low)
         if slider.logarithmic
         else (slider.value - slider.low) / (slider.high - slider.low)
     )
+    position, number = round(STEPS * float(share)), {"value": slider.value, "debounce": 0.4}
     return html.Div(
         [
             dcc.Store(id={"type": "slider", **place}, data=data),
-            html.Label(label, htmlFor=f"number-{slider.name}"),
-            dcc.Input(
-                id={"type": "range", **place},
-                type="range",
-                min=0,
-                max=STEPS,
-                step=1,
-                value=round(STEPS * float(share)),
-                className="range",
-            ),
-            dcc.Input(
-                id={"type": "number", **place}, type="number", step="any", value=slider.value, debounce=0.4, className="number"
-            ),
+            html.Label([html.Span(label), dcc.Input(id={"type": "number", **place}, type="number", step="any", **number)]),
+            html.Div(dcc.Input(id={"type": "range", **place}, type="range", min=0, max=STEPS, step=1, value=position)),
         ],
         className="slider",
         title=label,
@@ -157,7 +147,7 @@ def _results() -> Any:
     ]
     performance = [
         html.P("Pull over excitation, the line is this study; from three harmonics.", className="note"),
-        dcc.Loading(dcc.Graph(id="performance", config=CONFIG, figure={"data": [], "layout": {}}, style={"height": "560px"})),
+        dcc.Loading(dcc.Graph(id="performance", config=CONFIG, figure={"data": [], "layout": {}})),
         html.P("", id="performance-message"),
     ]
     tabs = [
@@ -218,7 +208,8 @@ def _add_server(app: Dash, solver: Solver) -> None:
         return _detailed(solver, clicks, clicked, answer, wanted)
 
     def performed(tab: str, wanted: Wanted | None) -> Any:
-        return _performed(solver, wanted) if wanted and tab == "performance" and wanted["fine"] else (no_update, no_update)
+        shown = wanted and tab == "performance" and wanted["fine"]
+        return _performed(solver, wanted) if wanted and shown else (no_update, no_update)
 
     def saved(clicks: int, wanted: Wanted | None) -> Any:
         return {"content": solver.study(wanted["values"]), "filename": SAVED} if wanted else no_update
@@ -280,8 +271,6 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
     """The point that was clicked, or the peak."""
     if wanted is None or not answer or answer["failed"]:
         return no_update
-    from dash import ctx
-
     try:
         output = list(solver.problem({}).output_names).index(str(wanted["output"]))
         response = solver.answer(wanted["values"], True).response
@@ -297,7 +286,7 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
     except InputError as error:
         return html.P(str(error))
     graphs = [dcc.Graph(figure=figure, config=CONFIG) for figure in figures]
-    return [html.H2(f"At {hertz:.6g} Hz"), *graphs]
+    return html.Div([html.H2(f"At {hertz:.6g} Hz"), *graphs], **{"data-version": str(wanted["version"])})
 
 
 def _performed(solver: Solver, wanted: Wanted) -> Any:
@@ -310,7 +299,10 @@ def _performed(solver: Solver, wanted: Wanted) -> Any:
         if not pull or not excitation:
             return no_update, "A performance curve needs a static pull and an excitation."
         ratio = pull / excitation
-        curve = solver.performance(wanted["values"], np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS))
+        ratios = np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS)
+        curve = solver.performance(problem, ratios, str(wanted["tab"]), int(wanted["version"]))
         return performance_figure(curve, ratio, bool(wanted["dark"])), ""
+    except OutdatedError:
+        return no_update, no_update
     except InputError as error:
         return no_update, str(error)

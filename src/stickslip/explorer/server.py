@@ -30,15 +30,16 @@ def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     server = make_server(HOST, _free(between("port", port, 0, 65535)), application.server, threaded=True)
     address = f"http://{HOST}:{server.server_port}/{token}/"
-    say(f"Explorer of {solver.name}: {address}\nOnly this computer can open it. Ctrl-C ends it.")
-    if open_browser:
-        webbrowser.open(address)
     try:
-        server.serve_forever()
+        say(f"Explorer of {solver.name}: {address}\nOnly this computer can open it. Ctrl-C ends it.")
+        if open_browser:
+            webbrowser.open(address)
+        server.serve_forever()  # ends by Ctrl-C without an exception
     except KeyboardInterrupt:
-        say("Ended.")
+        pass
     finally:
         server.server_close()
+    say("Ended.")
 
 
 def prepared(path: Path, token: str) -> tuple[Solver, Any]:

@@ -20,8 +20,21 @@ ANGLES = (5.0, 85.0)
 """Ends of a slider for an angle in degrees."""
 MOST = 24
 """Sliders of one page."""
-NOT_VARIED = ("modes", "masses", "forced", "sectors", "blades")
-"""Arguments of rigs that are numbers of things, which no slider varies."""
+NOT_VARIED = ("force",)
+"""Arguments of rigs without a slider: that of the force level does the same."""
+UNITS = {
+    "pull": "N",
+    "limit": "N",
+    "angle": "°",
+    "stagger": "°",
+    "mass": "kg",
+    "length": "m",
+    "offset": "m",
+    "kt": "N/m",
+    "kn": "N/m",
+}
+UNITS |= {"stiffness": "N/m", "ktx": "N/m", "kty": "N/m"}
+"""Of arguments of rigs, which are in SI, by the last word of their names; others are numbers, or have none here."""
 
 Path = tuple[str | int, ...]
 """Keys and places in a list that lead to a value of the document."""
@@ -39,6 +52,11 @@ class Slider:
     logarithmic: bool
     paths: tuple[Path, ...]
 
+    @property
+    def unit(self) -> str:
+        """Of an argument of a rig; that of the study else, which its file says."""
+        return UNITS.get(self.name.rpartition("_")[2], "") if self.paths[0][0] == "structure" else ""
+
 
 def sliders_of(document: Mapping[str, Any]) -> tuple[Slider, ...]:
     """The sliders of a study with [sweep]: force level first, then the parameters of its rig, or damping, contacts and forces."""
@@ -50,7 +68,7 @@ def varied(document: Mapping[str, Any], sliders: Sequence[Slider], values: Mappi
     """The document with the values of sliders by name; force levels become the one of its slider."""
     changed: dict[str, Any] = deepcopy(dict(document))
     for slider in sliders:
-        value = values.get(slider.name, slider.value)
+        value = float(values.get(slider.name, slider.value))
         if slider.name == "force_level":
             changed.setdefault("sweep", {})["force_levels"] = [value]
         elif value != slider.value:

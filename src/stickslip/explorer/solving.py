@@ -58,14 +58,16 @@ class Solver:
     newest: OrderedDict[str, int] = field(default_factory=OrderedDict)
     known: OrderedDict[Any, Answer] = field(default_factory=OrderedDict)
     solving: Lock = field(default_factory=Lock)
+    performing: Lock = field(default_factory=Lock)
     noting: Lock = field(default_factory=Lock)
 
     @classmethod
     def of(cls, path: Path) -> Solver:
         """The study at a path, checked as a whole. Raises `InputError` where it has no [sweep] to show."""
         solver = cls(text_of(path), path.parent, path.stem)
-        if solver.job({}).sweep is None:
-            raise fault("The study of the explorer", "must be of a problem, with a [sweep]", solver.job({}).analysis)
+        found = job(solver.text, solver.folder, solver.name)
+        if found.sweep is None:
+            raise fault("The study of the explorer", "must be of a problem, with a [sweep]", found.analysis)
         return solver
 
     @cached_property
@@ -111,10 +113,15 @@ class Solver:
                 self.known.popitem(last=False)
             return self.known[key]
 
-    def performance(self, values: Values, ratios: Any) -> PerformanceCurve:
-        """The performance curve of the problem with these values."""
-        with self.solving:
-            return performance_curve(self.problem(values), ratios, harmonics=COARSE, samples=64)
+    def performance(self, problem: Problem, ratios: Any, tab: str = "", version: int = 0) -> PerformanceCurve:
+        """The performance curve of a problem, coarse. It takes seconds: answers to sliders do not wait for it."""
+
+        def report(fraction: float, words: str) -> None:
+            self._refuse_outdated(tab, version)
+
+        with self.performing:
+            settings: dict[str, Any] = {"harmonics": COARSE, "samples": 64, "check_every": len(ratios)}
+            return performance_curve(problem, ratios, progress=report, **settings)
 
     def problem(self, values: Values) -> Problem:
         """The problem with these values."""

@@ -216,14 +216,14 @@ class Animation:
 
     def _layout(self, narrow: bool) -> dict[str, Any]:
         layout: dict[str, Any] = BASE | {"height": PHONE_HEIGHT if narrow else HEIGHT, "font": {"color": "@text"}}
-        layout["margin"] = {"l": 60, "r": 20, "t": 16, "b": 120}
+        layout["margin"] = {"l": 60, "r": 20, "t": 16, "b": 190 if narrow else 120}
         layout["legend"] = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0}
         for name in (*self.panels, "states"):
             axes = dict(zip(("x", "y"), self._domain(name, narrow), strict=True))
             own = self._axis(name)
             for key, axis in (("x", own["xaxis"]), ("y", own["yaxis"])):
                 layout[f"{key}axis{axis[1:]}"] = {"domain": axes[key], **self._look(name, key, own)}
-        return layout | {"updatemenus": self._buttons(), "sliders": [self._slider()]}
+        return layout | {"updatemenus": self._buttons(narrow), "sliders": [self._slider(narrow)]}
 
     def _domain(self, name: str, narrow: bool) -> tuple[list[float], list[float]]:
         """Where a panel stands: beside each other, the states below; all below each other on a phone."""
@@ -273,7 +273,7 @@ class Animation:
         rim = 0.05 * ((high - low) or 1.0)
         return [low - rim, high + rim]
 
-    def _buttons(self) -> list[dict[str, Any]]:
+    def _buttons(self, narrow: bool) -> list[dict[str, Any]]:
         names = [str(frame) for frame in range(self.frames)] * PLAYED
 
         def timed(milliseconds: int) -> dict[str, Any]:
@@ -288,13 +288,13 @@ class Animation:
             "direction": "right",
             "x": 0.0,
             "xanchor": "left",
-            "y": -0.22,
+            "y": -0.08 if narrow else -0.22,
             "yanchor": "top",
             "showactive": False,
         }
         return [place | look | {"buttons": [*play, pause], "pad": {"t": 0, "r": 8}}]
 
-    def _slider(self) -> dict[str, Any]:
+    def _slider(self, narrow: bool) -> dict[str, Any]:
         settings = {"frame": {"duration": 0, "redraw": False}, "transition": {"duration": 0}, "mode": "immediate"}
         steps = [
             {"label": f"{frame / self.frames:.2f}", "method": "animate", "args": [[str(frame)], settings]}
@@ -302,7 +302,8 @@ class Animation:
         ]
         look = {"bgcolor": "@grid", "bordercolor": "@grid", "tickcolor": "@grid", "font": {"color": "@text"}}
         value = {"prefix": "share of the period ", "xanchor": "right"}
-        return {"steps": steps, "x": 0.42, "len": 0.58, "y": -0.2, "pad": {"t": 4}, "currentvalue": value, **look}
+        place = {"x": 0.0, "len": 1.0, "y": -0.13} if narrow else {"x": 0.52, "len": 0.48, "y": -0.2}
+        return {"steps": steps, **place, "pad": {"t": 4}, "currentvalue": value, **look}
 
     def to_plotly(self, *, dark: bool = False) -> Any:
         """As a figure of plotly with frames: `.show()` or `.write_html(path)`."""

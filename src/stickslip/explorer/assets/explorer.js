@@ -2,7 +2,8 @@
 // those that a newer one has overtaken, and an answer that is older than what is shown is not shown.
 (() => {
   const tab = crypto.randomUUID(), dark = matchMedia("(prefers-color-scheme: dark)");
-  const COARSE_AFTER = 30, FINE_AFTER = 300;
+  const COARSE_AFTER = 30, FINE_AFTER = 300, NARROW = 1000;
+  const BELOW = { legend: { orientation: "h", y: -0.22 } };
   // The renderer of Dash adds these after this script has run.
   const dash = window.dash_clientside = window.dash_clientside || {};
   const set_props = (id, props) => dash.set_props(id, props);
@@ -14,7 +15,7 @@
   };
   const shareOf = (value, { low, high, log }) => {
     const share = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
-    return Math.min(Math.max(share, 0), 1);
+    return Math.min(Math.max(share || 0, 0), 1); // NaN, of negative numbers on a logarithmic scale, is its lower end
   };
   const stateOf = (values, sliders, mark) => sliders.flatMap((s, k) => values[k] === s.value ? [] : [[mark + s.name, values[k]]]);
 
@@ -35,6 +36,12 @@
     history.replaceState(null, "", state.size ? `?${state}` : location.pathname);
   }
 
+  // The point that is shown below belongs to the curve that was seen when it was asked for.
+  function date() {
+    const details = document.getElementById("details"), known = details.querySelector("[data-version]");
+    details.classList.toggle("old", Boolean(known) && Number(known.dataset.version) < shown.version);
+  }
+
   function ask(request, after, isFine) {
     return setTimeout(() => set_props("wanted", { data: { ...request, fine: isFine } }), after);
   }
@@ -53,6 +60,8 @@
     want(values, output, scale, pins, sliders) {
       if (!started) {
         started = true;
+        for (const range of document.querySelectorAll(".slider input[type=range]"))
+          range.setAttribute("aria-label", range.closest(".slider").title);
         const { numbers, output: kept, linear } = read(sliders);
         pinned = Object.fromEntries(sliders.map(s => [s.name, numbers["pinned." + s.name] ?? s.value]));
         for (const slider of sliders)
@@ -87,10 +96,15 @@
       const older = answer && (answer.version < shown.version || (answer.version === shown.version && shown.fine && !answer.fine));
       if (!answer || older) return Array(7).fill(dash.no_update);
       shown = answer;
+      date();
       document.documentElement.dataset.version = `${answer.version}${answer.fine ? " fine" : ""}`;
       if (answer.failed) return [dash.no_update, dash.no_update, dash.no_update, dash.no_update, dash.no_update, answer.message, "failed"];
-      return [answer.figure, ...answer.numbers, ...answer.changes, answer.message, answer.fine ? "" : "coarse"];
+      const figure = answer.figure;
+      if (innerWidth < NARROW) figure.layout = { ...figure.layout, ...BELOW };
+      return [figure, ...answer.numbers, ...answer.changes, answer.message, answer.fine ? "" : "coarse"];
     },
+
+    dated() { date(); return dash.no_update; },
 
     copied(code) {
       navigator.clipboard?.writeText(code).catch(() => {});
