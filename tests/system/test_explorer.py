@@ -123,7 +123,8 @@ def test_a_click_shows_that_point_in_motion(address):
     with browser() as page:
         opened(page, address)
         box = page.value(
-            "(() => { const g = document.querySelector('#curve .js-plotly-plot'), t = g._fullData.find(t => t.name === 'this study');"
+            "(() => { const g = document.querySelector('#curve .js-plotly-plot');"
+            "const t = g._fullData.find(t => t.name === 'this study');"
             "const k = Math.floor(t.x.length / 3), l = g._fullLayout, r = g.getBoundingClientRect();"
             "return [r.x + l.margin.l + l.xaxis.d2p(t.x[k]), r.y + l.margin.t + l.yaxis.d2p(t.y[k]), t.x[k]]; })()"
         )

@@ -12,18 +12,19 @@ from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.performance.curve import PerformanceCurve
 from stickslip.explorer.solving import Answer
 from stickslip.plots.chart import Axis, Bars, Chart, Layer, Line, Panel, Rule
-from stickslip.plots.interactive import escaped, plotly_figure
+from stickslip.plots.interactive import plotly_figure
 from stickslip.plots.look import FREE, STUCK, Style, contact
 from stickslip.plots.performance_curve import performance_curves
 from stickslip.plots.response_curves import HERTZ, response_axis
 from stickslip.results.view import (
+    Length,
     along_curve_as,
-    converged_points,
     dissipated,
     energy_unit,
     frequencies,
     highest_peak,
     measure_in,
+    nearest_point,
     peak_unit,
     points,
     size_text,
@@ -38,7 +39,7 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: int, log: bool, 
     shown = [(answer, THIS, Style("contact 5", width=2.4))]
     if pinned is not None:
         shown.insert(0, (pinned, PINNED, Style("contact 0", "dash", 1.6)))
-    unit = peak_unit(*(each.response.dataset for each, _, _ in shown))
+    unit = _unit(answer, pinned)
     measure = measure_in(dataset)
     layers: list[Layer] = _linear(answer, output, unit.metres)
     for each, words, style in shown:
@@ -89,13 +90,14 @@ def change_words(answer: Answer, pinned: Answer | None, output: int) -> tuple[st
     return f"{frequency:+.3%} from the reference", f"{amplitude:+.3%} from the reference"
 
 
-def nearest_converged(response: ForcedResponse, place: int) -> int | None:
-    """The converged point nearest to a place along the drawn curve."""
-    drawn, good = points(response.dataset, 0), converged_points(response.dataset, 0)
-    if not good.size or not drawn.size:
-        return None
-    point = drawn[min(max(place, 0), drawn.size - 1)]
-    return int(good[np.argmin(np.abs(good - point))])
+def clicked_point(answer: Answer, pinned: Answer | None, output: int, x: float, y: float) -> int:
+    """The converged point nearest to a place of the drawn curve, x in Hz and y in the unit of the axis."""
+    return nearest_point(answer.response.dataset, 0, output, x, y * _unit(answer, pinned).metres)
+
+
+def _unit(answer: Answer, pinned: Answer | None) -> Length:
+    """The unit of the curves."""
+    return peak_unit(*(each.response.dataset for each in (answer, pinned) if each is not None))
 
 
 def peak_place(response: ForcedResponse, output: int) -> int | None:
@@ -146,11 +148,6 @@ def performance_figure(curve: PerformanceCurve, ratio: float, dark: bool) -> dic
 def _figure(chart: Chart, dark: bool) -> dict[str, Any]:
     found: dict[str, Any] = plotly_figure(chart, dark).update_layout(uirevision="kept", autosize=True).to_dict()
     return found
-
-
-def curve_number(figure: dict[str, Any]) -> int:
-    """Which trace of a figure is the curve of this study, for clicks."""
-    return next(k for k, trace in enumerate(figure["data"]) if trace.get("name") == escaped(THIS))
 
 
 def sentences_of(sentences: Sequence[str], coarse: bool) -> str:

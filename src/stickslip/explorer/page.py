@@ -13,10 +13,9 @@ from stickslip.checks import InputError
 from stickslip.explorer.export import SAVED, python_of
 from stickslip.explorer.figures import (
     change_words,
+    clicked_point,
     curve_figure,
-    curve_number,
     detail_figures,
-    nearest_converged,
     peak_place,
     peak_words,
     performance_figure,
@@ -258,7 +257,6 @@ def _shown(answer: Answer, pinned: Answer | None, output: int, wanted: Wanted) -
     figure = curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"]))
     return {
         "figure": figure,
-        "curve": curve_number(figure),
         "numbers": peak_words(answer, output),
         "changes": change_words(answer, pinned, output),
         "message": sentences_of(answer.sentences, not wanted["fine"]),
@@ -273,10 +271,11 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
         return no_update
     try:
         output = list(solver.problem({}).output_names).index(str(wanted["output"]))
-        response = solver.answer(wanted["values"], True).response
-        on_curve = [p for p in (clicked or {}).get("points", ()) if p["curveNumber"] == answer["curve"]]
-        if ctx.triggered_id == "curve" and on_curve and answer["fine"]:
-            point = nearest_converged(response, int(on_curve[0]["pointIndex"]))
+        found = solver.answer(wanted["values"], True)
+        response, places = found.response, (clicked or {}).get("points", ())
+        if ctx.triggered_id == "curve" and places:
+            pinned = solver.answer(wanted["pinned"], True)
+            point: int | None = clicked_point(found, pinned, output, float(places[0]["x"]), float(places[0]["y"]))
         else:
             point = peak_place(response, output)
         if point is None:

@@ -27,8 +27,8 @@ from stickslip.study.toml_text import toml_text
 
 KEPT = 24
 """Responses that are kept."""
-COARSE = 3
-"""Harmonics of a coarse answer."""
+COARSE, COARSE_SAMPLES = 3, 64
+"""Harmonics and samples of a coarse answer, at most."""
 REMEMBERED = 1000
 """Tabs whose newest request is known."""
 
@@ -120,7 +120,7 @@ class Solver:
             self._refuse_outdated(tab, version)
 
         with self.performing:
-            settings: dict[str, Any] = {"harmonics": COARSE, "samples": 64, "check_every": len(ratios)}
+            settings: dict[str, Any] = {"harmonics": COARSE, "samples": COARSE_SAMPLES, "check_every": len(ratios)}
             return performance_curve(problem, ratios, progress=report, **settings)
 
     def problem(self, values: Values) -> Problem:
@@ -153,6 +153,7 @@ def _coarse(sweep: Sweep) -> ForcedResponseWork:
     where = sweep.frequencies
     harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else COARSE
     few = max(min(harmonics, COARSE), highest)
+    samples = max(min(sweep.samples, COARSE_SAMPLES), 4 * few + 2)
     return ForcedResponseWork.of(
-        sweep.problem, where, sweep.force_levels, few, sweep.samples, peak_tolerance=1e-4, measure=sweep.measure
+        sweep.problem, where, sweep.force_levels, few, samples, peak_tolerance=1e-4, measure=sweep.measure
     )

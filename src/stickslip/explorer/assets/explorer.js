@@ -2,12 +2,12 @@
 // those that a newer one has overtaken, and an answer that is older than what is shown is not shown.
 (() => {
   const tab = crypto.randomUUID(), dark = matchMedia("(prefers-color-scheme: dark)");
-  const COARSE_AFTER = 30, FINE_AFTER = 300, NARROW = 1000;
+  const FINE_AFTER = 250, LOST_AFTER = 20000, NARROW = 1000;
   const BELOW = { legend: { orientation: "h", y: -0.22 } };
   // The renderer of Dash adds these after this script has run.
   const dash = window.dash_clientside = window.dash_clientside || {};
   const set_props = (id, props) => dash.set_props(id, props);
-  let version = 0, shown = { version: 0, fine: false }, coarse, fine, pinned, started = false, last = {};
+  let version = 0, shown = { version: 0, fine: false }, fine, pinned, started = false, last = {}, sent = -Infinity, moved = 0;
 
   const valueAt = (share, { low, high, log }) => {
     const value = log ? low * (high / low) ** share : low + share * (high - low);
@@ -42,8 +42,18 @@
     details.classList.toggle("old", Boolean(known) && Number(known.dataset.version) < shown.version);
   }
 
-  function ask(request, after, isFine) {
-    return setTimeout(() => set_props("wanted", { data: { ...request, fine: isFine } }), after);
+  // One coarse request is under way at a time, so that curves follow a slider that does not rest; the fine one follows when it has
+  // rested, and a newer coarse one overtakes it.
+  function send() {
+    if (performance.now() - sent < LOST_AFTER) return;
+    sent = performance.now();
+    set_props("wanted", { data: { ...last, fine: false } });
+  }
+
+  function refine() {
+    clearTimeout(fine);
+    const request = last, rested = performance.now() - moved;
+    fine = setTimeout(() => set_props("wanted", { data: { ...request, fine: true } }), Math.max(FINE_AFTER - rested, 0));
   }
 
   dash.explorer = {
@@ -80,10 +90,9 @@
       keep(values, sliders, output, scale.length > 0);
       version += 1;
       last = { values: named, pinned: { ...pinned }, output, log: scale.length > 0, version, tab, dark: dark.matches };
-      clearTimeout(coarse);
+      moved = performance.now();
       clearTimeout(fine);
-      coarse = ask(last, COARSE_AFTER, false);
-      fine = ask(last, FINE_AFTER, true);
+      send();
       return dash.no_update;
     },
 
@@ -94,6 +103,10 @@
 
     show(answer) {
       const older = answer && (answer.version < shown.version || (answer.version === shown.version && shown.fine && !answer.fine));
+      if (answer && !answer.fine) {
+        sent = -Infinity;
+        if (answer.version < version) send(); else refine();
+      }
       if (!answer || older) return Array(7).fill(dash.no_update);
       shown = answer;
       date();
@@ -116,6 +129,6 @@
     if (!last.values) return;
     version += 1;
     last = { ...last, version, dark: dark.matches };
-    ask(last, 0, true);
+    refine();
   });
 })();
