@@ -32,6 +32,7 @@ LAYERS = (
     ("plots", "study"),
     ("report",),
     ("console",),
+    ("explorer",),
     ("cli",),
 )
 SAYS_WHERE_TO_BEGIN = (
@@ -54,8 +55,22 @@ SAYS_WHERE_TO_BEGIN = (
     *("measurement", "models", "results", "runs", "analyses"),
 )
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
-LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs"}
-LOADED_LATE = {"scipy.stats", "importlib", "resource", "skfem", "xarray", "pandas", "h5netcdf", "h5py", "matplotlib", "plotly"}
+LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs", "explorer"}
+LOADED_LATE = {
+    "dash",
+    "flask",
+    "werkzeug",
+    "scipy.stats",
+    "importlib",
+    "resource",
+    "skfem",
+    "xarray",
+    "pandas",
+    "h5netcdf",
+    "h5py",
+    "matplotlib",
+    "plotly",
+}
 
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
 
@@ -121,7 +136,29 @@ def test_no_import_is_relative_or_hides_in_a_function(path):
     assert [node.lineno for node in imports if not packages(node) <= LOADED_LATE] == []
 
 
-HEAVY = ["matplotlib", "plotly", "xarray", "pandas", "skfem", "numba", "scipy.optimize", "scipy.sparse", "pydantic", "h5netcdf"]
+def test_only_the_explorer_imports_dash():
+    found = {
+        component_of(path)
+        for path in MODULES
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Import | ast.ImportFrom) and packages(node) & {"dash", "flask", "werkzeug"}
+    }
+    assert found == {"explorer"}
+
+
+HEAVY = [
+    "matplotlib",
+    "dash",
+    "plotly",
+    "xarray",
+    "pandas",
+    "skfem",
+    "numba",
+    "scipy.optimize",
+    "scipy.sparse",
+    "pydantic",
+    "h5netcdf",
+]
 
 PROBE = """
 import json, sys, time

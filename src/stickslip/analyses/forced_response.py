@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib import import_module
 from math import lcm
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,9 +21,11 @@ from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
 from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
+from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.peaks_of_another import peaks_of_another
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
+from stickslip.analyses.response_motion import response_motion
 from stickslip.analyses.sampling import sampling_warning
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
@@ -142,6 +145,22 @@ class ForcedResponse(
         motion, omega = points.contact_motion(case, point), points.point(case, point).omega
         return contact_cycle(points.balance.table, points.balance.tables, motion, omega)
 
+    def animate(self, case: int = 0, point: int | None = None) -> Any:
+        """One period of a point in moving pictures: its highest peak unless given.
+
+        The section of each damper between the faces that it touches, true to its dimensions where it has them (ready rigs,
+        shapes of dampers, `[[body]]` with a shape): displacements about their means, magnified by a factor that the picture
+        says; contact points coloured by state; forces on the damper as arrows; the largest hysteresis loops with a dot that
+        goes round; contact states over the period; of a disk its blades. Contacts without a section show loops and states.
+
+        Returns an `Animation`: a notebook shows it with play, pause, speed and slider; `.to_html()`, `.to_plotly()`,
+        `.save("x.gif")`, `.plot(frame)`. Raises `InputError` for a point that did not converge and for a problem without
+        contacts.
+        """
+        at = self.peak_point(case) if point is None else point
+        animation: Any = import_module("stickslip.plots.animation").Animation
+        return animation(response_motion(self.dataset, self.problem, case, at))
+
     def verify_in_time(
         self,
         case: int,
@@ -176,6 +195,11 @@ class ForcedResponse(
     def with_stress(self, recovery: StressRecovery) -> ForcedResponse:
         """A copy whose dataset also holds the stress along its curves, for figures, report and tables."""
         return replace(self, dataset=with_stress(self.dataset, self.problem, recovery))
+
+    def with_motion(self) -> ForcedResponse:
+        """A copy whose dataset also holds the motion of the dampers at its highest peaks, which the report then shows; studies
+        do so. As it is where no damper has a section."""
+        return replace(self, dataset=with_motion(self.dataset, self.problem))
 
     def with_stability(self, highest: float | None = None) -> ForcedResponse:
         """A copy whose dataset also says which of its points are stable, for figures, report and tables.

@@ -3,6 +3,7 @@
 from stickslip.cli.app import app, main
 from stickslip.cli.contact_law import contact_law
 from stickslip.cli.contact_stiffness import contact_stiffness
+from stickslip.cli.explore import explore
 from stickslip.cli.identify_response import identify_response
 from stickslip.cli.models import info
 from stickslip.cli.results import export, plot, report
@@ -10,6 +11,20 @@ from stickslip.cli.studies import check, demo, identify, new, run
 
 __all__ = ["COMMANDS", "app", "main"]
 
-COMMANDS = (demo, new, check, info, run, identify, contact_law, identify_response, report, plot, export, contact_stiffness)
+COMMANDS = (
+    demo,
+    new,
+    check,
+    info,
+    run,
+    explore,
+    identify,
+    contact_law,
+    identify_response,
+    report,
+    plot,
+    export,
+    contact_stiffness,
+)
 for command in COMMANDS:
     app.command()(command)

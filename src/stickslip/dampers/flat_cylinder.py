@@ -56,7 +56,7 @@ class FlatCylinder(Shape):
             raise fault("flat_points", f"must be one of {', '.join(map(str, FLAT_POINTS))}", self.flat_points)
 
     def body(self) -> RigidBody:
-        return RigidBody(self.mass, box_inertia(self.mass, self.sides))
+        return RigidBody(self.mass, box_inertia(self.mass, self.sides), outline=self.rounded())
 
     def left(self) -> Touch:
         x, y = uphill(self.left_angle, -1)

@@ -44,7 +44,7 @@ class ThreePoint(Shape):
         finite("foot_shift", self.foot_shift)
 
     def body(self) -> RigidBody:
-        return RigidBody(self.mass, box_inertia(self.mass, self.sides))
+        return RigidBody(self.mass, box_inertia(self.mass, self.sides), outline=self.rounded())
 
     def left(self) -> Touch:
         middle = self.left_distance * outward(self.left_angle, -1) + self.foot_shift * uphill(self.left_angle, -1)
@@ -80,7 +80,7 @@ class CrossedCurvedFlat(Shape):
         finite("height", self.height)
 
     def body(self) -> RigidBody:
-        return RigidBody(self.mass, box_inertia(self.mass, self.sides))
+        return RigidBody(self.mass, box_inertia(self.mass, self.sides), outline=self.rounded())
 
     def left(self) -> Touch:
         feet = np.outer([-0.5, 0.5], self.foot_distance * uphill(self.left_angle, -1))

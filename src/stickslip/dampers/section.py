@@ -8,17 +8,21 @@ exact for lines and exact to rounding for arcs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import atan2, pi
+from dataclasses import dataclass, field
+from math import atan2, ceil, pi
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull
 
 from stickslip.checks import Array, InputError, positive
 from stickslip.structure.rigid_body import RigidBody
 
 GAUSS_POINTS = 40
 """On each piece of a boundary."""
+
+DRAWN_ANGLE = pi / 24.0
+"""Angle between the points by which an arc is drawn, at most [rad]: the polygon lies 0.2 % of the radius inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +58,15 @@ class Arc:
 
 @dataclass(frozen=True)
 class Section:
-    """Area [m²], centroid (x, y) [m] and second moments about it: xx = ∫x², yy = ∫y², xy = ∫xy [m⁴]."""
+    """Area [m²], centroid (x, y) [m] and second moments about it: xx = ∫x², yy = ∫y², xy = ∫xy [m⁴]; outline: points of the
+    boundary (k, 2) [m], for drawings."""
 
     area: float
     centroid: tuple[float, float]
     xx: float
     yy: float
     xy: float
+    outline: Array = field(default_factory=lambda: np.zeros((0, 2)), compare=False)
 
     @classmethod
     def bounded_by(cls, boundary: Sequence[Line | Arc]) -> Section:
@@ -75,7 +81,8 @@ class Section:
         if area <= 0.0:
             raise InputError("The boundary of a section must run counter-clockwise round a positive area. Check the dimensions.")
         x, y = first_x / area, first_y / area
-        return cls(area, (x, y), xx - area * x * x, yy - area * y * y, xy - area * x * y)
+        drawn = np.concatenate([_drawn(piece) for piece in boundary if not isinstance(piece, Arc) or piece.radius])
+        return cls(area, (x, y), xx - area * x * x, yy - area * y * y, xy - area * x * y, drawn)
 
     def prism(self, depth: float, density: float, centre: ArrayLike) -> RigidBody:
         """A prism of this section along z, `depth` m long, of `density` kg/m³, with its mass centre at `centre` (3,) [m]."""
@@ -84,7 +91,8 @@ class Section:
         inertia = line * np.array(
             [[self.yy + along, -self.xy, 0.0], [-self.xy, self.xx + along, 0.0], [0.0, 0.0, self.xx + self.yy]]
         )
-        return RigidBody(line * self.area, inertia, centre)
+        corners = np.pad(self.outline - self.centroid, ((0, 0), (0, 1)))
+        return RigidBody(line * self.area, inertia, centre, outline=corners)
 
 
 def polygon(corners: ArrayLike) -> tuple[Line, ...]:
@@ -106,6 +114,19 @@ def rounded_hull(circles: Sequence[tuple[ArrayLike, float]]) -> tuple[Line | Arc
         pieces.append(arc)
     pieces.append(Line(_end(pieces[-1]), pieces[0].sampled(np.zeros(1))[0][0]))
     return tuple(pieces)
+
+
+def hull_of(circles: Sequence[tuple[ArrayLike, float]]) -> Array:
+    """The band round circles (centre, radius) as a polygon (k, 2), counter-clockwise; some may lie inside; radius 0: a point."""
+    points = [_drawn(Arc(centre, radius, 0.0, 2.0 * pi)) for centre, radius in circles]
+    cloud = np.concatenate(points)
+    return np.asarray(cloud[ConvexHull(cloud).vertices])
+
+
+def _drawn(piece: Line | Arc) -> Array:
+    """Points of a piece but its last one, which the next piece begins with."""
+    count = max(1, ceil(abs(piece.last - piece.first) / DRAWN_ANGLE)) if isinstance(piece, Arc) and piece.radius else 1
+    return piece.sampled(np.arange(count) / count)[0]
 
 
 def _end(piece: Line | Arc) -> Array:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.checks import Array, fault, finite, positive, vector
 from stickslip.dampers.damper import ContactSurface, Damper
+from stickslip.dampers.section import hull_of
 from stickslip.structure.rigid_body import RigidBody
 
 MIRROR = np.diag([-1.0, 1.0, 1.0])
@@ -74,6 +75,14 @@ class Shape(ABC):
         if self.left_angle + self.right_angle <= 0.0:
             raise fault("left_angle + right_angle", "must be above 0: two level platforms hold no damper", 0.0)
 
+    def rounded(self) -> Array:
+        """The band round all that touches, (k, 3) [m] from the mass centre: the drawing of a shape stated by its contacts."""
+        circles = []
+        for side, touch in ((-1, self.left()), (1, self.right())):
+            places = np.unique(np.asarray(touch.points)[:, :2].round(12), axis=0)
+            circles += [(place - touch.radius * outward(touch.angle, side), touch.radius) for place in places]
+        return np.pad(hull_of(circles), ((0, 0), (0, 1)))
+
     def damper(
         self, name: str = "damper", centre: ArrayLike = (0.0, 0.0, 0.0), side: int = 1, pull: float = 0.0, label: str = ""
     ) -> Damper:
@@ -82,7 +91,8 @@ class Shape(ABC):
             raise fault("side", "must be 1, or -1 for the mirror image", side)
         turn = np.eye(3) if side == 1 else MIRROR
         place, body = vector("centre", centre, 3), self.body()
-        placed = RigidBody(body.mass, turn @ np.asarray(body.inertia) @ turn, place)
+        outline = np.reshape(body.outline, (-1, 3))[::side] @ turn
+        placed = RigidBody(body.mass, turn @ np.asarray(body.inertia) @ turn, place, outline=outline)
         sides = {"left": (self.left(), left_frame), "right": (self.right(), right_frame)}
         surfaces = [_surface(name, touch, frame(touch.angle)) for name, (touch, frame) in sides.items()]
         if side == -1:

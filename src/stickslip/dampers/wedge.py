@@ -61,3 +61,10 @@ class Wedge(Shape):
         """The face between two corners."""
         corners, shares = self.corners() - self.section().centroid, (np.arange(self.lines) + 0.5) / self.lines
         return Touch.on_lines(angle, corners[low] + np.outer(shares, corners[high] - corners[low]), self.depth)
+
+
+def wedge_outline(angle: float) -> Array:
+    """A wedge of equal slopes [degrees] for drawings of rigs without dimensions: corners (4, 3) [m], about its centroid."""
+    width = Wedge.width
+    section = Wedge(width, min(Wedge.height, 0.35 * width * tan(radians(angle))), left_angle=angle, right_angle=angle).section()
+    return np.pad(section.outline - section.centroid, ((0, 0), (0, 1)))

@@ -20,6 +20,7 @@ from stickslip.loads import BaseMotion, Output
 from stickslip.plots.look import CONTACTS, colour, house_style
 from stickslip.problem import Problem
 from stickslip.structure.matrices import Structure
+from stickslip.structure.rigid_body import arm_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -233,15 +234,11 @@ def _contact_arrows(structure: Structure, contact: Contact) -> dict[str, tuple[A
 
 
 def _point_of_body(structure: Structure, directions: Sequence[Direction]) -> Array | None:
-    """The point p of a rigid body that moves by these directions d: (p - centre) x d are their coefficients of rotations."""
+    """The point of a rigid body that moves by these directions."""
     node = next((name for name in _bodies(dof for d in directions for dof in d) if name in structure.nodes), None)
     if node is None:
         return None
-    along = np.array([[d.get(f"{node}.{axis}", 0.0) for axis in AXES] for d in directions])
-    turning = np.array([[d.get(f"{node}.r{axis}", 0.0) for axis in AXES] for d in directions])
-    cross = np.concatenate([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]] for x, y, z in along])
-    arm = np.linalg.lstsq(cross, turning.ravel(), rcond=None)[0]
-    return np.asarray(structure.nodes[node] + arm)
+    return np.asarray(structure.nodes[node] + arm_of(directions, node))
 
 
 def _forces(problem: Problem) -> Iterator[Arrows]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.plots.animation import Animation
 from stickslip.plots.chart import Chart
 from stickslip.plots.interactive import colour_names, description, escaped
 from stickslip.plots.look import colour
@@ -47,7 +48,7 @@ class Opening:
     note: str
 
 
-Draw = Callable[..., Chart]
+Draw = Callable[..., Chart | Animation]
 
 
 @dataclass(eq=False)
@@ -89,8 +90,8 @@ class Charts:
         }
         return {"results": list(self.results), "places": self.places, "parts": self.parts, "colours": schemes}
 
-    def _encoded(self, chart: Chart) -> dict[str, Any]:
-        found = description(chart)
+    def _encoded(self, chart: Chart | Animation) -> dict[str, Any]:
+        found = chart.description() if isinstance(chart, Animation) else description(chart)
         words = {"title": found.pop("title"), "note": found.pop("note")}
         self.colours |= colour_names(found)
         return {**words, **self._part(found)}
@@ -126,8 +127,9 @@ def rounded(values: Array) -> list[float | None]:
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
 
 
-def _html(name: str, chart: Chart, opening: Opening | None) -> str:
-    axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in chart.panels if panel.y.label and panel.x.label]
+def _html(name: str, chart: Chart | Animation, opening: Opening | None) -> str:
+    panels = () if isinstance(chart, Animation) else chart.panels
+    axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in panels if panel.y.label and panel.x.label]
     words = ". ".join(dict.fromkeys([chart.title, *axes]))
     frame = f'<figure class="place" data-place="{text(name)}"><figcaption></figcaption><div class="controls"></div>'
     drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(words)}"></div></figure>'

@@ -24,6 +24,7 @@ from stickslip.report.bounds import bounds
 from stickslip.report.charts import Charts
 from stickslip.report.disk import disk
 from stickslip.report.markup import script_data, text
+from stickslip.report.motion import motions, moves
 from stickslip.report.percentiles import percentiles
 from stickslip.report.presentation import presentation_of
 from stickslip.report.stress import stress
@@ -38,6 +39,7 @@ SECTIONS: tuple[Section, ...] = (
     ("peaks-section", "Peaks", sections.peaks),
     ("loops", "Loops", sections.loops),
     ("states", "States", sections.states),
+    ("motion", "Motion", motions),
     ("energy", "Energy", sections.energies),
     ("disk", "Disk", disk),
     ("stress", "Stress", stress),
@@ -51,6 +53,7 @@ NEEDS: dict[str, Callable[[xr.Dataset], bool]] = {
     "disk": has_disk,
     "stress": has_stress,
     "figures": plain.has_more_figures,
+    "motion": moves,
 }
 """Sections that only some results fill."""
 
@@ -63,6 +66,7 @@ def always(dataset: xr.Dataset) -> bool:
 PLAIN_SECTIONS: tuple[Section, ...] = (
     ("overview", "Overview", plain.overview),
     ("figures", "Figures", plain.figures),
+    ("motion", "Motion", motions),
     ("tables", "Tables", plain.tables),
     ("failures", "Failures", plain.failures),
     ("study", "Study", sections.study),

@@ -36,7 +36,7 @@ function draw(div, shared) {
   caption.replaceChildren(...[chart.title, chart.note].filter(words => words).map(words => Object.assign(document.createElement("span"), { textContent: words })));
   div.style.height = `${layout.height}px`;
   div.classList.toggle("scrolled", "width" in layout);
-  Plotly.react(div, chart.data.map(trace), layout, CONFIG);
+  Plotly.react(div, { data: chart.data.map(trace), layout, config: CONFIG, frames: decoded(chart.frames || []) });
 }
 
 // Of a place for several results that of the chosen one; a result may have none, such as loops without contacts.

@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.checks import fault, finite, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
+from stickslip.dampers.wedge import wedge_outline
 from stickslip.loads import Force
 from stickslip.problem import Problem
 from stickslip.structure.damping import ModalDamping
@@ -41,7 +42,8 @@ def blade_and_wedge(
     light = positive("damper_mass", damper_mass)
     M = np.diag([positive("mass", mass), light, light])
     K = np.diag([positive("stiffness", stiffness), 0.0, 0.0])
-    structure = Structure(M, K, ("blade.mode", "D.x", "D.y"), damping=ModalDamping(damping, on="stuck"))
+    rule = ModalDamping(damping, on="stuck")
+    structure = Structure(M, K, ("blade.mode", "D.x", "D.y"), damping=rule, outlines={"D": wedge_outline(platform_angle)})
     law = Macroslip(kt, mu, kn)
     on_blade = {"D.x": c, "D.y": s, "blade.mode": -c}, {"D.x": -s, "D.y": c, "blade.mode": s}
     on_ground = {"D.x": c, "D.y": -s}, {"D.x": s, "D.y": c}

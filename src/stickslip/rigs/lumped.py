@@ -6,6 +6,7 @@ The chains and the single mass are the problems on which harmonic balance codes 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import cos, radians, sin
 
 import numpy as np
@@ -14,6 +15,7 @@ from stickslip.checks import Array, fault
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, between
 from stickslip.contact.start import Start, TractionRatio
+from stickslip.dampers.wedge import wedge_outline
 from stickslip.loads import Force
 from stickslip.problem import Problem
 from stickslip.structure.matrices import Structure
@@ -108,6 +110,7 @@ def three_mass_wedge(
     Source: the three-mass planar oscillator of the literature on non-unique friction forces, numbers of this project.
     """
     structure = _wedge_structure(mass=1.0, damper_mass=0.1, damping=20.0, k=3e5, k12=7e5)
+    structure = replace(structure, outlines={"D": wedge_outline(platform_angle)} if 0.0 < platform_angle < 90.0 else {})
     start = TractionRatio(traction_ratio) if isinstance(traction_ratio, int | float) else traction_ratio
     c, s = cos(radians(platform_angle)), sin(radians(platform_angle))
     law = Macroslip(kt, mu, kn)

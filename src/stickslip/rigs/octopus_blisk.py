@@ -18,6 +18,7 @@ from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact, Direction, Motion, contact_in_space, node
 from stickslip.contact.start import Start
 from stickslip.contact.stiffness import NORMAL_STIFFNESS, LineContact, static_normal_load
+from stickslip.dampers.section import hull_of
 from stickslip.disks.tuned import TunedDisk
 from stickslip.loads import Force
 from stickslip.rigs.blisk_sector import POINTS, BliskSector, reduced_sector, surface
@@ -109,7 +110,8 @@ def cylinder(shape: BliskSector, mass: float) -> RigidBody:
     R, L = shape.damper_radius, shape.damper_length
     axes = shape.damper_axes()
     slim = mass * (3.0 * R**2 + L**2) / 12.0
-    return RigidBody(mass, axes.T @ np.diag([slim, slim, 0.5 * mass * R**2]) @ axes, shape.damper_centre())
+    circle = np.pad(hull_of([((0.0, 0.0), R)]), ((0, 0), (0, 1))) @ axes
+    return RigidBody(mass, axes.T @ np.diag([slim, slim, 0.5 * mass * R**2]) @ axes, shape.damper_centre(), outline=circle)
 
 
 def line_contacts(shape: BliskSector, body: RigidBody, law: Macroslip, start: Start | None) -> tuple[Contact, ...]:

@@ -31,4 +31,8 @@ def platform_problem(rig: BetweenPlatforms, motion: PlatformMotion, ratio: float
         for dof, row in zip(LEFT, values, strict=True)
     ]
     pull = [Force(dof, static=float(f), name="pull") for dof, f in zip(DAMPER, rig.pull, strict=False) if f]
-    return Problem(Structure(M, K, dofs, C=C), rig.contacts, (*moved, *pull), ("damper.x", "damper.y"), rig.title)
+    body = rig.damper.body
+    corners, place = np.reshape(body.outline, (-1, 3)), tuple(np.asarray(body.centre).tolist())
+    outlines = {"damper": np.asarray(body.centre) + corners} if corners.size else {}
+    structure = Structure(M, K, dofs, C=C, nodes={"damper": place}, outlines=outlines)
+    return Problem(structure, rig.contacts, (*moved, *pull), ("damper.x", "damper.y"), rig.title)

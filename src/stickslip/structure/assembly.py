@@ -67,7 +67,9 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
         for key, members in body.sets.items()
     }
     mesh = np.concatenate([body.mesh_points for body in parts])
-    return Structure(M, K, dofs, C=_damping(bare, parts, springs), nodes=nodes, sets=sets, mesh_points=mesh)
+    outlines = {prefixed(name, node): corners for name, body in bodies.items() for node, corners in body.outlines.items()}
+    C = _damping(bare, parts, springs)
+    return Structure(M, K, dofs, C=C, nodes=nodes, sets=sets, mesh_points=mesh, outlines=outlines)
 
 
 def _damping(bare: Structure, parts: Sequence[Structure], springs: Sequence[Spring]) -> Array | None:

@@ -135,7 +135,7 @@ def with_bodies(disk: CyclicStructure, bodies: Mapping[str, Structure]) -> Cycli
 
     masses, stiffnesses = waves(disk.masses, added.M), waves(disk.stiffnesses, added.K)
     whole = cyclic(disk.sectors, (*disk.dofs, *added.dofs), masses, stiffnesses)
-    return replace(whole, nodes={**disk.nodes, **added.nodes}, mesh_points=disk.mesh_points)
+    return replace(whole, nodes={**disk.nodes, **added.nodes}, mesh_points=disk.mesh_points, outlines=added.outlines)
 
 
 def circulant(waves: Waves, sectors: int) -> Array:

@@ -35,6 +35,7 @@ class Structure:
     damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
     nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
     mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
+    outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
     """
 
     M: Array
@@ -45,6 +46,7 @@ class Structure:
     nodes: Mapping[str, Point] = field(default_factory=dict, kw_only=True)
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict, kw_only=True)
     mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
+    outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", several("dofs", self.dofs))
@@ -97,7 +99,8 @@ class Structure:
         step = vector("by", by, 3)
         x, y, z = step.tolist()
         nodes = {name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()}
-        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step)
+        outlines = {name: corners + step for name, corners in self.outlines.items()}
+        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines)
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""

@@ -33,13 +33,15 @@ def box_inertia(mass: float, sides: ArrayLike) -> Array:
 class RigidBody:
     """A rigid body in space: mass [kg], inertia (3, 3) about the mass centre [kg m²], mass centre (3,) [m].
 
-    Degrees of freedom: node.x, .y, .z [m] and node.rx, .ry, .rz [rad] of its mass centre.
+    Degrees of freedom: node.x, .y, .z [m] and node.rx, .ry, .rz [rad] of its mass centre. outline: corners of a section from
+    the mass centre, (k, 3) [m], for drawings only.
     """
 
     mass: float
     inertia: ArrayLike
     centre: ArrayLike = (0.0, 0.0, 0.0)
     node: str = "centre"
+    outline: ArrayLike = ()
 
     def __post_init__(self) -> None:
         positive("mass", self.mass)
@@ -57,7 +59,10 @@ class RigidBody:
         M[:3, :3] = self.mass * np.eye(3)
         M[3:, 3:] = self.inertia
         x, y, z = np.asarray(self.centre).tolist()
-        return Structure(M, np.zeros((6, 6)), tuple(f"{self.node}.{axis}" for axis in SPACE), nodes={self.node: (x, y, z)})
+        corners = np.reshape(self.outline, (-1, 3))
+        outlines = {self.node: np.asarray(self.centre) + corners} if corners.size else {}
+        names = tuple(f"{self.node}.{axis}" for axis in SPACE)
+        return Structure(M, np.zeros((6, 6)), names, nodes={self.node: (x, y, z)}, outlines=outlines)
 
     def at(self, point: ArrayLike, body: str = "") -> Motion:
         """The motion of the body's point [m]; `body` is its name in an assembly, where dofs read "body/node.x"."""
@@ -104,6 +109,17 @@ class PlanarBody:
             return _coefficients(name, PLANE, np.array([d[0], d[1], arm[0] * d[1] - arm[1] * d[0]]))
 
         return motion
+
+
+def arm_of(directions: Sequence[Mapping[str, float]], node: str) -> Array:
+    """The arm p − c (3,) [m] of the point of the body at `node` that moves by these directions: the inverse of `at`.
+
+    Coefficients of rotations are (p − c) × d; where they leave a component open, such as one along all d, it is 0.
+    """
+    along = np.array([[d.get(f"{node}.{axis}", 0.0) for axis in SPACE[:3]] for d in directions])
+    turning = np.array([[d.get(f"{node}.{axis}", 0.0) for axis in SPACE[3:]] for d in directions])
+    cross = np.concatenate([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]] for x, y, z in along])
+    return np.asarray(np.linalg.lstsq(cross, turning.ravel(), rcond=None)[0])
 
 
 def _coefficients(node: str, axes: Sequence[str], values: Array) -> dict[str, float]:

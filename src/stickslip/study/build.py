@@ -93,7 +93,8 @@ def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
     given = np.asarray(inertia, dtype=float)
     turn = axes_of(table.axes)
     turned = turn.T @ (np.diag(given) if given.ndim == 1 else given) @ turn
-    rigid = RigidBody(mass, turned, values["centre"])
+    outline = () if own is None else np.reshape(own.outline, (-1, 3)) @ turn
+    rigid = RigidBody(mass, turned, values["centre"], outline=outline)
     pull = zip("xyz", values["pull"], strict=True)
     return rigid, tuple(
         Force(f"{table.name}/{rigid.node}.{axis}", static=f, name=f"pull on {table.name}") for axis, f in pull if f

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.analyses.damper_alone.cycle_dataset import contact_states, cycle_dataset, forces_on_platforms
+from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
 from stickslip.checks import Array, between, fault, of_kind, positive, vector
 from stickslip.contact.period import STICK
 from stickslip.dampers.between_platforms import BetweenPlatforms
@@ -55,6 +57,12 @@ class DamperCycle(Result, figure="damper_cycle:damper_cycle"):
     def energy(self) -> float:
         """Energy that the damper takes from the platforms in a cycle, J."""
         return float(self.dataset.loop_energy)
+
+    def animate(self) -> Any:
+        """The last cycle in moving pictures, an `Animation` as of `ForcedResponse.animate`: the damper in its section, both
+        platforms, contact states, forces on the damper, friction loops."""
+        animation: Any = import_module("stickslip.plots.animation").Animation
+        return animation(cycle_motion(self.dataset))
 
     @property
     def state(self) -> PlatformState:

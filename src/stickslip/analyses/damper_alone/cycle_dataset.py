@@ -32,7 +32,7 @@ def cycle_dataset(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle, 
     import xarray as xr
 
     variables = _platforms(rig, model, march) | _contact_forces(model, march) | _contact_motions(rig, model, march)
-    variables |= _states(model, march) | _energies(model, march)
+    variables |= _states(model, march) | _energies(model, march) | _section(rig)
     return xr.Dataset(
         {name: (dims, values, {"units": units, "long_name": words}) for name, (dims, values, units, words) in variables.items()},
         coords={name: (dim, values, {"units": "1", "long_name": words}) for name, dim, values, words in _coordinates(rig)},
@@ -60,6 +60,18 @@ def _coordinates(rig: BetweenPlatforms) -> list[tuple[str, str, list[str], str]]
         ("platform", "platform", ["left", "right"], "platform"),
         ("part", "part", ["re", "im"], "real and imaginary part"),
     ]
+
+
+def _section(rig: BetweenPlatforms) -> Variables:
+    """Where the damper is touched, and its outline, from its mass centre: for drawings."""
+    outline = np.reshape(rig.damper.body.outline, (-1, 3))[:, :2]
+    place = ("contact", "axis")
+    return {
+        "outline": (("corner", "axis"), outline, "m", "corners of the section of the damper"),
+        "place": (place, [point.arm for point in rig.points], "m", "place of the contact on the damper"),
+        "tangent": (place, [point.tangent for point in rig.points], "1", "direction t1"),
+        "normal": (place, [point.normal for point in rig.points], "1", "direction n, from the platform into the damper"),
+    }
 
 
 def _platforms(rig: BetweenPlatforms, model: CycleModel, march: SteadyCycle) -> Variables:

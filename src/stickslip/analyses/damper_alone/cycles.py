@@ -43,6 +43,10 @@ class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
         words = {"units": "1", "long_name": "initial states that lead to the cycle"}
         return together(self.cycles).assign(starts=("cycle", list(self.counts), words)).assign_attrs(failed=self.failed)
 
+    def animate(self, cycle: int = 1) -> Any:
+        """One of the steady cycles in moving pictures, counted from 1 as in the figures; the first is that of most starts."""
+        return _animated(self.cycles, cycle)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DamperEvolution(Result, figure="damper_cycles:damper_cycles"):
@@ -56,6 +60,16 @@ class DamperEvolution(Result, figure="damper_cycles:damper_cycles"):
         mu = np.array([cycle.dataset.attrs["friction"] for cycle in self.cycles])
         words = {"units": "1", "long_name": "friction coefficient"}
         return together(self.cycles).assign(friction=(("cycle", "contact"), mu, words))
+
+    def animate(self, cycle: int = 1) -> Any:
+        """The cycle with one of the sets of friction coefficients in moving pictures, counted from 1."""
+        return _animated(self.cycles, cycle)
+
+
+def _animated(cycles: Sequence[DamperCycle], cycle: int) -> Any:
+    if not cycles:
+        raise InputError("There is no steady cycle to animate.")
+    return cycles[between("cycle", cycle, 1, len(cycles)) - 1].animate()
 
 
 def together(cycles: Sequence[DamperCycle]) -> xr.Dataset:

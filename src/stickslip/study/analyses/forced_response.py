@@ -48,7 +48,7 @@ class ForcedResponsePlan(Plan):
         work = self.works[""]
         response = self.further.added(work.gathered(results[""]), work)
         response = response if self.stability is None else response.with_stability(self.stability.highest)
-        return (response if self.recovery is None else response.with_stress(self.recovery)).dataset
+        return (response if self.recovery is None else response.with_stress(self.recovery)).with_motion().dataset
 
 
 def checked(table: IsolatedTable) -> None:

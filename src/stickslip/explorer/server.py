@@ -1,0 +1,78 @@
+"""Serving of the page: on the loopback alone, under a random token, until Ctrl-C."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.checks import InputError, between
+from stickslip.console import say
+
+if TYPE_CHECKING:
+    from stickslip.explorer.solving import Solver
+
+HOST = "127.0.0.1"
+NAMES = (HOST, "localhost")
+"""What the address of the page may say: another name means that a page of another site asks."""
+TOKEN_BYTES = 16
+
+
+def explore(path: Path, port: int = 0, open_browser: bool = True) -> None:
+    """Serve the explorer of a study until Ctrl-C; port 0: a free one. The address is printed."""
+    import logging
+    import webbrowser
+
+    solver, application = prepared(path, token := secrets.token_urlsafe(TOKEN_BYTES))
+    from werkzeug.serving import make_server
+
+    logging.getLogger("werkzeug").setLevel(logging.ERROR)
+    server = make_server(HOST, _free(between("port", port, 0, 65535)), application.server, threaded=True)
+    address = f"http://{HOST}:{server.server_port}/{token}/"
+    try:
+        say(f"Explorer of {solver.name}: {address}\nOnly this computer can open it. Ctrl-C ends it.")
+        if open_browser:
+            webbrowser.open(address)
+        server.serve_forever()  # ends by Ctrl-C without an exception
+    except KeyboardInterrupt:
+        pass
+    finally:
+        server.server_close()
+    say("Ended.")
+
+
+def prepared(path: Path, token: str) -> tuple[Solver, Any]:
+    """The solver of a study, and the Dash application that shows it under a token."""
+    try:
+        import dash  # noqa: F401
+    except ImportError:
+        raise InputError(
+            "The explorer needs Dash, which is not installed. `pip install 'stickslip[explore]'` installs it."
+        ) from None
+    from stickslip.explorer.page import application
+    from stickslip.explorer.solving import Solver
+
+    solver = Solver.of(path)
+    found = application(solver, token)
+    found.server.before_request(_refuse_other_names)
+    return solver, found
+
+
+def _refuse_other_names() -> Any:
+    """A page of another site whose name leads to this computer is refused."""
+    from flask import abort, request
+
+    if request.host.rpartition(":")[0] not in NAMES:
+        abort(403)
+
+
+def _free(port: int) -> int:
+    """The port, where nothing listens there."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((HOST, port))
+        except OSError as error:
+            raise InputError(f"port must be free, but {port} is not ({error.strerror}). Leave it out.") from None
+        return int(probe.getsockname()[1])

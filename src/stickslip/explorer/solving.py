@@ -1,0 +1,159 @@
+"""Solving of what the sliders ask for: the newest request of each tab wins, older ones end as soon as they can.
+
+A tab numbers its requests. One request is solved at a time; those that a newer one of the same tab has overtaken are dropped
+before they begin, or at the next progress report of their curve. So no answer comes after that of a newer request.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
+from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
+from stickslip.checks import InputError, fault
+from stickslip.explorer.sliders import Slider, sliders_of, varied
+from stickslip.problem import Problem
+from stickslip.report.failures import failures_of, warnings_of
+from stickslip.study.analysis import Sweep
+from stickslip.study.read import Job, job, text_of, toml
+from stickslip.study.toml_text import toml_text
+
+KEPT = 24
+"""Responses that are kept."""
+COARSE, COARSE_SAMPLES = 3, 64
+"""Harmonics and samples of a coarse answer, at most."""
+REMEMBERED = 1000
+"""Tabs whose newest request is known."""
+
+Values = Mapping[str, float]
+
+
+class OutdatedError(Exception):
+    """A newer request of the same tab has come."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A solved request: the response, sentences on what failed or deserves a warning, and seconds that it took."""
+
+    response: ForcedResponse
+    sentences: tuple[str, ...]
+    seconds: float
+
+
+@dataclass(eq=False)
+class Solver:
+    """A study that can vary, and its responses that are known."""
+
+    text: str
+    folder: Path
+    name: str
+    newest: OrderedDict[str, int] = field(default_factory=OrderedDict)
+    known: OrderedDict[Any, Answer] = field(default_factory=OrderedDict)
+    solving: Lock = field(default_factory=Lock)
+    performing: Lock = field(default_factory=Lock)
+    noting: Lock = field(default_factory=Lock)
+
+    @classmethod
+    def of(cls, path: Path) -> Solver:
+        """The study at a path, checked as a whole. Raises `InputError` where it has no [sweep] to show."""
+        solver = cls(text_of(path), path.parent, path.stem)
+        found = job(solver.text, solver.folder, solver.name)
+        if found.sweep is None:
+            raise fault("The study of the explorer", "must be of a problem, with a [sweep]", found.analysis)
+        return solver
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The study as tables, its analysis a forced response."""
+        document = toml(self.text)
+        own = ("study", "structure", "body", "damping", "contact", "force", "dashpot", "base", "units", "sweep")
+        kept = {key: document[key] for key in own if key in document}
+        return kept | {"study": {**document["study"], "analysis": "forced_response"}}
+
+    @cached_property
+    def sliders(self) -> tuple[Slider, ...]:
+        """What can vary."""
+        return sliders_of(self.document)
+
+    def study(self, values: Values) -> str:
+        """The study with the values of sliders, as a file."""
+        return toml_text(varied(self.document, self.sliders, values))
+
+    def job(self, values: Values) -> Job:
+        """The study with the values of sliders, checked. Raises `InputError` with its faults."""
+        return job(self.study(values), self.folder, self.name)
+
+    def ask(self, tab: str, version: int) -> None:
+        """Note the newest request of a tab."""
+        with self.noting:
+            self.newest[tab] = max(version, self.newest.pop(tab, 0))
+            while len(self.newest) > REMEMBERED:
+                self.newest.popitem(last=False)
+
+    def answer(self, values: Values, fine: bool, tab: str = "", version: int = 0) -> Answer:
+        """The response for these values; fine: with the harmonics of the study, else with few.
+
+        Raises `OutdatedError` where the tab has asked anew meanwhile, and `InputError` with the faults of the study.
+        """
+        key = (tuple(sorted(values.items())), fine)
+        with self.solving:
+            self._refuse_outdated(tab, version)
+            if key not in self.known:
+                self.known[key] = self._solved(values, fine, tab, version)
+            self.known.move_to_end(key)
+            while len(self.known) > KEPT:
+                self.known.popitem(last=False)
+            return self.known[key]
+
+    def performance(self, problem: Problem, ratios: Any, tab: str = "", version: int = 0) -> PerformanceCurve:
+        """The performance curve of a problem, coarse. It takes seconds: answers to sliders do not wait for it."""
+
+        def report(fraction: float, words: str) -> None:
+            self._refuse_outdated(tab, version)
+
+        with self.performing:
+            settings: dict[str, Any] = {"harmonics": COARSE, "samples": COARSE_SAMPLES, "check_every": len(ratios)}
+            return performance_curve(problem, ratios, progress=report, **settings)
+
+    def problem(self, values: Values) -> Problem:
+        """The problem with these values."""
+        return self._sweep(values).problem
+
+    def _sweep(self, values: Values) -> Sweep:
+        sweep = self.job(values).sweep
+        if sweep is None:
+            raise InputError("The study has no [sweep] to solve.")
+        return sweep
+
+    def _solved(self, values: Values, fine: bool, tab: str, version: int) -> Answer:
+        started = time.perf_counter()
+        sweep = self._sweep(values)
+        work = sweep.forced_response() if fine else _coarse(sweep)
+        curve = work.solve(0, lambda fraction: self._refuse_outdated(tab, version))
+        response = work.gathered([curve])
+        sentences = (*failures_of(response.dataset), *warnings_of(response.dataset)) if fine else failures_of(response.dataset)
+        return Answer(response, tuple(sentences), time.perf_counter() - started)
+
+    def _refuse_outdated(self, tab: str, version: int) -> None:
+        if self.newest.get(tab, 0) > version:
+            raise OutdatedError
+
+
+def _coarse(sweep: Sweep) -> ForcedResponseWork:
+    """The same with few harmonics; those that the excitation has are kept."""
+    highest = max((h for force in sweep.problem.forces for h in force.amplitudes), default=1)
+    where = sweep.frequencies
+    harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else COARSE
+    few = max(min(harmonics, COARSE), highest)
+    samples = max(min(sweep.samples, COARSE_SAMPLES), 4 * few + 2)
+    return ForcedResponseWork.of(
+        sweep.problem, where, sweep.force_levels, few, samples, peak_tolerance=1e-4, measure=sweep.measure
+    )

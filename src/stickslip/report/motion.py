@@ -1,0 +1,52 @@
+"""The section of moving pictures: dampers at the highest peaks, or the steady cycles of a damper alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
+from stickslip.analyses.kept_motion import has_motion, kept_cases, kept_motion
+from stickslip.plots.animation import Animation
+from stickslip.report.charts import Charts, Choice
+from stickslip.report.markup import section, text
+from stickslip.results.representative import spread
+from stickslip.results.view import level_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST = 4
+"""Cases that are shown in motion: 150 kB of the page each."""
+NOTE = (
+    "One period. Circles are contacts, coloured by what they do; arrows are the forces on the damper, light "
+    "bands the faces of the platforms."
+)
+
+
+def moves(dataset: xr.Dataset) -> bool:
+    """Whether a result has motion to show."""
+    return has_motion(dataset) or "damper_motion" in dataset
+
+
+def motions(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
+    """Animations with the choice of the force level or the cycle."""
+    places = []
+    for number, (label, dataset) in enumerate(datasets.items()):
+        if not moves(dataset):
+            continue
+        shown = _animations(dataset)
+        name = "Force level" if has_motion(dataset) else "Cycle"
+        several = len(datasets) > 1 and not all(map(has_motion, datasets.values()))
+        place = f"chart-motion-{number}" if several else "chart-motion"
+        places.append(charts.place(place, shown.__getitem__, [Choice(name, list(shown))], result="" if several else label))
+    return section("motion", "Motion", *places, f'<p class="note">{text(NOTE)}</p>')
+
+
+def _animations(dataset: xr.Dataset) -> dict[str, Animation]:
+    """By the words of the reader's choice."""
+    if has_motion(dataset):
+        kept = kept_cases(dataset)
+        return {level_text(dataset, kept[k]): Animation(kept_motion(dataset, kept[k])) for k in spread(len(kept), MOST)}
+    cycles = [dataset] if "cycle" not in dataset.dims else [dataset.isel(cycle=k) for k in range(dataset.sizes["cycle"])]
+    return {str(k + 1): Animation(cycle_motion(cycles[k])) for k in spread(len(cycles), MOST)}

@@ -1,0 +1,154 @@
+"""Answers of the explorer: those of `forced_response`, never out of order, with the sentences of `run` where a study is wrong."""
+
+import threading
+from importlib import resources
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.checks import InputError
+from stickslip.explorer.export import python_of
+from stickslip.explorer.solving import OutdatedError, Solver
+from stickslip.study.read import job
+
+STUDY = """
+[study]
+analysis = "forced_response"
+[structure]
+rig = "blade_and_wedge"
+[sweep]
+frequency = [300.0, 370.0]
+force_levels = [5.0]
+harmonics = 5
+samples = 64
+"""
+
+
+@pytest.fixture
+def solver(tmp_path):
+    path = tmp_path / "wedge.toml"
+    path.write_text(STUDY)
+    return Solver.of(path)
+
+
+def test_a_fine_answer_is_that_of_forced_response(solver):
+    answer = solver.answer({"pull": 80.0, "force_level": 4.0}, True)
+    expected = ss.forced_response(ss.rigs.blade_and_wedge(pull=80.0), ss.Band(300.0, 370.0), 4.0, 5, 64)
+    for name in ("peak_frequency", "peak_amplitude"):
+        found, known = (float(dataset[name][0, 0, 0]) for dataset in (answer.response.dataset, expected.dataset))
+        assert found == pytest.approx(known, rel=1e-9)
+
+
+def test_a_coarse_answer_has_few_harmonics_and_comes_near(solver):
+    """Here the fifth harmonic moves the peak by 0.8 %."""
+    coarse, fine = (solver.answer({}, fine).response.dataset for fine in (False, True))
+    assert int(coarse.attrs["harmonics"]) == 3
+    assert float(coarse["peak_frequency"][0, 0, 0]) == pytest.approx(float(fine["peak_frequency"][0, 0, 0]), rel=2e-2)
+
+
+def test_requests_that_a_newer_one_overtook_are_dropped(solver):
+    """Five requests wait while the first one is solved: only the newest is answered; another tab is not concerned."""
+    answered, dropped = [], []
+
+    def request(version):
+        solver.ask("one", version)
+        try:
+            solver.answer({"pull": 60.0 + version}, False, "one", version)
+            answered.append(version)
+        except OutdatedError:
+            dropped.append(version)
+
+    threads = [threading.Thread(target=request, args=(version,)) for version in range(1, 6)]
+    with solver.solving:
+        for thread in threads:
+            thread.start()
+        while solver.newest.get("one") != 5:
+            pass
+    for thread in threads:
+        thread.join()
+    assert (answered, sorted(dropped)) == ([5], [1, 2, 3, 4])
+    solver.ask("two", 1)
+    assert solver.answer({}, False, "two", 1).response.dataset.sizes["case"] == 1
+
+
+def test_a_curve_under_way_ends_when_it_is_overtaken(solver, monkeypatch):
+    """The progress report of the curve raises; nothing of it is kept."""
+    asked = []
+
+    def overtaken(tab, version):
+        asked.append(version)
+        if len(asked) > 2:
+            raise OutdatedError
+
+    monkeypatch.setattr(solver, "_refuse_outdated", overtaken)
+    with pytest.raises(OutdatedError):
+        solver.answer({"pull": 61.0}, True, "tab", 1)
+    assert not solver.known
+
+
+def test_an_older_number_does_not_become_the_newest(solver):
+    solver.ask("one", 7)
+    solver.ask("one", 3)
+    assert solver.newest["one"] == 7
+
+
+def test_a_wrong_value_gives_the_sentence_of_the_study(solver, tmp_path):
+    with pytest.raises(InputError) as expected:
+        job(STUDY.replace('"blade_and_wedge"', '"blade_and_wedge"\nparameters = { mu = -1.0 }'), tmp_path, "wedge")
+    with pytest.raises(InputError) as found:
+        solver.answer({"mu": -1.0}, True)
+    assert str(found.value) == str(expected.value)
+    assert "mu" in str(found.value)
+
+
+def test_the_saved_study_and_the_python_code_give_what_is_seen(solver, tmp_path):
+    values = {"pull": 75.0, "mu": 0.35, "force_level": 6.0}
+    shown = solver.answer(values, True).response.dataset
+    saved = job(solver.study(values), tmp_path, "saved").sweep
+    again = saved.forced_response().solve(0, lambda fraction: None)
+    names = {}
+    exec(python_of(solver, values).replace("print(response.peaks())", ""), names)
+    for peaks in (again["peak_frequency"], names["response"].dataset["peak_frequency"].values[0]):
+        np.testing.assert_allclose(peaks[0, 0], shown["peak_frequency"].values[0, 0, 0], rtol=1e-9)
+
+
+def test_code_for_a_study_without_a_rig_reads_the_saved_study(tmp_path, monkeypatch):
+    path = tmp_path / "mass.toml"
+    path.write_text("""
+[study]
+analysis = "forced_response"
+[structure]
+matrices = { M = [[1.0]], K = [[1.0]] }
+dofs = ["m.x"]
+[damping]
+modal = 0.01
+[[contact]]
+law = "macroslip"
+between = ["m.x", "ground"]
+kt = 1.0
+mu = 0.5
+normal_load = 1.0
+[[force]]
+direction = "m.x"
+amplitude = 1.0
+[sweep]
+frequency = [0.1, 0.3]
+outputs = ["m.x"]
+samples = 64
+""")
+    solver, values = Solver.of(path), {"kt": 0.8}
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "explored.toml").write_text(solver.study(values))
+    names = {}
+    exec(python_of(solver, values).replace("print(response.peaks())", ""), names)
+    shown = solver.answer(values, True).response.dataset
+    np.testing.assert_allclose(names["response"].dataset["peak_frequency"], shown["peak_frequency"], rtol=1e-9)
+
+
+def test_a_study_without_a_problem_is_refused(tmp_path):
+    path = tmp_path / "cycle.toml"
+    template = resources.files("stickslip.study.templates").joinpath("damper_cycle.toml").read_text(encoding="utf-8")
+    path.write_text(template)
+    with pytest.raises(InputError, match=r"with a \[sweep\]"):
+        Solver.of(path)

@@ -1,0 +1,59 @@
+"""Animations: pages without links, films that can be read back, a factor that is said."""
+
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import stickslip as ss
+from stickslip.checks import InputError
+
+
+@pytest.fixture(scope="module")
+def animation():
+    problem = ss.rigs.blade_and_wedge()
+    return ss.forced_response(problem, [320.0], 20.0, harmonics=3, samples=24).animate(0, 0)
+
+
+def test_magnification_is_a_round_number_that_is_said(animation):
+    factor = animation.magnification
+    assert f"{factor:g}"[0] in "125"
+    assert f"magnified {factor:g} times" in animation.note
+    largest = max(np.abs(body.motion[:, :2]).max() for body in animation.motion.bodies)
+    extent = np.ptp(animation.motion.bodies[0].corners, axis=0).max()
+    assert factor * largest < 0.2 * extent
+
+
+def test_frames_move_what_a_period_moves(animation):
+    """The dots lie on their loops, and the first frame is what is drawn without playing."""
+    figure = animation.to_plotly()
+    assert len(figure.frames) == animation.frames == 24
+    number, dot = [k for k, trace in enumerate(figure.data) if trace.xaxis == "x2"][:2]
+    loop = figure.data[number]
+    for k, frame in enumerate(figure.frames):
+        moved = frame.data[list(frame.traces).index(dot)]
+        assert (moved.x[0], moved.y[0]) == (loop.x[k], loop.y[k])
+
+
+def test_the_page_needs_nothing_else(animation):
+    page = animation.to_html()
+    assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=", page)
+    assert animation._repr_html_().startswith("<iframe")
+
+
+def test_a_film_has_all_frames_and_other_names_are_refused(animation, tmp_path):
+    with Image.open(animation.save(tmp_path / "x.gif")) as film:
+        assert film.n_frames == 24
+    with pytest.raises(InputError, match=r"must end in \.gif"):
+        animation.save(tmp_path / "x.avi")
+
+
+def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refused():
+    response = ss.forced_response(ss.rigs.single_mass(), [0.2], harmonics=3, samples=32)
+    animation = response.animate(0, 0)
+    assert animation.panels == ("loops",)
+    assert len(animation.description()["frames"]) == 32
+    free = ss.Problem(ss.Structure([[1.0]], [[1.0]], ("m.x",), C=[[0.1]]), (), (ss.Force("m.x", 1.0),), ("m.x",))
+    with pytest.raises(InputError, match="must have contacts"):
+        ss.forced_response(free, [0.2]).animate(0, 0)

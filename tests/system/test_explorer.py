@@ -1,0 +1,204 @@
+"""The explorer in a real browser: sliders, the newest answer, reference, wrong values, two tabs, reload, the end by Ctrl-C."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from urllib.parse import parse_qs, urlparse
+
+import pytest
+from system.browser import browser, program
+
+import stickslip as ss
+
+pytest.importorskip("dash")
+pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="no Chromium: see make verify-system")]
+
+STUDY = """
+[study]
+title = "Blade and wedge"
+analysis = "forced_response"
+[structure]
+rig = "blade_and_wedge"
+[sweep]
+frequency = [300.0, 370.0]
+force_levels = [10.0]
+harmonics = 5
+samples = 64
+"""
+
+
+@contextmanager
+def served(folder):
+    """The process of the explorer and its address."""
+    (folder / "wedge.toml").write_text(STUDY)
+    command = [sys.executable, "-m", "stickslip", "explore", str(folder / "wedge.toml"), "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        yield process, re.search(r"http://\S+", process.stdout.readline()).group()
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    with served(tmp_path_factory.mktemp("explorer")) as (_, found):
+        yield found
+
+
+FINE = "(document.documentElement?.dataset.version || '').endsWith('fine')"
+
+
+def opened(page, address, width=1280, height=1000):
+    page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+    page.call("Page.navigate", url="about:blank")
+    page.call("Page.navigate", url=address)
+    page.until(f"location.href !== 'about:blank' && {FINE} && document.querySelector('#curve .main-svg')", 180)
+
+
+def version(page):
+    return int(page.value("document.documentElement.dataset.version").split()[0])
+
+
+def press(page, slider, times, key="ArrowRight", code=39, pause=0.0):
+    """Move a slider by keys, and wait for the fine answer to its last value."""
+    before = version(page)
+    page.value(f"document.querySelectorAll('.slider input[type=range]')[{slider}].focus()")
+    for _ in range(times):
+        for kind in ("keyDown", "keyUp"):
+            page.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+        time.sleep(pause)
+    settled(page, before)
+
+
+def settled(page, before):
+    """The fine answer to the last request, after the pause that it waits for."""
+    page.until(f"parseInt(document.documentElement.dataset.version) > {before} && {FINE}", 60)
+    time.sleep(0.5)
+    page.until(FINE, 60)
+
+
+def put(page, number, value):
+    """Type a number."""
+    page.value(
+        f"(() => {{ const input = document.querySelectorAll('.slider input[type=number]')[{number}];"
+        "const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set;"
+        f"input.focus(); set.call(input, '{value}'); input.dispatchEvent(new Event('input', {{bubbles: true}}));"
+        "input.blur(); })()"
+    )
+
+
+def shown(page, name):
+    return page.value(f"document.getElementById('{name}').textContent")
+
+
+def pull_in_address(page):
+    return float(parse_qs(urlparse(page.value("location.href")).query)["pull"][0])
+
+
+def peak(**parameters):
+    response = ss.forced_response(ss.rigs.blade_and_wedge(**parameters), ss.Band(300.0, 370.0), 10.0, 5, 64)
+    return f"{float(response.dataset['peak_frequency'][0, 0, 0]):.6g} Hz"
+
+
+def test_a_slider_that_moves_shows_the_peak_of_forced_response(address):
+    with browser() as page:
+        opened(page, address)
+        assert shown(page, "peak-frequency") == peak()
+        press(page, 1, 25)
+        pull = pull_in_address(page)
+        assert pull > 60.0
+        assert shown(page, "peak-frequency") == peak(pull=pull)
+        traces = page.value("document.querySelector('#curve .js-plotly-plot').data.map(trace => trace.name).join()")
+        assert {"no contacts", "contacts stuck", "reference", "this study"} <= set(traces.split(","))
+        strangers = [line for line in page.log if not line.startswith("request to http://127.0.0.1:")]
+        assert strangers == []
+
+
+def test_a_click_shows_that_point_in_motion(address):
+    with browser() as page:
+        opened(page, address)
+        box = page.value(
+            "(() => { const g = document.querySelector('#curve .js-plotly-plot');"
+            "const t = g._fullData.find(t => t.name === 'this study');"
+            "const k = Math.floor(t.x.length / 3), l = g._fullLayout, r = g.getBoundingClientRect();"
+            "return [r.x + l.margin.l + l.xaxis.d2p(t.x[k]), r.y + l.margin.t + l.yaxis.d2p(t.y[k]), t.x[k]]; })()"
+        )
+        page.click(box[0], box[1])
+        page.until("document.querySelectorAll('#details .main-svg').length > 0", 60)
+        hertz = float(re.search(r"At ([\d.]+) Hz", shown(page, "details")).group(1))
+        assert hertz == pytest.approx(box[2], abs=2.0)
+        assert page.value("document.querySelector('#details .js-plotly-plot')._transitionData._frames.length") == 48
+
+
+def test_a_reload_shows_the_same_and_the_reference_stays(address):
+    with browser() as page:
+        opened(page, address)
+        press(page, 1, 10)
+        before = version(page)
+        page.value("document.getElementById('pin').click()")
+        settled(page, before)
+        assert shown(page, "peak-frequency-change").startswith("+0.000%")
+        press(page, 3, 20)
+        state = page.value("location.href")
+        seen = [shown(page, name) for name in ("peak-frequency", "peak-amplitude", "peak-frequency-change")]
+        assert "pinned.pull=" in state
+        opened(page, state)
+        settled(page, 0)
+        assert [shown(page, name) for name in ("peak-frequency", "peak-amplitude", "peak-frequency-change")] == seen
+
+
+def test_a_wrong_value_shows_the_sentence_of_run_and_the_curve_stays(address):
+    with browser() as page:
+        opened(page, address)
+        put(page, 3, -1)
+        page.until("document.getElementById('page').className === 'failed'", 30)
+        assert "mu must not be negative, but is -1.0" in shown(page, "message")
+        assert page.value("document.querySelector('#curve .js-plotly-plot').data.length") > 3
+        before = version(page)
+        put(page, 3, 0.4)
+        settled(page, before)
+        assert shown(page, "peak-frequency") == peak()
+
+
+def test_two_tabs_do_not_disturb_each_other(address):
+    with browser() as one, browser() as other:
+        opened(one, address)
+        opened(other, address)
+        press(one, 1, 15)
+        press(other, 1, 15, "ArrowLeft", 37)
+        for page in (one, other):
+            assert shown(page, "peak-frequency") == peak(pull=pull_in_address(page))
+        assert pull_in_address(one) > 60.0 > pull_in_address(other)
+
+
+def test_answers_are_never_out_of_order(address):
+    """Every answer that is shown is newer than the one before, while sixty values are asked for."""
+    with browser() as page:
+        opened(page, address)
+        page.value(
+            "window.seen = []; new MutationObserver(() => seen.push(parseInt(document.documentElement.dataset.version)))"
+            ".observe(document.documentElement, {attributes: true, attributeFilter: ['data-version']}) || 1"
+        )
+        press(page, 1, 60, pause=0.04)
+        seen = page.value("seen")
+        assert len(seen) > 2
+        assert seen == sorted(seen)
+        assert shown(page, "peak-frequency") == peak(pull=pull_in_address(page))
+
+
+@pytest.mark.parametrize("width", [800, 1280])
+def test_the_page_fits_its_width(address, width):
+    with browser() as page:
+        opened(page, address, width)
+        assert page.value("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_ctrl_c_ends_it(tmp_path):
+    with served(tmp_path) as (process, _):
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
