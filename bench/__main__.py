@@ -13,6 +13,7 @@ import environment
 import page
 from cases import CASES
 from channel import Side
+from explorer import explorer
 from growth import grow
 from headline import headline
 from page_comparison import table
@@ -39,7 +40,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python bench", description=__doc__)
     parser.add_argument(
         "--only",
-        choices=("headline", "limit", "growth", "startup", "memory", "blade", "scaling", "page"),
+        choices=("headline", "limit", "growth", "startup", "memory", "blade", "scaling", "explorer", "page"),
         help="one part; the rest stays",
     )
     return parser.parse_args()
@@ -65,6 +66,7 @@ def _measure(found: dict[str, Any], only: str | None) -> None:
         },
         "memory": lambda: _memory(found),
         "scaling": scaling,
+        "explorer": explorer,
     }
     for name, step in steps.items():
         if only in (None, name):

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,10 @@ MOVE = """
 
 
 def explorer() -> dict[str, Any]:
-    """Seconds of each move, to the first and to the fine curve, by study."""
+    """Seconds of each move, to the first and to the fine curve, by study, and the day."""
     sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
-    return {name: _moves(study, slider) for name, (study, slider) in STUDIES.items()}
+    studies = {name: _moves(study, slider) for name, (study, slider) in STUDIES.items()}
+    return {"date": date.today().isoformat(), "studies": studies}
 
 
 def _moves(study: str, slider: str) -> dict[str, Any]:
@@ -90,7 +92,8 @@ def _move(page: Any, slider: str, steps: int) -> list[float]:
 
 def table(found: dict[str, Any]) -> str:
     """The section of the page."""
-    rows = [f"| {name} | {_words(times['first'])} | {_words(times['fine'])} |" for name, times in found.items()]
+    day = date.fromisoformat(found["date"])
+    rows = [f"| {name} | {_words(times['first'])} | {_words(times['fine'])} |" for name, times in found["studies"].items()]
     return "\n".join(
         (
             "## A slider that moves",
@@ -98,6 +101,7 @@ def table(found: dict[str, Any]) -> str:
             f"`stickslip explore` in Chromium, {MOVES} moves of a slider, wall time in seconds from the move to the drawn curve:",
             "the first curve, of at most three harmonics and 64 samples, and that of the study, of five and 256, for which the",
             "slider has to rest for 0.25 s. Median and 95th percentile, kernels warm, server and browser on the same machine.",
+            f"Measured on {day.day} {day:%B %Y}.",
             "",
             "| study | first curve | curve of the study |",
             "| --- | --- | --- |",

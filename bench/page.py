@@ -6,6 +6,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import explorer
 import figures
 from page_comparison import accuracy, blade, headline, memory, startup
 from page_cost import growth, limit, scaling
@@ -27,6 +28,7 @@ def write(found: dict[str, Any], docs: Path) -> None:
     parts += [blade(found["blade"])] if "blade" in found else []
     parts += [memory(found["memory"])] if "memory" in found else []
     parts += [scaling(found["scaling"])] if "scaling" in found else []
+    parts += [explorer.table(found["explorer"])] if "explorer" in found else []
     parts += [(Path(__file__).parent / "findings.md").read_text(), METHOD]
     (docs / "benchmarks.md").write_text("\n\n".join(part.strip() for part in parts) + "\n")
 

@@ -106,12 +106,12 @@ def peak_place(response: ForcedResponse, output: int) -> int | None:
     return None if peak is None else peak.point
 
 
-def detail_figures(response: ForcedResponse, point: int, output: int, dark: bool) -> list[dict[str, Any]]:
+def detail_figures(response: ForcedResponse, point: int, output: int, dark: bool, narrow: bool) -> list[dict[str, Any]]:
     """Motion with loops and contact states, energy by contact and harmonics at a point."""
     dataset = response.dataset
     found = []
     if dataset.sizes["contact"]:
-        found.append(response.animate(0, point).to_plotly(dark=dark).to_dict())
+        found.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
     return [*found, _figure(_energy_and_harmonics(response, point, output), dark)]
 
 

@@ -281,7 +281,7 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
         if point is None:
             return html.P("The curve has no point to show.")
         hertz = float(response.dataset["frequency"].values[0, point])
-        figures = detail_figures(response, point, output, bool(wanted["dark"]))
+        figures = detail_figures(response, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
         return html.P(str(error))
     graphs = [dcc.Graph(figure=figure, config=CONFIG) for figure in figures]

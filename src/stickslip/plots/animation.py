@@ -305,14 +305,14 @@ class Animation:
         place = {"x": 0.0, "len": 1.0, "y": -0.13} if narrow else {"x": 0.52, "len": 0.48, "y": -0.2}
         return {"steps": steps, **place, "pad": {"t": 4}, "currentvalue": value, **look}
 
-    def to_plotly(self, *, dark: bool = False) -> Any:
-        """As a figure of plotly with frames: `.show()` or `.write_html(path)`."""
+    def to_plotly(self, *, dark: bool = False, narrow: bool = False) -> Any:
+        """As a figure of plotly with frames: `.show()` or `.write_html(path)`; narrow: panels below each other."""
         from plotly.graph_objects import Figure as Interactive
 
         found = self.description()
         title = {"text": f"<b>{escaped(self.title)}</b><br><sup>{escaped(self.note)}</sup>", "x": 0.01}
-        layout = found["wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
-        layout["margin"] = layout["margin"] | {"t": 100}
+        layout = found["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
+        layout["margin"] = layout["margin"] | {"t": 150 if narrow else 100}
         layout["height"] = layout["height"] + 84
         return Interactive(resolved({"data": found["data"], "layout": layout, "frames": found["frames"]}, dark))
 

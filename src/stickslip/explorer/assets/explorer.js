@@ -89,7 +89,8 @@
       if (dash.callback_context.triggered_id === "pin") pinned = named;
       keep(values, sliders, output, scale.length > 0);
       version += 1;
-      last = { values: named, pinned: { ...pinned }, output, log: scale.length > 0, version, tab, dark: dark.matches };
+      last = { values: named, pinned: { ...pinned }, output, log: scale.length > 0, version, tab, dark: dark.matches,
+        narrow: innerWidth < NARROW };
       moved = performance.now();
       clearTimeout(fine);
       send();
