@@ -30,8 +30,8 @@ def test_amplitude_at_222_hz_depends_on_the_start(ratio, amplitude):
 
 
 def test_first_peak_is_practically_unique():
-    """2.2730e-4 m at 162.98 Hz by SciPy from event to event, whatever the start ratio. The contacts land: codes in which they do so
-    at samples find it at 162.91 Hz with 256."""
+    """2.2730e-4 m at 162.98 Hz by SciPy from event to event, whatever the start ratio. Its contacts land: codes in which they
+    do so at samples find it at 162.91 Hz with 256."""
     found = []
     for ratio in (-1.0, 0.0, 1.0):
         peaks = response(ratio, hertz(145.0, 180.0)).peaks()
