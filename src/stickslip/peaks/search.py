@@ -128,7 +128,7 @@ class PeakSearch:
                     for turn in part.cubic.inner_extremes:
                         self._solve_inside(k, part.fraction(turn))
             if slopes[k] > 0.0 >= slopes[k + 1] or k in self.solved:
-                _gather(tops, [i for i in self._intervals(k, row, measure) if i.low.slope > 0.0 >= i.high.slope], dips)
+                _gather(tops, [i for i in self._intervals(k, row, measure) if _holds_a_top(i)], dips)
         searched = [self._highest(together, row, measure) for together in tops]
         found = [best for best, _ in searched if best is not None]
         places = [sample.place for sample in _prominent(found, dips)]
@@ -254,6 +254,15 @@ class PeakSearch:
         found = self._place(low.segment, fraction, point, condition, span)
         insort(self.solved[low.segment], found, key=lambda place: place.fraction)
         return found
+
+
+def _holds_a_top(interval: Interval) -> bool:
+    """Whether the amplitude has a maximum inside: it rises into the interval and falls out of it, or it rises at both ends (falls
+    at both ends) although the far end is the lower one, as at a corner in which Newton's method fails."""
+    low, high = interval.low, interval.high
+    if low.slope > 0.0:
+        return high.slope <= 0.0 or low.amplitude > high.amplitude
+    return high.slope < 0.0 and high.amplitude > low.amplitude
 
 
 def _between(low: SegmentPoint, high: SegmentPoint, found: Evaluation) -> bool:
