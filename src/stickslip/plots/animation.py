@@ -232,7 +232,7 @@ class Animation:
             low = 0.16 if name != "states" else 0.0
             k = count - 1 - self.panels.index(name) if name != "states" else 0
             height = 0.84 / count
-            return [0.0, 1.0], [0.0, 0.1] if name == "states" else [low + k * height + 0.05, low + (k + 1) * height]
+            return [0.0, 1.0], [0.0, 0.1] if name == "states" else [low + k * height + 0.08, low + (k + 1) * height]
         if name == "states":
             return [0.0, 1.0], [0.0, 0.14]
         k = self.panels.index(name)
