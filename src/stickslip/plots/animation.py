@@ -43,7 +43,7 @@ HUB, BLADE = 0.55, 0.45
 """Radius of the hub of a wheel and length of its blades, of a radius of 1."""
 BINS = 8
 """Colours of amplitudes in a wheel."""
-HEIGHT, PHONE_HEIGHT = 520, 900
+HEIGHT, PHONE_HEIGHT = 520, 980
 FILES = (".gif", ".mp4", ".webp")
 FPS = 20
 
@@ -216,8 +216,9 @@ class Animation:
 
     def _layout(self, narrow: bool) -> dict[str, Any]:
         layout: dict[str, Any] = BASE | {"height": PHONE_HEIGHT if narrow else HEIGHT, "font": {"color": "@text"}}
-        layout["margin"] = {"l": 60, "r": 20, "t": 16, "b": 190 if narrow else 120}
-        layout["legend"] = {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0}
+        layout["margin"] = {"l": 60, "r": 20, "t": 16, "b": 280 if narrow else 120}
+        if narrow:
+            layout["legend"] = {"orientation": "h", "y": -0.27, "yanchor": "top", "x": 0.0}
         for name in (*self.panels, "states"):
             axes = dict(zip(("x", "y"), self._domain(name, narrow), strict=True))
             own = self._axis(name)
@@ -232,11 +233,11 @@ class Animation:
             low = 0.16 if name != "states" else 0.0
             k = count - 1 - self.panels.index(name) if name != "states" else 0
             height = 0.84 / count
-            return [0.0, 1.0], [0.0, 0.1] if name == "states" else [low + k * height + 0.05, low + (k + 1) * height]
+            return [0.0, 1.0], [0.0, 0.1] if name == "states" else [low + k * height + 0.08, low + (k + 1) * height]
         if name == "states":
             return [0.0, 1.0], [0.0, 0.14]
         k = self.panels.index(name)
-        return [k / count + (0.06 if k else 0.0), (k + 1) / count - 0.02], [0.3, 1.0]
+        return [k / count + (0.09 if k else 0.0), (k + 1) / count - 0.02], [0.3, 1.0]
 
     def _look(self, name: str, key: str, own: dict[str, str]) -> dict[str, Any]:
         """An axis: its words, its range where motion would change it, its scale."""
@@ -312,8 +313,8 @@ class Animation:
         found = self.description()
         title = {"text": f"<b>{escaped(self.title)}</b><br><sup>{escaped(self.note)}</sup>", "x": 0.01}
         layout = found["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
-        layout["margin"] = layout["margin"] | {"t": 150 if narrow else 100}
-        layout["height"] = layout["height"] + 84
+        layout["margin"] = layout["margin"] | {"t": 70}
+        layout["height"] = layout["height"] + 54
         return Interactive(resolved({"data": found["data"], "layout": layout, "frames": found["frames"]}, dark))
 
     def to_html(self, *, dark: bool = False) -> str:
