@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import time
 from datetime import date
 from pathlib import Path
@@ -21,6 +22,7 @@ from scaling import scaling
 from startup import memory, startup
 
 ROOT = Path(__file__).parent.parent
+sys.path.append(str(ROOT))
 RESULTS = ROOT / "results" / "bench.json"
 STARTED_WITH = ("B1 F=1", "B2a", "B2b")
 BLADE_SECONDS = 90
@@ -34,6 +36,13 @@ def main() -> None:
         _measure(found, arguments.only)
     page.write(found, ROOT / "docs")
     print(table(found))
+
+
+def source_commit() -> str:
+    """The last commit of the sources; with a + when they differ from it."""
+    from tools.commits import commit
+
+    return commit("src")
 
 
 def _arguments() -> argparse.Namespace:
@@ -50,7 +59,7 @@ def _measure(found: dict[str, Any], only: str | None) -> None:
     environment.install_pyharm()
     stickslip, pyharm = environment.stickslip_side(), environment.pyharm_side()
     found["machine"] = environment.machine()
-    found["date"] = date.today().isoformat()
+    measured = found.setdefault("measured", {})
     found["versions"] = {side.name: side.start()["versions"] for side in (stickslip, pyharm)}
     steps = {
         "headline": lambda: headline(stickslip, pyharm, CASES),
@@ -72,6 +81,7 @@ def _measure(found: dict[str, Any], only: str | None) -> None:
         if only in (None, name):
             began = time.monotonic()
             found[name] = step()
+            measured[name] = f"on {date.today().isoformat()} at commit `{source_commit()}`"
             print(f"{name}: {time.monotonic() - began:.0f} s", flush=True)
             RESULTS.parent.mkdir(exist_ok=True)
             RESULTS.write_text(json.dumps(found, indent=1))

@@ -22,6 +22,7 @@ from stickslip import rigs
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.receptance import driven_states, frequency_gains, motion, receptance
+from stickslip.kernels.views import view
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.newton import correct
@@ -76,14 +77,14 @@ def _timed(balance: HarmonicBalance, point: CurvePoint) -> dict[str, float]:
 @njit
 def _sweeps(times, table, tables, w, omega, target, unknown, own, coupling, cross, by_omega):
     for _ in range(times):
-        contact_forces(table, tables, w, omega, target, unknown, own, coupling, cross, by_omega)
+        contact_forces(view(table), view(tables), w, omega, target, unknown, own, coupling, cross, by_omega)
 
 
 @njit
 def _motions(times, modes, forces, omega, level):
     total = 0.0
     for _ in range(times):
-        total += motion(modes, frequency_gains(modes, omega, (forces.shape[1] - 1) // 2), forces, omega, level)[0, 0]
+        total += motion(view(modes), frequency_gains(view(modes), omega, (forces.shape[1] - 1) // 2), forces, omega, level)[0, 0]
     return total
 
 
@@ -91,7 +92,7 @@ def _motions(times, modes, forces, omega, level):
 def _receptances(times, modes, gains, omega, active):
     total = 0.0
     for _ in range(times):
-        total += receptance(modes, driven_states(modes, gains, omega, active), active)[0, 0, 0, 0]
+        total += receptance(view(modes), driven_states(view(modes), gains, omega, active), active)[0, 0, 0, 0]
     return total
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import date
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,39 +11,79 @@ import figures
 from page_comparison import accuracy, blade, headline, memory, startup
 from page_cost import growth, limit, scaling
 
+PARTS: dict[str, Callable[[Any], str]] = {
+    "headline": lambda found: headline(found) + "\n\n" + accuracy(found),
+    "startup": startup,
+    "limit": limit,
+    "growth": growth,
+    "blade": blade,
+    "memory": memory,
+    "scaling": scaling,
+    "explorer": explorer.table,
+}
+"""The section of each part."""
+
+FIGURES = {"headline": ("benchmark_curves.svg", figures.curves), "growth": ("benchmark_growth.svg", figures.growth)}
+"""File and drawing of the parts that have one."""
+
+TITLES = (
+    "A sweep that is right",
+    "Before the first point",
+    "Near the limit",
+    "How cost grows",
+    "The single blade with two dampers",
+    "Peak memory",
+    "Many cases on several cores",
+    "A slider that moves",
+    "What was tried, and what is left",
+    "How it is measured",
+)
+"""Sections in their order."""
+
+MEASURED = "Measured"
+"""How the first sentence of a measured section begins."""
+
 
 def write(found: dict[str, Any], docs: Path) -> None:
-    """docs/benchmarks.md and its figures, from whatever has been measured."""
-    folder = docs / "figures"
+    """docs/benchmarks.md and its figures: the sections of what has been measured are replaced, the others stay as they are.
+
+    found: by part, its numbers, with "measured" (date and commit) of each in found["measured"].
+    """
+    page, folder = docs / "benchmarks.md", docs / "figures"
     folder.mkdir(exist_ok=True)
-    parts = [_opening(found)]
-    if "headline" in found:
-        figures.curves(found["headline"], folder / "benchmark_curves.svg")
-        parts += [headline(found["headline"]), accuracy(found["headline"])]
-    parts += [startup(found["startup"])] if "startup" in found else []
-    parts += [limit(found["limit"])] if "limit" in found else []
-    if "growth" in found:
-        figures.growth(found["growth"], folder / "benchmark_growth.svg")
-        parts.append(growth(found["growth"]))
-    parts += [blade(found["blade"])] if "blade" in found else []
-    parts += [memory(found["memory"])] if "memory" in found else []
-    parts += [scaling(found["scaling"])] if "scaling" in found else []
-    parts += [explorer.table(found["explorer"])] if "explorer" in found else []
-    parts += [(Path(__file__).parent / "findings.md").read_text(), METHOD]
-    (docs / "benchmarks.md").write_text("\n\n".join(part.strip() for part in parts) + "\n")
+    sections = _sections(page.read_text()) if page.exists() else {}
+    for part in [part for part in PARTS if part in found]:
+        if part in FIGURES:
+            name, draw = FIGURES[part]
+            draw(found[part], folder / name)
+        title, body = _section(PARTS[part](found[part]))
+        sections[title] = f"{MEASURED} {found['measured'][part]}.\n\n{body}"
+    sections |= dict(_section(text) for text in ((Path(__file__).parent / "findings.md").read_text(), METHOD))
+    texts = [f"## {title}\n\n{sections[title]}" for title in TITLES if title in sections]
+    page.write_text("\n\n".join([_opening(found).strip(), *texts]) + "\n")
+
+
+def _sections(page: str) -> dict[str, str]:
+    """The sections of a page by their titles; what stands before the first is not among them."""
+    return dict(_section(text) for text in ("\n" + page).split("\n## ")[1:])
+
+
+def _section(text: str) -> tuple[str, str]:
+    title, body = text.strip().removeprefix("## ").split("\n", 1)
+    return title.strip(), body.strip()
 
 
 def _opening(found: dict[str, Any]) -> str:
     machine, versions = found["machine"], found["versions"]
-    day = date.fromisoformat(found["date"])
     ours, theirs = versions["stickslip"], versions["pyHarm"]
     return f"""
 # Benchmarks
 
 `make bench` measures stickslip beside [pyHarm](https://gitlab.com/drti/pyharm), an open harmonic balance code, on the same
-problems in one run, and writes this page. All times are CPU times of one core, with one BLAS thread.
+problems in one run, and writes this page; `python bench --only startup` renews one section. Each says when it was measured, and
+with which commit. All times are CPU times of one core, with one BLAS thread.
 
-Measured on {day.day} {day:%B %Y} on a machine of {machine["cores"]} cores, processor {machine["processor"]}, {machine["system"]}.
+The latest on a machine of {machine["cores"]} cores, processor {machine["processor"]}, {machine["system"]}, with
 
 * stickslip {ours["stickslip"]}, {_versions(ours)}
 * pyHarm {theirs["pyHarm-os"]}, {_versions(theirs)}, JAX {theirs["jax"]}

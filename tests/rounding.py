@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import platform
+import signal
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -44,6 +45,8 @@ Haswell are those of AMD's Zen too.
 
 LOADED = """
 import numpy, scipy.linalg, threadpoolctl
+matrix = numpy.cos(numpy.arange(10_000.0)).reshape(100, 100)
+scipy.linalg.eigh(matrix @ matrix.T)
 print(sorted({library["architecture"] for library in threadpoolctl.threadpool_info() if library["internal_api"] == "openblas"}))
 """
 
@@ -53,9 +56,16 @@ def environment(name: str) -> dict[str, str]:
     return {**os.environ, "OPENBLAS_CORETYPE": name, **PROCESSORS[name]}
 
 
-def kernels(environment: dict[str, str]) -> str:
-    """The kernels that OpenBLAS takes in an environment, as it names them."""
-    return subprocess.run([sys.executable, "-c", LOADED], env=environment, capture_output=True, text=True, check=True).stdout
+def kernels(environment: dict[str, str]) -> str | None:
+    """The kernels that OpenBLAS takes in an environment, as it names them; None where this processor lacks their instructions.
+
+    OpenBLAS takes the kernels it is told to without asking the processor: they end in an illegal instruction.
+    """
+    ran = subprocess.run([sys.executable, "-c", LOADED], env=environment, capture_output=True, text=True, check=False)
+    if ran.returncode == -signal.SIGILL:
+        return None
+    ran.check_returncode()
+    return ran.stdout
 
 
 def other_processors() -> list[str]:
@@ -63,7 +73,7 @@ def other_processors() -> list[str]:
     if platform.machine() not in ("x86_64", "AMD64"):
         return []
     own = kernels({key: value for key, value in os.environ.items() if key != "OPENBLAS_CORETYPE"})
-    return [name for name in PROCESSORS if kernels(environment(name)) != own]
+    return [name for name in PROCESSORS if kernels(environment(name)) not in (own, None)]
 
 
 def passes(name: str, tests: Iterable[str], options: list[str]) -> bool:

@@ -22,6 +22,9 @@ SOURCE = Path(__file__).parents[1] / "src" / "stickslip"
 SHORT = 20
 """Lines of a function, without its docstring, that fit on a screen with room around them."""
 
+KERNELS = ("kernel", "inner", "inlined", "separate")
+"""Decorators of compiled functions."""
+
 CHAIN = ("MacroslipTable", "Macroslip", "Elements", "Contact", "ContactTable", "contact_forces", "friction_period")
 """What holds kt on its way from the study key to the kernel of the Jenkins element, in harmonic balance."""
 
@@ -102,7 +105,9 @@ def _is_number(node: ast.expr) -> bool:
 
 def is_kernel(function: Function) -> bool:
     """Whether a function is compiled."""
-    return any(isinstance(node, ast.Name) and node.id in ("kernel", "inlined") for node in function.decorator_list)
+    return any(
+        isinstance(node, ast.Name) and node.id in KERNELS for decorator in function.decorator_list for node in ast.walk(decorator)
+    )
 
 
 def modules(folder: Path) -> list[Module]:

@@ -38,7 +38,7 @@ HARMONICS = {
     3: ((543.5, 3.365), (526.8, 5.174)),
     7: ((543.4, 3.371), (529.7, 5.163)),
     11: ((543.2, 3.306), (531.4, 5.158)),
-    21: ((543.7, 3.300), (533.9, 5.148)),
+    21: ((543.6, 3.300), (533.9, 5.148)),
 }
 
 
@@ -95,7 +95,7 @@ def drawn_starts(rig: Problem) -> Iterator[Row]:
     """The highest peaks of twenty drawn start states."""
     for level, frequencies, amplitudes in (
         (20.0, (532.9, 548.1), (3.00, 4.33)),
-        (80.0, (507.6, 536.7), (4.98, 7.32)),
+        (80.0, (507.6, 536.7), (4.98, 7.31)),
     ):
         peaks = response_samples(rig, hertz(500.0, 580.0), level, 20).peaks()
         for word, index in (("lowest", 0), ("highest", 1)):

@@ -234,8 +234,10 @@ def rows() -> Iterator[Row]:
     yield at_most("not judged by time integration, share", sum(not one.judged for one in found) / count, 0.02, INDEPENDENT)
     undecided = [one for one in found if one.found.verdict == Stability.UNDECIDED]
     yield at_most("undecided, share of the points", len(undecided) / count, 0.02, INDEPENDENT)
-    farthest = max((abs(abs(one.found.leading) - 1.0) for one in undecided), default=0.0)
-    yield at_most("undecided: distance of the size from 1, largest", farthest, 1e-3, INDEPENDENT)
+    farthest = max((abs(abs(one.found.leading) - 1.0) for one in undecided if one.found.resolved), default=0.0)
+    yield at_most("undecided for its error: distance of the size from 1, largest", farthest, 1e-3, INDEPENDENT)
+    wrong = sum(not one.found.resolved for one in found)
+    yield at_most("undecided, multipliers contradict the Jacobian, share of the points", wrong / count, 0.02, INDEPENDENT)
     differences = [one.difference for one in found if np.isfinite(one.difference)]
     yield at_most("size of the largest multiplier against time, median difference", np.median(differences), 1e-3, INDEPENDENT)
     yield at_most("points with too few harmonics, left out, share", unresolved / (count + unresolved), 0.3, INDEPENDENT)

@@ -23,6 +23,7 @@ from .structure.rigid_body import PlanarBody as PlanarBody, RigidBody as RigidBo
 # Loads, outputs and the problem
 from .loads import BaseMotion as BaseMotion, Force as Force, Output as Output
 from .problem import Problem as Problem
+from .problem.speed import SpeedDependence as SpeedDependence
 
 # Contacts: laws, directions, start states, stiffness
 from .analyses.contact_stiffness import ContactStiffness as ContactStiffness, contact_stiffness as contact_stiffness
@@ -95,6 +96,8 @@ from .analyses.damping_by_nodal_diameter import (
     damping_by_nodal_diameter as damping_by_nodal_diameter,
 )
 from .analyses.speed.campbell import Campbell as Campbell, campbell as campbell
+from .analyses.speed.interference import InterferenceDiagram as InterferenceDiagram, interference_diagram as interference_diagram
+from .analyses.speed.speed_sweep import SpeedSweep as SpeedSweep, speed_sweep as speed_sweep
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
 from .disks.full import FullDisk as FullDisk
 from .disks.tuned import TunedDisk as TunedDisk

@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -246,3 +247,12 @@ def nearest(word: str, known: Iterable[str]) -> str:
         return meant
     listed = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
     return f"Known: {listed}." if names else "None is known."
+
+
+def existing(what: str, paths: Sequence[Path]) -> None:
+    """Refuse paths that are no files."""
+    for path in paths:
+        if path.is_dir():
+            raise fault(what, "must be a file", f"{path}, a folder", f"Name the files in it, such as {path}/*.csv.")
+    if missing := [str(path) for path in paths if not path.is_file()]:
+        raise fault(what, "must be a file that exists", ", ".join(missing))

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from stickslip.checks import Faults, InputError
+from stickslip.compilation import NOTICE
 
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
@@ -79,7 +80,11 @@ def progress(title: str) -> Iterator[Report]:
             def report(fraction: float, text: str) -> None:
                 bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
 
-            yield report
+            NOTICE.command_bar = bar
+            try:
+                yield report
+            finally:
+                NOTICE.command_bar = None
 
 
 def _in_compiler(frame: FrameType | None) -> bool:

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
+from stickslip.analyses import further_curves
 from stickslip.results.view import level_text
 
 TURN = 2.0 * np.pi
@@ -184,6 +185,18 @@ def test_a_motion_of_twice_the_period_is_there_in_time(one_sided):
     np.testing.assert_allclose(check.harmonic_amplitude, dataset.amplitude.values[0, point])
 
 
+def test_a_branch_of_twice_the_period_ends_where_its_motions_come_again(one_sided):
+    """It leads from one period doubling to the other; behind that its motions are the same, one period later."""
+    dataset = one_sided.branch(periods=2).dataset
+    assert str(dataset.case_message.values[0]).endswith("which joins the curve again.")
+    table, hertz = one_sided.branch_points(periods=2)["frequency"], dataset.frequency.values[0]
+    assert [hertz[0], hertz[-1]] == pytest.approx(sorted(table, key=lambda at: abs(at - hertz[0])), rel=2e-2)
+    half = dataset.response.values[0, :, 0, 1] @ [1.0, 1.0j]
+    turned = np.real(half[1:] * np.conj(half[:-1]))
+    assert np.all(turned[:-1] > 0.0)
+    assert turned[-1] < 0.0
+
+
 def periodic(omega, start, stiffness):
     """Displacement over two periods of the excitation, periodic, by Newton's method with SciPy."""
     times = np.linspace(0.0, 2.0 * TURN / omega, 257)
@@ -232,6 +245,31 @@ def test_a_curve_without_branch_points_says_so():
         response.branch(case=3)
     with pytest.raises(ss.InputError, match="problem"):
         response.with_curves(ss.forced_response(ss.rigs.single_mass(kt=2.0), ss.radians_per_second(0.5, 2.0)))
+
+
+@pytest.mark.parametrize("samples", [64, 512])
+def test_a_period_doubling_is_found_where_a_contact_opens_ever_later(samples):
+    """Two masses at a stop: a multiplier passes -1 where the end of the opening moves over many samples at once."""
+    K = np.array([[3.0, -1.0], [-1.0, 1.0]])
+    structure = ss.Structure(np.diag([1.0, 0.5]), K, ("1.x", "2.x"), C=0.004 * K)
+    stop = ss.Contact("stop", ss.Gap(10.0, gap=1.0), normal=ss.between("2.x", "ground"))
+    problem = ss.Problem(structure, (stop,), (ss.Force("2.x", 0.05),), ("2.x",))
+    response = ss.forced_response(problem, ss.radians_per_second(0.985, 1.0), harmonics=9, samples=samples)
+    dataset = response.with_stability().dataset
+    assert dataset.stability_change.values[0, 0] == 3
+    change = float(dataset.stability_change_frequency[0, 0])
+    assert response.branch_points(periods=2)["frequency"].tolist() == pytest.approx([change], rel=1e-4)
+    assert response.branch(periods=2)
+
+
+def test_a_curve_says_where_its_jacobian_jumps_between_samples(monkeypatch):
+    """Friction that changes between stick and slip at samples; at which of them rounding decides, so the places are given."""
+    response = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), harmonics=3, samples=64)
+    with pytest.raises(ss.InputError, match="regular all along it"):
+        response.branch()
+    monkeypatch.setattr(further_curves, "determinant_jumps", lambda balance, points: [1.0, 1.5])
+    with pytest.raises(ss.InputError, match=r"jumps over singularity near 0\.159155, 0\.238732 Hz.* 64 a period"):
+        response.branch()
 
 
 def test_motions_over_several_periods_of_sectors_are_refused():

@@ -85,7 +85,7 @@ def test_phase_resonance_of_a_slider_and_of_the_curves():
 def test_forced_responses_at_the_found_forces_return_the_amplitude():
     """A blade on a wedge that slips and lifts off: the first points of the way up, before anything folds."""
     problem, held = ss.rigs.blade_and_wedge(pull=60.0), 1000.0
-    found = ss.controlled_response(problem, [300.0, 315.0, 330.0, 345.0, 360.0], held, harmonics=5).dataset
+    found = ss.controlled_response(problem, [300.0, 310.0, 325.0, 345.0, 360.0], held, harmonics=5).dataset
     assert float(found["share_slip"].max()) > 0.2
     for k, frequency in enumerate(found["frequency"].values[0]):
         forced = ss.forced_response(problem, [frequency], float(found["force_level"][0, k]), harmonics=5).dataset

@@ -240,3 +240,16 @@ def test_wrong_tables_are_refused(tmp_path):
         done, _ = run(tmp_path / str(k), text.replace(old, new))
         assert done.exit_code != 0
         assert words in done.output
+
+
+def test_the_rest_of_a_sweep_outside_its_band_is_not_called_isolated():
+    """Between the folds of a Duffing oscillator: the sweep follows one arm, the peak of the mode lies on the other."""
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=0.1 * np.eye(1))
+    spring = ss.Contact("spring", ss.CubicSpring(0.5), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",))
+    mode = ss.nonlinear_modes(problem, 1, amplitude=(1e-2, 20.0), harmonics=5, samples=64)
+    whole = ss.forced_response(problem, ss.hertz(0.1, 0.7), harmonics=5, samples=64)
+    peak = float(whole.peaks().frequency[0])
+    narrow = ss.forced_response(problem, ss.hertz(peak + 0.02, 0.9 * peak), harmonics=5, samples=64).with_isolated(mode)
+    message = str(narrow.dataset.case_message.values[1])
+    assert message == "A curve that the sweep does not meet in this band, though it may in a wider one, which leaves the band."

@@ -1,13 +1,20 @@
-"""The estimate of what more harmonics would change at a highest peak, against solutions with more of them, and its warning."""
+"""Estimates of what more harmonics and samples would change at a highest peak, against solutions with more; warnings."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import stickslip as ss
 from stickslip.analyses import truncation
+from stickslip.analyses.sampling import broken_warning
+from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.truncation import truncation_warning
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.outcome import Outcome
 from stickslip.report.failures import warnings_of
 from stickslip.report.responses import sentences
+from stickslip.solve.truncation import resolved
 
 CASES = {
     "one mass": (ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 1.3, (1, 3, 5)),
@@ -81,3 +88,57 @@ def test_an_estimate_that_would_cost_a_curve_is_left_out(monkeypatch):
     assert float(fewer.truncation_error[0, 0]) != float(full.truncation_error[0, 0])
     assert np.isnan(float(none.truncation_error[0, 0]))
     assert str(none.case_message.values[0]) == "The frequency was solved."
+
+
+def mass_at_a_stop(ratio):
+    """A mass that meets a spring at a gap of 2; ratio: of its damping."""
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=2.0 * ratio * np.eye(1))
+    stop = ss.Contact("stop", ss.Gap(1.0, 2.0), normal=ss.between("1.x", "ground"))
+    return ss.Problem(structure, (stop,), (ss.Force("1.x", 1.0),), ("1.x",))
+
+
+def test_the_estimate_is_the_change_with_many_samples():
+    problem, band, level = CASES["one mass"][:3]
+    found = ss.forced_response(problem, band, level, harmonics=7, samples=64)
+    evaluation = SolvedPoints(found.dataset, problem).evaluation(0, found.peak_point())
+    balance = HarmonicBalance(problem, 7, 4096)
+    many = resolved(balance, evaluation).evaluation
+    before, after = (complex(*each.w[balance.rows, 1:3]) for each in (evaluation, many))
+    assert float(found.dataset.sampling_error[0, 0]) == pytest.approx(abs(after - before) / abs(before), rel=0.35)
+
+
+def test_too_few_samples_are_a_warning():
+    problem, band = ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0)
+    few, many = (ss.forced_response(problem, band, 2.0, harmonics=3, samples=samples).dataset for samples in (16, 1024))
+    off = abs(float(few.peak_amplitude[0, 0, 0] / many.peak_amplitude[0, 0, 0]) - 1.0)
+    assert off > 0.01
+    assert "More than 16 samples would change 1.x at its highest peak by about" in str(few.case_message.values[0])
+    assert float(many.sampling_error[0, 0]) < 0.004
+    assert "samples" not in str(many.case_message.values[0])
+
+
+def test_a_stop_needs_no_more_samples_at_light_damping():
+    """Normal forces have no error of sampling."""
+    problem, band = mass_at_a_stop(3e-3), ss.radians_per_second(0.9, 1.6)
+    few, many = (ss.forced_response(problem, band, 0.05, harmonics=7, samples=samples).dataset for samples in (32, 1024))
+    assert float(few.peak_amplitude[0, 0, 0]) == pytest.approx(float(many.peak_amplitude[0, 0, 0]), rel=1e-9)
+    assert float(few.sampling_error[0, 0]) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("outcome", "share", "advised"),
+    [
+        (Outcome.NOT_CONVERGED, 0.4, True),
+        (Outcome.NOT_CONVERGED, 0.0, False),
+        (Outcome.NOT_CONVERGED, 1.0, False),
+        (1, 0.4, False),
+    ],
+)
+def test_a_curve_that_breaks_off_where_contacts_open_advises_more_samples(outcome, share, advised):
+    shares = np.array([[[np.nan]], [[share]], [[np.nan]]])
+    contacts = ss.rigs.blade_and_wedge().contacts
+    found = broken_warning(contacts, 256, SimpleNamespace(outcome=outcome), shares)
+    assert ("1024" in found) == advised
+    for none in (shares[:1], shares[:0]):
+        assert broken_warning(contacts, 256, SimpleNamespace(outcome=outcome), none) == ""
+    assert broken_warning(mass_at_a_stop(0.02).contacts, 256, SimpleNamespace(outcome=outcome), shares) == ""

@@ -1,6 +1,10 @@
 """`stickslip contact-law`, the study it stands for, and what both refuse."""
 
 import re
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +75,8 @@ def test_the_command_and_its_study_agree(record, tmp_path):
         ((), "normal load of record.txt must be known"),
         (("--normal-load", "0.1"), "Is a unit wrong"),
         (("--normal-load", "-5"), "normal_load"),
+        (("--normal-load", "nan"), "normal_load must be finite"),
+        (("--normal-load", "100", "--unit", "force=N", "--unit", "force=kN"), "--unit must give force once"),
         (("--normal-load", "100", "--law", "coulomb"), "laws"),
         (("--normal-load", "100", "--column", "force"), "--column must be NAME=VALUE"),
         (("--normal-load", "100", "--column", "kraft=1"), "columns"),
@@ -82,7 +88,7 @@ def test_what_is_refused_leaves_nothing_behind(record, tmp_path, arguments, word
     shown = command("contact-law", record, *arguments, "--out", tmp_path / "out")
     assert shown.exit_code == console.WRONG_INPUT
     assert words in " ".join(shown.output.split())
-    assert not (tmp_path / "out" / "results.nc").exists()
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -90,3 +96,23 @@ def test_a_missing_file_is_named(tmp_path):
     assert shown.exit_code == console.WRONG_INPUT
     assert "no.txt" in shown.output
     assert not (tmp_path / "out").exists()
+
+
+def test_ctrl_c_while_many_files_are_read_and_fitted(tmp_path):
+    u, force = (np.tile(one, 5) for one in loop_of(np.ones(1), 20e6, 0.4, 100.0, 10e-6, 400))
+    files = [tmp_path / f"cycle_{k}.txt" for k in range(60)]
+    for k, path in enumerate(files):
+        generator = np.random.default_rng(k)
+        noisy = 1e6 * u + 0.05 * generator.standard_normal(u.size), force + 0.2 * generator.standard_normal(u.size)
+        np.savetxt(path, np.stack(noisy, axis=1), header="x [um] F [N]")
+    out = tmp_path / "out"
+    arguments = [sys.executable, "-m", "stickslip", "contact-law", *map(str, files), "--normal-load", "100", "--out", str(out)]
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not out.is_dir() and process.poll() is None:
+        time.sleep(0.002)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == console.INTERRUPTED, output + errors
+    assert errors.strip() == "Interrupted; no file is incomplete."
+    assert not [path for path in out.rglob("*") if path.is_file()]

@@ -1,13 +1,17 @@
 """`stickslip identify-response`: from measured curves to parameters in one command, and what it refuses."""
 
 import re
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import stickslip as ss
-from stickslip import console
+from stickslip import console, study
 from stickslip.cli import app
 
 FREQUENCIES = np.linspace(0.14, 0.24, 13)
@@ -74,14 +78,74 @@ def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monke
 
 def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):
     """Factors on what the study says; its band leaves out a point of each curve, which is said."""
-    study = tmp_path / "mass.toml"
-    study.write_text(MODEL)
+    path = tmp_path / "mass.toml"
+    path.write_text(MODEL)
     free = ("--free", "kt=0.2:5", "--free", "mu", "--free", "damping=0.1:10")
-    shown = command("identify-response", study, *curves, "--quantity", "displacement", *free, "--out", tmp_path / "out")
+    shown = command("identify-response", path, *curves, "--quantity", "displacement", *free, "--out", tmp_path / "out")
     assert shown.exit_code == 0, shown.output
     truth = {"kt": KT / 0.4, "mu": LIMIT / 2.0, "damping": DAMPING / 0.03}
     assert values(shown.output) == pytest.approx(truth, rel=1e-3)
     assert "3 of 39 points lie outside the band of [sweep] and are not used." in shown.output
+
+
+def test_bounds_of_a_factor_need_not_hold_one(curves, tmp_path):
+    """kt of the study is a tenth of the true one: the fit starts midway between the bounds."""
+    path = tmp_path / "mass.toml"
+    path.write_text(MODEL.replace("kt = 0.4", "kt = 0.05").replace("C = [[0.03]]", f"C = [[{DAMPING}]]"))
+    shown = command("identify-response", path, *curves, "--free", "kt=2:50", "--free", "mu=0.1:0.9", "--out", tmp_path / "out")
+    assert shown.exit_code == 0, shown.output
+    assert values(shown.output) == pytest.approx({"kt": KT / 0.05, "mu": LIMIT / 2.0}, rel=1e-3)
+    for wrong, words in (("kt=5:2", "kt must be [low, high], the lower end first"), ("kt=-2:5", "must be above 0")):
+        shown = command("identify-response", path, *curves, "--free", wrong, "--out", tmp_path / "wrong")
+        assert shown.exit_code == console.WRONG_INPUT
+        assert words in " ".join(shown.output.split())
+
+
+def test_frequency_response_functions(curves, tmp_path):
+    """Complex accelerances, one with titles that say all and one with none; the force levels are given."""
+    paths = []
+    for curve, force in zip(curves, (0.3, 1.0, 2.0), strict=True):
+        f, x, _, phase = np.loadtxt(curve, delimiter=";", skiprows=1).T
+        H = -((2.0 * np.pi * f) ** 2) * 1e-3 * x / force * np.exp(1j * np.radians(phase)) / 9.80665
+        paths.append(tmp_path / f"frf_{force:g}.txt")
+        head = "f [Hz]\tRe(H) [g/N]\tIm(H) [g/N]\n" if force != 2.0 else ""
+        paths[-1].write_text(
+            head + "\n".join(f"{a:.10g}\t{b.real:.10g}\t{b.imag:.10g}" for a, b in zip(f, H, strict=True)) + "\n"
+        )
+    free = ("--free", "kt=0.1:3", "--free", "limit=2:0.2:5", "--free", "damping")
+    shown = command("identify-response", "single_mass", *paths[:2], *free, "--force", "0.3,1", "--out", tmp_path / "titled")
+    assert shown.exit_code == 0, shown.output
+    assert values(shown.output) == pytest.approx({"kt": KT, "limit": LIMIT, "damping": DAMPING}, rel=1e-3)
+    columns = [word for one in ("frequency=1", "real=2", "imaginary=3") for word in ("--column", one)]
+    about = (*columns, "--unit", "real=g/N", "--force", "2", "--out", tmp_path / "named")
+    shown = command("identify-response", "single_mass", paths[2], "--free", "kt=0.1:3", "--set", f"damping={DAMPING}", *about)
+    assert shown.exit_code == 0, shown.output
+    assert values(shown.output) == pytest.approx({"kt": KT}, rel=1e-3)
+    shown = command("identify-response", "single_mass", *paths[:2], *free, "--force", "1,2,3", "--out", tmp_path / "wrong")
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "force must be one, or one for each of 2 files" in " ".join(shown.output.split())
+
+
+def test_very_long_curves_are_thinned(tmp_path):
+    """Each point is solved in every evaluation: 400 000 of them would take hours."""
+    rows = "".join(f"{80 + 1e-4 * k:.6f},1,1\n" for k in range(20_001))
+    (tmp_path / "swept.csv").write_text("frequency [Hz],displacement [m],force [N]\n" + rows)
+    (tmp_path / "study.toml").write_text(
+        '[study]\nanalysis = "response_identification"\n[structure]\nrig = "single_mass"\n[sweep]\nfrequency = [81.0, 90.0]\n'
+        '[response_identification]\nfiles = ["swept.csv"]\nrig = { kt = [0.5, 0.1, 1.0] }\n'
+    )
+    work = study.read(tmp_path / "study.toml").plan.works[""]
+    assert np.size(work.tests[0].frequency) == 910
+    assert "910 of 10001 points of swept are used, one in 11: most_points says other." in work.remarks
+    assert "10000 of 20001 points lie outside the band of [sweep] and are not used." in work.remarks
+
+
+def test_a_band_without_points_is_refused(curves, tmp_path):
+    path = tmp_path / "mass.toml"
+    path.write_text(MODEL.replace("[0.145, 0.25]", "[145.0, 250.0]"))
+    shown = command("identify-response", path, curves[0], "--free", "kt", "--out", tmp_path / "out")
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "in the band of [sweep], 145 to 250 Hz, must be three at least" in " ".join(shown.output.split())
 
 
 def test_settings_of_each_curve_and_a_curve_named_twice(curves, tmp_path):
@@ -106,6 +170,10 @@ def test_settings_of_each_curve_and_a_curve_named_twice(curves, tmp_path):
         ("single_mass", ("--free", "kt", "--setting", "limit=1,2"), "must have 3 values, one for each curve"),
         ("single_mass", ("--free", "kt", "--setting", "kt=1,2,3"), "settings must not name what is free"),
         ("single_mass", ("--free", "kt", "--setting", "kz=1,2,3"), "settings must name some of"),
+        ("single_mass", ("--free", "kt", "--free", "kt=1:2"), "--free must give each parameter once"),
+        ("single_mass", ("--free", "kt", "--each-test", "kt"), "each_test must leave out one that all tests have in common"),
+        ("single_mass", ("--free", "kt", "--unit", "phase=rad", "--unit", "phase=deg"), "--unit must give phase once"),
+        ("single_mass", ("--free", "kt", "--error", "nan"), "error must be finite"),
         ("single_mass", ("--free", "kt", "--start-states", "worn"), "start_states"),
         ("single_mass", ("--free", "kt", "--quantity", "velocity"), "must name amplitude"),
     ],
@@ -114,4 +182,51 @@ def test_what_is_refused_leaves_nothing_behind(curves, tmp_path, problem, option
     shown = command("identify-response", problem, *curves, *options, "--out", tmp_path / "out")
     assert shown.exit_code == console.WRONG_INPUT
     assert words in " ".join(shown.output.split())
-    assert not (tmp_path / "out" / "results.nc").exists()
+    assert not (tmp_path / "out").exists()
+
+
+# Ctrl-C at a moment that no processor's speed decides: as the first finished case is about to be kept, or once it is.
+INTERRUPTED_AT_THE_FIRST_CASE = """
+import os, runpy, signal, sys
+from stickslip.runs.checkpoint import CheckpointFolder
+
+moment = sys.argv.pop(1)
+save = CheckpointFolder.save
+
+
+def interrupted(self, name, arrays):
+    if moment == "kept":
+        save(self, name, arrays)
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+CheckpointFolder.save = interrupted
+runpy.run_module("stickslip", run_name="__main__", alter_sys=True)
+"""
+
+
+def interrupted(moment, *arguments):
+    """Messages of a command that gets Ctrl-C as its first case is `finished`, or `kept`."""
+    call = [sys.executable, "-c", INTERRUPTED_AT_THE_FIRST_CASE, moment, *map(str, arguments)]
+    process = subprocess.run(call, capture_output=True, text=True, check=False, timeout=300)
+    assert process.returncode == console.INTERRUPTED, process.stdout + process.stderr
+    assert "Traceback" not in process.stdout + process.stderr
+    return process.stderr.strip()
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_what_is_finished(curves, tmp_path):
+    """During the fit there is nothing to keep; afterwards the fit is kept, and the tests left out go on from it."""
+    free = ("--free", "kt=0.1:3", "--free", "limit=0.2:5", "--free", "damping", "--leave-one-out")
+    arguments = ("identify-response", "single_mass", *curves, *free)
+    assert interrupted("finished", *arguments, "--out", tmp_path / "early") == "Interrupted; no file is incomplete."
+    folder = tmp_path / "late"
+    errors = interrupted("kept", *arguments, "--out", folder)
+    assert errors.startswith(f"Kept 1 completed curve in {folder / 'unfinished'}")
+    assert errors.endswith("Interrupted; no file is incomplete.")
+    resumed = command(*arguments, "--out", folder, "--resume")
+    assert resumed.exit_code == 0, resumed.output
+    assert "Resuming from" in resumed.output
+    assert "left out and predicted by the others" in resumed.output
+    whole = command(*arguments, "--out", tmp_path / "whole")
+    assert values(resumed.output) == values(whole.output)

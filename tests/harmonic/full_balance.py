@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from laws.marching import Motion, harmonics_of, sampled, steady_traction
+from laws.quadrature import normal_harmonics
 from laws.samples import Element
 
 from stickslip.contact.point import Contact
@@ -73,16 +74,17 @@ def elements_of(contact: Contact) -> list[Element]:
 
 
 def marched_forces(problem: Problem, w: np.ndarray, samples: int) -> np.ndarray:
-    """Contact forces (rows, 2H+1) for motion w (rows, 2H+1) by marching every element in plain Python."""
-    forces = []
+    """Contact forces (rows, 2H+1) for motion w (rows, 2H+1): friction by marching every element in plain Python, normal forces by
+    quadrature."""
+    forces, harmonics = [], (w.shape[1] - 1) // 2
     for contact, signals in _signals(problem, sampled(w, samples)):
         elements = elements_of(contact)
         for u, start in zip(signals.tangential, contact.starts, strict=True):
             shares = [steady_traction(e, u, signals.normal, start, k, len(elements)) for k, e in enumerate(elements)]
-            forces.append(np.sum(shares, axis=0))
+            forces.append(harmonics_of(np.sum(shares, axis=0), harmonics))
         if contact.normal is not None:
-            forces.append(np.sum([e.normal(signals.normal) for e in elements], axis=0))
-    return harmonics_of(np.array(forces), (w.shape[1] - 1) // 2)
+            forces.append(sum(normal_harmonics(e, w[len(forces)]) for e in elements))
+    return np.array(forces)
 
 
 def _signals(problem: Problem, signals: np.ndarray) -> list[tuple[Contact, Motion]]:
@@ -119,7 +121,7 @@ def unknowns_by_theory(problem: Problem, w: np.ndarray, samples: int) -> int:
 
 
 def balance_residual(balance: HarmonicBalance, point: Point, held: Sequence[int] = ()) -> float:
-    """Largest |M q̈ + C q̇ + K q + Bᵀ F(B q) − p| per harmonic relative to the load, F marched in plain Python; of all
+    """Largest |M q̈ + C q̇ + K q + Bᵀ F(B q) − p| per harmonic relative to the load, F in plain Python; of all
     harmonics, or of those given."""
     problem, omega = balance.problem, point.omega
     samples = balance.tables.E.shape[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from laws.marching import Motion, sampled
 from laws.samples import Sample
@@ -11,9 +12,10 @@ from laws.samples import Sample
 from stickslip.contact.point import Contact, between
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
-from stickslip.harmonic.contact_forces import contact_forces
+from stickslip.harmonic.contact_forces import compile_contact_forces, contact_forces
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
+from stickslip.kernels.views import view
 
 DIRECTIONS = ("x", "y", "z")
 
@@ -54,8 +56,15 @@ def evaluated(contact: Contact, w: np.ndarray, samples: int, omega: float = OMEG
         np.zeros((rows, columns)),
     )
     tables, blocks = fourier((columns - 1) // 2, samples), (found.own, found.normal, found.cross, found.by_omega)
-    contact_forces(contact_table([contact]), tables, w, omega, found.target, found.unknown, *blocks)
+    table = contact_table([contact])
+    compile_contact_forces(table)
+    _fill(table, tables, w, omega, found.target, found.unknown, *blocks)
     return found
+
+
+@numba.njit
+def _fill(table, tables, w, omega, target, unknown, own, normal, cross, by_omega):
+    contact_forces(view(table), view(tables), w, omega, target, unknown, own, normal, cross, by_omega)
 
 
 def answer(sample: Sample, start: Start, w: np.ndarray, samples: int, omega: float = OMEGA) -> Answer:

@@ -143,7 +143,9 @@ BAD = {
     "no column": (table(), {"columns": {"force": "Kraft"}}, "must be one of its titles.*Kraft"),
     "column 9": (table(), {"columns": {"force": 9}}, "must be a number from 1 to 3"),
     "quantity": (table(), {"units": {"kraft": "N"}}, "must name time, displacement, force, normal"),
-    "no numbers": ("nothing\nhere\n", {}, "must hold at least two columns of numbers"),
+    "no numbers": ("nothing\nhere\n", {}, "two rows of numbers or more, .* but is '2 lines without two such rows in turn'"),
+    "one row": (HEAD + "0,1,2\n", {}, "two rows of numbers or more"),
+    "empty": ("", {}, "but is 'empty'"),
     "motion": (rows(1e8 * U, FORCE), {}, "between 0.5 um and 0.5 mm.*units="),
 }
 
@@ -165,6 +167,27 @@ def test_bad_matlab_files(tmp_path):
         ss.read_contact_records(tmp_path / "b.mat", normal_load=N)
     with pytest.raises(InputError, match="must be a file that exists"):
         ss.read_contact_records(tmp_path / "c.mat", normal_load=N)
+    with pytest.raises(InputError, match=r"a folder'\. Name the files in it"):
+        ss.read_contact_records(tmp_path, normal_load=N)
+    io.savemat(tmp_path / "d.mat", {"hyst": np.stack([U, FORCE], axis=1)})
+    (tmp_path / "d.mat").write_bytes((tmp_path / "d.mat").read_bytes()[:3000])
+    with pytest.raises(InputError, match=r"d.mat must be a sound MATLAB file"):
+        ss.read_contact_records(tmp_path / "d.mat", normal_load=N)
+    (tmp_path / "e.txt").write_bytes(bytes(range(1, 256)) * 40)
+    with pytest.raises(InputError, match=r"e.txt must hold two rows of numbers"):
+        ss.read_contact_records(tmp_path / "e.txt", normal_load=N)
+
+
+def test_a_unit_against_that_of_the_file_is_taken_and_said(tmp_path):
+    (tmp_path / "a.txt").write_text("u [um],F [N]\n" + rows(1e6 * U, 1e-3 * FORCE))
+    (record,) = ss.read_contact_records(tmp_path / "a.txt", normal_load=N, units={"force": "kN", "displacement": "µm"})
+    assert np.ptp(record.force) == pytest.approx(np.ptp(FORCE))
+    assert record.notes == ("The unit of force in a.txt is taken for kN, as given, though the file says N.",)
+
+
+def test_a_record_twice_is_said():
+    record = ss.ContactRecord(U, FORCE, N, name="a.txt")
+    assert "a.txt and a.txt hold the same samples, which count twice: leave one out." in contact_cycles([record, record]).notes
 
 
 def test_a_load_beside_its_column_is_compared(tmp_path):
@@ -245,3 +268,37 @@ def test_the_displacement_chooses_the_harmonics():
     trapezoid = AMPLITUDE * np.clip(3.0 * np.sin(2.0 * np.pi * place), -1.0, 1.0)
     clean = trapezoid + 1e-4 * AMPLITUDE * np.random.default_rng(0).standard_normal(u.size)
     assert contact_cycles(ss.ContactRecord(clean, force, N)).harmonics >= 60
+
+
+def test_a_column_is_named_by_its_title_as_it_stands_in_the_file(tmp_path):
+    path = tmp_path / "record.csv"
+    path.write_text("Weg A [um],Weg B [um],Weg B [mm],Kraft [N]\n" + rows(0 * U, 1e6 * U, 0 * U + 1.0, FORCE))
+    for title in ("Weg B [um]", " Weg B [um]", 2):
+        (found,) = ss.read_contact_records(path, N, {"displacement": title, "force": "Kraft [N]"})
+        np.testing.assert_allclose(found.displacement, U, rtol=1e-6, atol=1e-12)
+    with pytest.raises(InputError, match="must be one of its titles"):
+        ss.read_contact_records(path, N, {"displacement": "Weg B [nm]", "force": "Kraft"})
+
+
+def test_a_loop_that_does_not_close_is_left_out():
+    """One file a cycle, the first with the stroke of the virgin contact: from 0 to -mu N at the first reversal and so on."""
+    u, force = loop_of(np.ones(1), KT, MU, N, AMPLITUDE, 400)
+    turn = int(np.argmin(u))
+    u, force = np.roll(u, -turn), np.roll(force, -turn)
+    virgin = np.minimum(KT * (u - u[0]), MU * N)
+    virgin[int(np.argmax(u)) :] = force[int(np.argmax(u)) :]
+    noise = np.random.default_rng(0).standard_normal((2, 3, 400))
+    forces = [virgin + 0.5 * noise[1, 0], force + 0.5 * noise[1, 1], force + 0.5 * noise[1, 2]]
+    records = [
+        ss.ContactRecord(u + 0.1e-6 * moved, carried, N, name=f"cycle {number}", number=number)
+        for number, moved, carried in zip((100, 200, 300), noise[0], forces, strict=True)
+    ]
+    cycles = contact_cycles(records)
+    assert cycles.numbers.tolist() == [200, 300]
+    (note,) = cycles.notes
+    assert "Left out: cycle 100 (" in note
+    assert "its force does not close" in note
+    found = ss.contact_law(records, laws=["jenkins", "iwan"])
+    assert found.kt == pytest.approx(KT, rel=0.02)
+    assert not any("changes" in warning for warning in found.warnings)
+    assert contact_cycles(records[1:]).notes == ()

@@ -36,8 +36,22 @@ def test_refused(tmp_path):
         ss.read_measured_response(written(tmp_path, "f,a\n80,1\n81,2\n82,1\n"))
     with pytest.raises(ss.InputError, match=r"The unit of force in level_2\.csv must be one of"):
         ss.read_measured_response(written(tmp_path, "f [Hz],a [m/s2],force [lbf]\n80,1,1\n81,2,1\n82,1,1\n"))
-    with pytest.raises(ss.InputError, match="amplitude must be positive"):
+    with pytest.raises(ss.InputError, match=r"acceleration in level_2\.csv must be finite and positive, but is '-2 in row 2"):
         ss.read_measured_response(written(tmp_path, "f [Hz],a [m/s2],force [N]\n80,1,1\n81,-2,1\n82,1,1\n"))
+
+
+def test_rows_that_are_no_numbers_are_named(tmp_path):
+    rows = "".join(f"{80 + k},{'nan' if k in (41, 70) else 1 + k},1,-90\n" for k in range(100))
+    with pytest.raises(
+        ss.InputError, match=r"but is 'nan in row 42 of the numbers and so in 1 more'\. Correct these rows"
+    ) as raised:
+        ss.read_measured_response(written(tmp_path, "f [Hz],a [m/s2],force [N],phase [deg]\n" + rows))
+    assert len(str(raised.value)) < 200
+
+
+def test_a_title_twice_is_refused(tmp_path):
+    with pytest.raises(ss.InputError, match="must name frequency once"):
+        ss.read_measured_response(written(tmp_path, "f [Hz],f [Hz],a [m/s2],force [N]\n80,80,1,1\n81,81,2,1\n82,82,1,1\n"))
 
 
 def test_the_column_of_the_quantity_is_taken_in_a_unit_of_it(tmp_path):
@@ -52,9 +66,11 @@ def test_the_column_of_the_quantity_is_taken_in_a_unit_of_it(tmp_path):
     assert ss.read_measured_response(only).amplitude[1] == pytest.approx(2e-6)
     with pytest.raises(ss.InputError, match="must name amplitude"):
         ss.read_measured_response(only, quantity="velocity")
-    titled = written(tmp_path, "frequency [Hz], amplitude [mm], force [N]\n80, 1, 1\n81, 2, 1\n82, 1, 1\n")
     with pytest.raises(ss.InputError, match=r"unit of acceleration in .* must be one of m/s2"):
-        ss.read_measured_response(titled)
+        ss.read_measured_response(only.with_name("level_2.csv"), quantity="acceleration", columns={"amplitude": 2})
+    titled = written(tmp_path, "frequency [Hz], amplitude [mm], force [N]\n80, 1, 1\n81, 2, 1\n82, 1, 1\n")
+    assert ss.read_measured_response(titled).quantity == "displacement"
+    assert ss.read_measured_response(titled).amplitude[1] == pytest.approx(2e-3)
 
 
 def test_meganewtons_are_no_millinewtons(tmp_path):
@@ -62,3 +78,106 @@ def test_meganewtons_are_no_millinewtons(tmp_path):
     for unit, factor in (("MN", 1e6), ("mN", 1e-3), ("kn", 1e3)):
         path = written(tmp_path, f"frequency [Hz], acceleration [m/s2], force [{unit}]\n{rows}")
         assert ss.read_measured_response(path).force[0] == pytest.approx(factor)
+
+
+RECEPTANCE = np.array([2e-3 - 1e-4j, 3e-4 - 4e-3j, -1e-3 - 1e-3j])
+"""m/N at 80, 81 and 82 Hz."""
+FREQUENCY = np.array([80.0, 81.0, 82.0])
+
+
+def rows(*columns):
+    return "".join(",".join(f"{value:.17g}" for value in row) + "\n" for row in np.stack([FREQUENCY, *columns], axis=1))
+
+
+@pytest.mark.parametrize(
+    ("titles", "factor", "order"),
+    [
+        ("Frequency [Hz],Re(H) [m/N],Im(H) [m/N]", 1.0, 0),
+        ("freq_Hz,Real [mm/N],Imag [mm/N]", 1e3, 0),
+        ("f,H_real [um/mN],H_imag [um/mN]", 1e3, 0),
+        ("f [Hz],Receptance real,Receptance imag", 1.0, 0),
+        ("f [Hz],Re(H) [(m/s)/N],Im(H)", 1.0, 1),
+        ("f [Hz],real part [(m/s^2)/N],imaginary part [(m/s^2)/N]", 1.0, 2),
+        ("f [Hz],Accelerance Re [g/N],Accelerance Im [g/N]", 1.0 / 9.80665, 2),
+        ("f [Hz],Re (m/(N s^2)),Im (m/(N s^2))", 1.0, 2),
+    ],
+)
+def test_complex_responses_per_force(tmp_path, titles, factor, order):
+    """All are one receptance, at 3 N; a first row at 0 Hz, as analysers write it, is left out."""
+    shown = factor * (2j * np.pi * FREQUENCY) ** order * RECEPTANCE
+    path = written(tmp_path, titles + "\n0,0,0\n" + rows(shown.real, shown.imag))
+    test = ss.read_measured_response(path, force=3.0)
+    assert test.quantity == ("displacement", "velocity", "acceleration")[order]
+    assert test.frequency == pytest.approx(FREQUENCY)
+    assert test.per_force == pytest.approx((2.0 * np.pi * FREQUENCY) ** order * RECEPTANCE)
+    assert test.amplitude == pytest.approx(3.0 * np.abs(test.per_force))
+    assert "1 row at 0 Hz left out" in " ".join(test.notes)
+    with pytest.raises(ss.InputError, match=r"must name force, .* force=2\.0 \(--force 2\.0\)"):
+        ss.read_measured_response(path)
+
+
+@pytest.mark.parametrize(
+    ("title", "factor"),
+    [
+        ("Phase [deg]", 180.0 / np.pi),
+        ("phase_rad", 1.0),
+        ("arg(H)", 1.0),
+        ("Angle (°)", 180.0 / np.pi),
+        ("phase lag [deg]", -180.0 / np.pi),
+    ],
+)
+def test_sizes_and_phases_per_force(tmp_path, title, factor):
+    """Of an accelerance the phase is its own, which a note says; of a plain acceleration it is the displacement's."""
+    accelerance = -((2.0 * np.pi * FREQUENCY) ** 2) * RECEPTANCE
+    text = rows(np.abs(accelerance) / 9.80665, factor * np.angle(accelerance))
+    path = written(tmp_path, f"Frequency [Hz],|H| [g/N],{title}\n" + text)
+    test = ss.read_measured_response(path, force=3.0)
+    assert test.per_force == pytest.approx(-accelerance)
+    assert "taken for that of the acceleration" in " ".join(test.notes)
+    assert ss.read_measured_response(path, force=3.0, phase_of="displacement").per_force == pytest.approx(accelerance)
+    plain = written(tmp_path, f"Frequency [Hz],acceleration [g],{title.replace('(H)', '')}\n" + text)
+    assert ss.read_measured_response(plain, force=1.0).per_force == pytest.approx(accelerance)
+    assert ss.read_measured_response(plain, force=1.0, phase_of="quantity").per_force == pytest.approx(-accelerance)
+
+
+def test_columns_and_units_that_the_file_does_not_name(tmp_path):
+    path = written(tmp_path, rows(1e3 * RECEPTANCE.real, 1e3 * RECEPTANCE.imag, np.full(3, 2e-3)))
+    columns = {"frequency": 1, "real": 2, "imaginary": 3, "force": 4}
+    test = ss.read_measured_response(path, columns=columns, units={"real": "mm/N", "force": "kN"})
+    assert test.per_force == pytest.approx(RECEPTANCE)
+    assert test.force == pytest.approx([2.0, 2.0, 2.0])
+    path = written(tmp_path, "f [Hz],Re(H) [m/N],Im(H) [m/N]\n" + rows(1e3 * RECEPTANCE.real, 1e3 * RECEPTANCE.imag))
+    test = ss.read_measured_response(path, units={"real": "mm/N"}, force=1.0)
+    assert test.per_force == pytest.approx(RECEPTANCE)
+    assert "taken for mm/N, as given, though the file says m/N" in " ".join(test.notes)
+
+
+@pytest.mark.parametrize(
+    ("titles", "about", "words"),
+    [
+        ("f [Hz],real,imag", {}, "unit of the real part in level_2.csv must be stated"),
+        ("f [Hz],real [m/N],disp [m]", {}, "must name imaginary"),
+        ("f [Hz],Re(H) [m/N],Im(H) [mm/N]", {}, "must be equal, but is 'm/N and mm/N'"),
+        ("f [Hz],Accelerance [g],phase [rad]", {}, "must be per force, as the title says"),
+        ("f [Hz],Re(H1),Re(H2)", {}, "must name real once"),
+        ("f [Hz],H [lbf/in],phase [rad]", {}, "must be one of m, mm"),
+        ("f [Hz],a [m/s2],force [N]", {}, "force of level_2.csv must be given once"),
+        ("f [Hz],a [m/s2],phase", {}, "unit of phase in level_2.csv must be stated, but is 'missing, with values to 8'"),
+        ("f [Hz],a [m/s2],b", {"columns": {"amplitude": 7}}, "must be a number from 1 to 3"),
+        ("f [Hz],a [m/s2],b", {"columns": {"phrase": 3}}, "columns must name real, imaginary, phase"),
+        ("f [Hz],a [m/s2],b", {"units": {"phase": "deg"}}, "units must be of columns of level_2.csv"),
+        ("f [Hz],a [m/s2],b", {"phase_of": "force"}, "phase_of must be"),
+    ],
+)
+def test_what_the_titles_leave_open_is_refused(tmp_path, titles, about, words):
+    with pytest.raises(ss.InputError) as raised:
+        ss.read_measured_response(written(tmp_path, titles + "\n" + rows([6.0, 7.0, 8.0], [6.0, 7.0, 8.0])), force=1.0, **about)
+    assert words in str(raised.value)
+
+
+def test_a_complex_response_from_matlab(tmp_path):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "frf.mat", {"f_Hz": np.arange(80.0, 90.0), "H": np.linspace(1.0, 2.0, 10) * (1.0 - 1.0j)})
+    test = ss.read_measured_response(tmp_path / "frf.mat", force=2.0, units={"real": "mm/N"})
+    assert test.per_force == pytest.approx(1e-3 * np.linspace(1.0, 2.0, 10) * (1.0 - 1.0j))

@@ -57,6 +57,7 @@ LESS = {
     "performance_curve": {"points": "6", "harmonics": "1", "samples": "64"},
     "response_bounds": {"points": "3", "cloud": "4", "starts": "1", "harmonics": "3", "samples": "64"},
     "response_identification": {"harmonics": "1", "leave_one_out": "false"},
+    "speed_sweep": {"speed": "[6500.0, 7200.0]", "engine_orders": "[3]", "harmonics": "1", "samples": "64"},
     "response_samples": {"points": "3", "count": "3", "harmonics": "3", "samples": "64"},
     "sensitivity_indices": {"draws": "8", "harmonics": "1", "samples": "64", "kn": None, "preload": None, "slider_offset": None},
     "steady_cycles": {"steps": "200", "count": "3"},

@@ -64,6 +64,12 @@ def modes(data):
     yield data["peak_force_level"].values[0], 1e6 * data["peak_amplitude"].values[0, :, 0]
 
 
+def speed_sweep(data):
+    solved = data["outcome"].values[0, 0] == 1
+    yield data["speed"].values[0, 0][solved], 1e6 * data["amplitude"].values[0, 0][solved, 0]
+    yield data["peak_speed"].values[0, :, 0, 0], data["peak_frequency"].values[0, :, 0, 0]
+
+
 def limit_cycles(data):
     heights = data["amplitude"].values[0, ..., 0]
     there = np.isfinite(heights)
@@ -124,6 +130,7 @@ SHOWN = {
     "response_samples": samples,
     "nonlinear_modes": modes,
     **dict.fromkeys(("flutter", "limit_cycles"), limit_cycles),
+    "speed_sweep": speed_sweep,
     "performance_curve": performance,
     "performance_band": performance_band,
     "damper_design": design,

@@ -15,7 +15,8 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("checks", "outcome", "files", "kernels", "renamed"),
+    ("checks", "compilation", "machine", "outcome", "files", "renamed"),
+    ("kernels",),
     ("units",),
     ("structure", "contact", "loads"),
     ("dampers", "models", "interfaces"),
@@ -57,6 +58,7 @@ SAYS_WHERE_TO_BEGIN = (
 RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs", "explorer"}
 LOADED_LATE = {
+    "rich",
     "dash",
     "flask",
     "werkzeug",

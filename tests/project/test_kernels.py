@@ -1,11 +1,22 @@
-"""Kernels are compiled once on a machine, and a warning says that it takes time."""
+"""Kernels are compiled once on a machine, and a warning says that it takes time; what they pass on by address is safe."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
-from stickslip import kernels
+import numba
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.kernels import compiled, separate
+from stickslip.kernels.cache import FOLDERS
+from stickslip.kernels.views import view, view_of
+from stickslip.rigs import single_mass
 
 COMPILES = """
 import numpy as np
@@ -38,6 +49,77 @@ def test_kernels_of_another_processor_stand_beside_those_of_this_one(tmp_path):
 
 def test_a_change_of_any_kernel_compiles_anew():
     """The digest that names the cache covers every folder with kernels: numba does not notice a change in another file."""
-    package = Path(kernels.__file__).parent
-    folders = {path.parent.relative_to(package).as_posix() for path in package.rglob("*.py") if "\n@kernel" in path.read_text()}
-    assert folders == set(kernels._FOLDERS)
+    package = Path(stickslip.__file__).parent
+    made = re.compile(r"^@(kernel|inner|inlined|separate)\b", re.MULTILINE)
+    folders = {path.parent.relative_to(package).as_posix() for path in package.rglob("*.py") if made.search(path.read_text())}
+    assert folders == set(FOLDERS)
+
+
+class Inner(NamedTuple):
+    factor: float
+    values: np.ndarray
+
+
+class Outer(NamedTuple):
+    count: int
+    inner: Inner
+
+
+EXAMPLE = Outer(2, Inner(3.0, np.array([1.0, 10.0])))
+
+
+def weighted_signature():
+    return numba.float64(view_of(EXAMPLE), numba.float64)
+
+
+@separate(weighted_signature)
+def weighted(outer, more):
+    return outer.count * outer.inner.factor * outer.inner.values[1] + more
+
+
+@separate(weighted_signature)
+def never_compiled(outer, more):
+    return more
+
+
+@numba.njit
+def called(outer, more):
+    return weighted(view(outer), more)
+
+
+@numba.njit
+def called_before_it_is_compiled(outer, more):
+    return never_compiled(view(outer), more)
+
+
+@numba.njit
+def called_with_other_types(outer):
+    return weighted(view(outer), "more")
+
+
+def test_a_kernel_compiled_by_itself_sees_the_tuple_of_its_caller():
+    compiled(weighted)
+    assert called(EXAMPLE, 0.5) == 2 * 3.0 * 10.0 + 0.5
+    assert called(Outer(1, Inner(1.0, np.array([0.0, 7.0]))), 0.0) == 7.0
+
+
+def test_a_kernel_that_is_not_compiled_or_called_with_other_types_says_so():
+    with pytest.raises(RuntimeError, match="never_compiled is not compiled"):
+        called_before_it_is_compiled(EXAMPLE, 0.5)
+    with pytest.raises(numba.TypingError, match="weighted takes"):
+        called_with_other_types(EXAMPLE)
+
+
+def arrays_in(value):
+    if isinstance(value, np.ndarray):
+        yield value
+    for each in value if isinstance(value, tuple) else ():
+        yield from arrays_in(each)
+
+
+def test_results_own_what_they_hold():
+    """Arrays read through a view belong to the caller's tuple, and nothing keeps them alive; a result must hold none of them."""
+    balance = HarmonicBalance(single_mass(), 3, 64)
+    found = list(arrays_in(balance.evaluate(Point(np.zeros((1, 7)), 1.1, 1.0)).state))
+    assert len(found) > 3
+    assert all(array.flags.owndata or array.base is not None for array in found)

@@ -118,6 +118,14 @@ def limit_cycles() -> xr.Dataset:
     return repeated(ss.limit_cycles(ss.rigs.single_mass(), -0.05, amplitude=(0.9, 3.0), harmonics=1, samples=64).dataset)
 
 
+def speed_sweep() -> xr.Dataset:
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), 0.1 * np.eye(1))
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.3, mu=0.5, normal_load=1.0), tangential=(ss.between("1.x", "ground"),))
+    speed = ss.SpeedDependence(2, 0.5 * np.eye(1))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",), speed=speed)
+    return repeated(ss.speed_sweep(problem, (3.0, 9.0), [1, 2], harmonics=1, samples=64).dataset)
+
+
 OF_MANY = {
     "ForcedResponse": levels,
     "ResponseSamples": percentiles,
@@ -128,6 +136,7 @@ OF_MANY = {
     "PerformanceCurve": performance,
     "NonlinearModes": modes,
     "LimitCycles": limit_cycles,
+    "SpeedSweep": speed_sweep,
     "Identification": identification,
     "ContactLaw": contact_law,
     "SteadyCycles": rounds,
@@ -136,6 +145,7 @@ OF_MANY = {
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
+    "InterferenceDiagram",
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior"}
@@ -172,6 +182,19 @@ def test_forty_cases_fit_a_page(kind):
     result.figures = named
     for figure in {*named} - NOT_DRAWN:
         assert_fits_a_page(result.plot(figure))
+
+
+PARTS_ALONE = {"ResponseIdentification", "Identification", "ContactLaw", "SteadyCycles", "DamperEvolution"}
+"""Of these only what figures read is made up."""
+
+
+@pytest.mark.parametrize("kind", sorted({*OF_MANY} - PARTS_ALONE))
+def test_every_result_prints(kind):
+    data = OF_MANY[kind]()
+    result = type(kind, (Result,), {"dataset": data}, figure="")()
+    lines = str(result).splitlines()
+    assert 2 <= len(lines) <= 2 * MANY + 2
+    assert not any(re.search(r"\bnan\b", line) for line in lines)
 
 
 @pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])

@@ -3,6 +3,7 @@
 import base64
 import pkgutil
 import re
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -11,6 +12,10 @@ from matplotlib import use
 
 import stickslip as ss
 from stickslip import analyses
+from stickslip.report.conclusions import headline, level_sentence
+from stickslip.report.failures import warnings_of
+from stickslip.report.nonlinear_modes import PRESENTATION
+from stickslip.report.numbers import number
 from stickslip.results.result import Result
 
 
@@ -87,7 +92,74 @@ def test_results_of_python_print_the_sentences_of_their_report():
         assert words in repr(result).lower()
 
 
+def test_a_result_prints_what_failed(response):
+    """Curves that did not reach the end of their band, of which the complete ones say nothing."""
+    assert "failed" not in str(response)
+    message = "The curve closed on itself. It got to 214 Hz."
+    held = ss.controlled_response(ss.rigs.three_mass_wedge(), ss.hertz(210, 230), [1e-6], harmonics=1, samples=64)
+    for result, name in ((response, "force 0.5"), (held, "1e-06 m/s²")):
+        assert "failed" not in str(result)
+        dataset = result.dataset.copy()
+        dataset["case_outcome"] = dataset["case_outcome"].copy(data=[2, *dataset["case_outcome"].values[1:]])
+        messages = np.array([message, *dataset["case_message"].values[1:]], dtype=object)
+        dataset["case_message"] = dataset["case_message"].copy(data=messages)
+        assert f"failed: {name}: {message}" in str(replace(result, dataset=dataset))
+        assert message in replace(result, dataset=dataset)._repr_html_()
+
+
+def test_a_curve_that_is_higher_at_its_end_than_at_its_peak_says_so():
+    """A hardening mass with an absorber: one resonance inside the band, and a higher one beyond it."""
+    m, k, c = 0.06, 0.055, 0.008
+    K, C = (np.array([[one, -two], [-two, two]]) for one, two in ((1.0 + k, k), (0.001 + c, c)))
+    structure = ss.Structure(np.diag([1.0, m]), K, ("1.x", "2.x"), C=C)
+    spring = ss.Contact("spring", ss.CubicSpring(1.2), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",))
+    found = ss.forced_response(problem, ss.radians_per_second(0.7, 2.0), [0.05, 0.1], harmonics=3, samples=64)
+    dataset = found.dataset
+    peak, end = float(dataset.peak_amplitude[1, 0, 0]), float(dataset.amplitude[1, :, 0].max())
+    assert end > 2.0 * peak
+    line = next(line for line in str(found).splitlines() if line.startswith("  force 0.1"))
+    assert line.endswith(f"higher at an end of the curve, {float(dataset.frequency[1].max()):.6g} Hz: {end:.6g} m")
+    assert "higher at" not in next(line for line in str(found).splitlines() if line.startswith("  force 0.05"))
+    (warning,) = (one for one in warnings_of(dataset) if "larger at an end of its curve" in one)
+    assert warning.startswith("0.1 N: 1.x")
+    assert f"It is larger, {number(end)} m, at an end of the curve" in level_sentence(dataset, 1).replace("\u00a0", " ")
+    best = headline(dataset).replace("\u00a0", " ")
+    assert best == f"Of the 2 force levels, 0.1 N has the lowest largest response per force: {number(end / 0.1)} m/N."
+
+
+def test_of_many_failures_the_first_are_printed(response):
+    dataset = response.dataset.isel(case=[0] * 9).copy()
+    dataset["case_outcome"] = dataset["case_outcome"].copy(data=np.full(9, 2))
+    lines = str(replace(response, dataset=dataset)).splitlines()
+    assert sum(line.startswith("failed: force") for line in lines) == 5
+    assert lines[-1] == "failed: 4 more; the report has them"
+
+
 def _loop(amplitude):
     turn = 2.0 * np.pi * np.arange(200) / 200
     u = amplitude * np.cos(turn)
     return u, ss.hysteresis_loop(ss.Macroslip(kt=1e6, mu=0.5, normal_load=5.0), u).force
+
+
+def test_a_structure_that_stuck_contacts_do_not_stiffen_is_compared_with_itself_once():
+    structure = ss.Structure(np.diag([1.0, 1.0]), np.array([[2.0, -1.0], [-1.0, 2.0]]), ("1.x", "2.x"), C=0.05 * np.eye(2))
+    spring = ss.Contact("spring", ss.CubicSpring(0.5), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (spring,), (ss.Force("1.x", 1.0),), ("1.x",))
+    found = ss.forced_response(problem, ss.radians_per_second(0.5, 2.5), 0.05, harmonics=1, samples=64).dataset
+    sentence = level_sentence(found, 0)
+    assert "without contacts" in sentence
+    assert "stuck" not in sentence
+
+
+def test_modes_print_the_peaks_of_their_force_levels_first():
+    modes = ss.nonlinear_modes(ss.rigs.single_mass(), amplitude=(0.9, 3.0), harmonics=1, samples=64).dataset
+    levels = np.array([0.1, 0.2])
+    about = {"level_frequency": [0.2, 0.19], "level_amplitude": [1.5, np.nan]}
+    data = modes.assign({name: (("case", "force_level"), [values]) for name, values in about.items()})
+    data = data.assign_coords(force_level=levels)
+    lines = PRESENTATION.sentences(data)
+    assert sum(line.startswith("  force ") for line in lines) == 1
+    assert "force 0.1: " in lines[1]
+    assert "1.5 m, 0.2 Hz" in lines[1]
+    assert list(PRESENTATION.tables(data)) == ["peaks of force levels", "nonlinear modes"]

@@ -195,7 +195,7 @@ def test_a_lost_scheduler_and_ctrl_c_end_a_run_that_goes_on_elsewhere(cluster, t
     before = kept(tmp_path)
     assert process.returncode == console.FAILED, errors
     assert f"the scheduler at {own.address} has gone" in errors
-    assert f"{before} completed curves are kept" in errors
+    assert f"Kept {before} completed curves" in errors
     assert "Traceback" not in errors
     process = a_run(tmp_path, cluster.address)
     os.killpg(process.pid, signal.SIGINT)

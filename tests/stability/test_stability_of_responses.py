@@ -1,5 +1,7 @@
 """Stability in a result: flags, changes, peaks, figures and sentences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,7 +11,10 @@ import stickslip as ss
 from stickslip import rigs
 from stickslip.cli import app
 from stickslip.plots.response_curves import response_curves
+from stickslip.report.conclusions import headline
+from stickslip.report.failures import warnings_of
 from stickslip.report.responses import sentences, tables
+from stickslip.stability.multipliers import Stability
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +36,23 @@ def test_stability_changes_at_the_folds_of_a_duffing_oscillator(duffing):
     assert dataset.stability_change.attrs["flag_meanings"].split()[1] == "fold"
 
 
+def test_changes_over_two_periods_are_at_frequencies_of_the_excitation():
+    """The folds of motions of twice the period, and of a motion that repeats after one and is expanded over two."""
+    structure = ss.Structure(np.eye(1), 0.3 * np.eye(1), ("1.x",), C=0.08 * np.eye(1))
+    spring = ss.Contact("spring", ss.CubicSpring(1.0), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (spring,), (ss.Force("1.x", 1.2, static=0.6),), ("1.x",), "Duffing")
+    band = ss.radians_per_second(0.85, 1.3)
+    one, two = (ss.forced_response(problem, band, harmonics=9, periods=periods) for periods in (1, 2))
+    branch = one.branch(periods=2).with_stability().dataset
+    frequency = branch.frequency.values[0]
+    turns = frequency[np.flatnonzero(np.diff(np.sign(np.diff(frequency)))) + 1]
+    folds = branch.stability_change_frequency.values[0, branch.stability_change.values[0] == 1]
+    assert folds.size > 2
+    assert [np.abs(turns / fold - 1.0).min() for fold in folds] == pytest.approx(np.zeros(folds.size), abs=2e-3)
+    changes = [each.with_stability().dataset.stability_change_frequency.values[0] for each in (one, two)]
+    assert changes[1] == pytest.approx(changes[0], rel=1e-5)
+
+
 def test_the_size_of_the_multiplier_says_what_the_flag_says(duffing):
     dataset = duffing.dataset
     size = np.hypot(*dataset.multiplier.values[0].T)
@@ -41,6 +63,16 @@ def test_the_size_of_the_multiplier_says_what_the_flag_says(duffing):
 def test_peaks_say_whether_they_are_stable(duffing):
     assert duffing.peaks()["stability"].iloc[0] == "stable"
     assert tables(duffing.dataset)["peaks"]["stability"].iloc[0] == "stable"
+
+
+def test_an_unstable_peak_is_said_in_print_and_report(duffing):
+    dataset = duffing.dataset.copy()
+    assert "unstable" not in str(duffing).split("stability")[0]
+    assert "unstable" not in headline(dataset) + " ".join(warnings_of(dataset))
+    dataset["stability"] = dataset["stability"].copy(data=np.full_like(dataset["stability"].values, 2))
+    assert str(replace(duffing, dataset=dataset)).splitlines()[2].endswith(", unstable")
+    assert headline(dataset).endswith("This motion is unstable.")
+    assert any("is an unstable motion" in warning for warning in warnings_of(dataset))
 
 
 def test_unstable_parts_are_dashed_and_belong_to_the_curve(duffing):
@@ -110,3 +142,40 @@ harmonics = 3
     assert "points stable" in done.output
     (kept,) = (tmp_path / "out").rglob("*.nc")
     assert set(np.unique(xr.load_dataset(kept, engine="h5netcdf").stability.values)) <= {0, 1}
+
+
+def lightly_damped(ratio, level, harmonics):
+    """A mass that meets a stop; stability, and whether the curve goes back in frequency, away from its turns."""
+    structure = ss.Structure([[1.0]], [[1.0]], ("1.x",), C=[[2.0 * ratio]])
+    stop = ss.Contact("stop", ss.Gap(3.0, gap=1.0), normal=ss.between("1.x", "ground"))
+    problem = ss.Problem(structure, (stop,), (ss.Force("1.x", 1.0),), ("1.x",))
+    found = ss.forced_response(problem, ss.radians_per_second(0.9, 1.9), level, harmonics=harmonics, samples=256)
+    found = found.with_stability()
+    solved = found.dataset.outcome.values[0] == ss.Outcome.CONVERGED
+    back = np.gradient(found.dataset.frequency.values[0][solved]) < 0.0
+    inside = np.ones(back.size, dtype=bool)
+    for turn in np.flatnonzero(np.diff(back)):
+        inside[max(turn - 1, 0) : turn + 3] = False
+    return found, found.dataset.stability.values[0][solved][inside], back[inside]
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 1e-5, 1e-6])
+def test_stability_is_decided_however_light_the_damping(ratio):
+    """Unstable where the curve goes back in frequency, stable on both sides."""
+    _, stability, back = lightly_damped(ratio, 0.5 * ratio, 9)
+    assert not back.any()
+    assert np.all(stability == Stability.STABLE)
+    _, stability, back = lightly_damped(ratio, 10.0 * ratio, 40)
+    assert back.any()
+    decided = stability != Stability.UNDECIDED
+    assert np.mean(decided) > 0.9
+    np.testing.assert_array_equal(stability[decided] == Stability.UNSTABLE, back[decided])
+
+
+def test_multipliers_that_contradict_the_jacobian_are_no_verdict():
+    """With few harmonics the motion is not periodic enough for the multipliers of light damping."""
+    found, stability, back = lightly_damped(1e-5, 1e-4, 5)
+    assert np.any(stability[back] == Stability.UNDECIDED)
+    assert not np.any(stability[back] == Stability.STABLE)
+    assert not np.any(stability[~back] == Stability.UNSTABLE)
+    assert "contradict the Jacobian of the balance: take more harmonics" in str(found)

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
+import stickslip as ss
+from stickslip import machine
 from stickslip.structure import factor, pardiso, superlu
 from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.factor import Factor, Singular
@@ -68,7 +70,7 @@ def test_progress_names_the_solver(chosen, free):
     messages = []
     kept = {f"{row}.q": row for row in (*free.numbers[0], *free.numbers[3], *free.numbers[-1])}
     held = craig_bampton(free.M, free.K, kept, 5, lambda share, text: messages.append(text))
-    assert any(text.endswith(f"rows by {chosen}") for text in messages)
+    assert any(text.startswith("factorising") and f"by {chosen}" in text for text in messages)
     np.testing.assert_allclose(held.frequencies, fixed_frequencies(free, list(kept.values()))[:5], rtol=1e-8)
 
 
@@ -119,3 +121,18 @@ def test_a_library_that_does_not_load_is_replaced_with_one_sentence(monkeypatch,
         pardiso.usable.cache_clear()
     (record,) = caplog.records
     assert "MKL does not load (mkl_rt not found). SuperLU takes its place" in record.getMessage()
+
+
+@needs_mkl
+def test_the_memory_of_a_factor_is_said_before_it_is_made(free, monkeypatch):
+    """The analysis knows it: what is said is what the factor then takes, and what the machine has not is refused."""
+    monkeypatch.setattr(factor, "LARGE", 1)
+    said = []
+    held = free.K + sparse.csc_array(1e-3 * free.M * free.K.diagonal().max() / free.M.diagonal().max())
+    found = Factor(held, said.append)
+    (sentence,) = said
+    assert sentence.startswith(f"factorising the stiffness of {held.shape[0]} rows by MKL PARDISO, ")
+    assert float(sentence.rpartition(", ")[2].removesuffix(" GiB")) == pytest.approx(found.megabytes / 1024.0, rel=0.3)
+    monkeypatch.setattr(machine, "memory", lambda: 1000)
+    with pytest.raises(ss.InputError, match=r"must fit into .* the machine's memory, but is .* coarser mesh"):
+        Factor(held)

@@ -5,6 +5,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
+import stickslip as ss
 from stickslip.checks import Faults, InputError
 from stickslip.study import job, read
 
@@ -182,6 +183,18 @@ def test_a_body_that_a_contact_alone_holds_is_no_stiff_contact(tmp_path):
     held = job(text, tmp_path, "held by its contact")
     assert np.isposinf(held.sweep.problem.stiffness_ratios).all()
     assert held.notes == ()
+
+
+def test_a_structure_of_negative_stiffness_that_its_contact_holds_is_computed():
+    """K = -0.5 N/m with a slider of 1 N/m that sticks: a mass on 0.5 N/m."""
+    contact = ss.Contact("slider", ss.Macroslip(1.0, 0.3, normal_load=1.0), (ss.between("1.x", "ground"),))
+    structure = ss.Structure(np.eye(1), -0.5 * np.eye(1), ("1.x",), C=0.02 * np.eye(1))
+    problem = ss.Problem(structure, (contact,), (ss.Force("1.x", 1e-3),), ("1.x",))
+    assert np.isposinf(problem.stiffness_ratios).all()
+    assert not problem.warnings
+    dataset = ss.forced_response(problem, ss.radians_per_second(0.5, 0.9), harmonics=1, samples=64).dataset
+    omega = 2.0 * np.pi * dataset.frequency.values[0]
+    np.testing.assert_allclose(dataset.amplitude.values[0, :, 0], 1e-3 / np.abs(0.5 - omega**2 + 0.02j * omega), rtol=1e-6)
 
 
 def test_large_friction_of_contacts_that_may_lift_off(tmp_path):

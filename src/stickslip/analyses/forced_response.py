@@ -26,13 +26,13 @@ from stickslip.analyses.nodal_diameters import with_disk
 from stickslip.analyses.peaks_of_another import peaks_of_another
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
-from stickslip.analyses.sampling import sampling_warning
+from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
-from stickslip.analyses.truncation import TRUNCATION_ERROR, truncation_errors, truncation_warning
+from stickslip.analyses.truncation import SAMPLING_ERROR, TRUNCATION_ERROR, discretisation_errors, truncation_warning
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
 from stickslip.curves.curve import Curve, solve_curve
@@ -212,9 +212,10 @@ class ForcedResponse(
         is estimated; `float("inf")` for all.
 
         The dataset gains `stability` (case, point): stable, unstable or undecided, `multiplier` (case, point, part), the
-        largest, `multiplier_error`, `stuck_sliders`, `peak_stability` (case, peak, output), and `stability_change` with its
-        frequency (case, change): fold, branch_point, period_doubling or neimark_sacker. Of a tuned disk all sectors are
-        disturbed, each by itself; `stuck_sliders` are those of all of them.
+        largest, `multiplier_error`, `multiplier_resolved` (0 where it contradicts the Jacobian of the balance: take more
+        harmonics), `stuck_sliders`, `peak_stability` (case, peak, output), and `stability_change` with its frequency (case,
+        change): fold, branch_point, period_doubling or neimark_sacker. Of a tuned disk all sectors are disturbed, each by
+        itself; `stuck_sliders` are those of all of them.
         Source: Hsu, J. Appl. Mech. 39 (1972) 551-559, for the period map; the treatment of contacts is ours.
         """
         return replace(self, dataset=with_stability(self.dataset, self.problem, highest))
@@ -448,9 +449,16 @@ class ForcedResponseWork(OneBalance):
             curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
-        errors = truncation_errors(self.balance, curve)
-        warnings = truncation_warning(self.harmonics, self.problem.output_names, errors), sampling_warning(self.balance, curve)
-        return arrays | {"truncation_error": errors, "case_message": np.array(" ".join(filter(None, (curve.message, *warnings))))}
+        by_harmonics, by_samples = discretisation_errors(self.balance, curve)
+        names = self.problem.output_names
+        warnings = (
+            truncation_warning(self.harmonics, names, by_harmonics),
+            sampling_warning(self.balance, curve)
+            or samples_warning(self.samples, names, by_samples)
+            or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
+        )
+        message = np.array(" ".join(filter(None, (curve.message, *warnings))))
+        return arrays | {"truncation_error": by_harmonics, "sampling_error": by_samples, "case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
@@ -469,8 +477,9 @@ class ForcedResponseWork(OneBalance):
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
-        errors = [curve.get("truncation_error", np.full(dataset.sizes["output"], np.nan)) for curve in curves]
-        dataset["truncation_error"] = ("case", "output"), np.array(errors), TRUNCATION_ERROR
+        for name, attributes in (("truncation_error", TRUNCATION_ERROR), ("sampling_error", SAMPLING_ERROR)):
+            errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
+            dataset[name] = ("case", "output"), np.array(errors), attributes
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, InputError, fault, positive, whole
@@ -19,7 +20,7 @@ from stickslip.harmonic.orders import of_attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.view import measure_in, periods_of
-from stickslip.solve.branch_points import BranchPoint, branch_points, starts
+from stickslip.solve.branch_points import BranchPoint, branch_points, determinant_jumps, starts
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.interpolation import Interpolation
 from stickslip.solve.two_ways import Followed, joined, one_way
@@ -40,6 +41,10 @@ AGAIN = 1e-3
 
 FINE = 1e-3
 """Tolerance with which points of a result become a curve again."""
+
+
+SHOWN = 3
+"""Frequencies that a message lists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +89,8 @@ class SolvedCurve:
 
     def _breaks_period(self, point: BranchPoint) -> bool:
         """Whether a branch leads to motions that repeat only after the longer period."""
-        motion = point.directions[0].motion
-        kept = expanded_columns(np.ones(self.balance.columns // self.longer + 1), self.longer, self.balance.columns) > 0.0
-        return float(np.linalg.norm(motion[:, ~kept])) > float(np.linalg.norm(motion[:, kept]))
+        motion, breaks = point.directions[0].motion, _columns_that_break(self)
+        return float(np.linalg.norm(motion[:, breaks])) > float(np.linalg.norm(motion[:, ~breaks]))
 
     def leads_away(self, point: BranchPoint, evaluation: Evaluation) -> bool:
         """Whether a solved point beside a branch point is not one of this curve."""
@@ -189,10 +193,7 @@ def branches(curve: SolvedCurve, at: float | None) -> list[Curve]:
     wanted = None if at is None else positive("at", at)
     known = curve.branch_points()
     if not known:
-        raise InputError(
-            "The curve has no branch point: its Jacobian is regular all along it. Motions over two periods branch off where "
-            "periods=2 is given."
-        )
+        raise InputError(_no_branch_point(curve))
     balance = curve.balance
     chosen = known[0]
     if wanted is not None:
@@ -202,6 +203,23 @@ def branches(curve: SolvedCurve, at: float | None) -> list[Curve]:
         hertz = balance.hertz(chosen.evaluation.point.omega)
         raise InputError(f"No other curve could be found at the branch point at {hertz:.6g} Hz: Newton's method fails beside it.")
     return [curve.followed(each, _begin(curve, chosen)) for each in found]
+
+
+def _no_branch_point(curve: SolvedCurve) -> str:
+    """What is said of a curve without branch points."""
+    longer, balance = curve.longer, curve.balance
+    of = f" to motions that repeat after {longer} of its periods" if longer > 1 else ""
+    jumps = determinant_jumps(balance, curve.points)
+    if not jumps:
+        about = f"The curve has no branch point{of}: its Jacobian{' over them' if of else ''} is regular all along it."
+        return about if of else f"{about} Motions over two periods branch off where periods=2 is given."
+    listed = ", ".join(f"{balance.hertz(omega):.6g}" for omega in jumps[:SHOWN])
+    more = f" and {len(jumps) - SHOWN} more" if len(jumps) > SHOWN else ""
+    return (
+        f"The curve has no branch point{of} that can be located: its Jacobian jumps over singularity near {listed} Hz{more}, as "
+        f"friction changes between stick and slip at samples. With more samples it may pass through it; there are "
+        f"{balance.tables.E.shape[0] // balance.periods} a period."
+    )
 
 
 def all_branches(curve: SolvedCurve) -> list[Curve]:
@@ -231,6 +249,25 @@ def _until_joined(curve: SolvedCurve, branch: Followed) -> Followed:
     return Followed(points[: high + 1], False, None, True)
 
 
+def _until_repeated(curve: SolvedCurve, branch: Followed) -> Followed:
+    """A branch of twice the period up to its first point behind another period doubling, where what breaks the period changes its
+    sign: beyond, the same motions come again, one period of the excitation later."""
+    if curve.longer != 2:
+        return branch
+    breaks = _columns_that_break(curve)
+    motions = [point.evaluation.w[:, breaks] for point in branch.points]
+    for k in range(1, len(motions)):
+        if np.vdot(motions[k - 1], motions[k]) < 0.0:
+            return Followed(branch.points[: k + 1], False, None, True)
+    return branch
+
+
+def _columns_that_break(curve: SolvedCurve) -> NDArray[np.bool_]:
+    """The columns of harmonics that a motion of the shorter period does not have."""
+    columns = curve.balance.columns
+    return np.asarray(expanded_columns(np.ones(columns // curve.longer + 1), curve.longer, columns) == 0.0)
+
+
 def _followed(curve: SolvedCurve, point: BranchPoint, known: Sequence[Followed]) -> list[Followed]:
     """The curves that cross at a branch point; one that a known one goes through is not followed again."""
     found: list[Followed] = []
@@ -242,7 +279,7 @@ def _followed(curve: SolvedCurve, point: BranchPoint, known: Sequence[Followed])
         onwards = _until_joined(curve, one_way(curve.balance, start.evaluation, start.along, curve.band))
         # The other way from a period doubling leads to the same motions, one period of the excitation later.
         if onwards.closed or curve.longer > 1:
-            found.append(onwards)
+            found.append(_until_repeated(curve, onwards))
             continue
         back = one_way(curve.balance, start.evaluation, start.along.turned(), curve.band)
         found.append(joined(_until_joined(curve, back), onwards))

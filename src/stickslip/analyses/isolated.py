@@ -116,8 +116,16 @@ def isolated_curves(curve: SolvedCurve, modes: Sequence[xr.Dataset], others: Seq
         if curve.meets(evaluation) or any(passes(curve.balance, each.points, evaluation) for each in found):
             continue
         found.append(_followed(curve, evaluation))
-    words = "A subharmonic curve" if curve.balance.periods > 1 else "An isolated curve"
-    return [curve.followed(each, words) for each in found], tried
+    return [curve.followed(each, _kind_of(curve, each)) for each in found], tried
+
+
+def _kind_of(curve: SolvedCurve, found: Followed) -> str:
+    """What a curve is, as the beginning of a sentence; an open one may be the rest of the sweep, outside the band."""
+    if curve.balance.periods > 1:
+        return "A subharmonic curve"
+    if found.closed or found.lost is not None:
+        return "An isolated curve"
+    return "A curve that the sweep does not meet in this band, though it may in a wider one"
 
 
 def _solutions(curve: SolvedCurve, modes: Sequence[xr.Dataset], others: Sequence[SolvedCurve]) -> Iterator[Evaluation | None]:

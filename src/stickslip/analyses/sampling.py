@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from stickslip.analyses.truncation import ALLOWED
+from stickslip.checks import Array
+from stickslip.contact.point import Contact
 from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.outcome import Outcome
 
 FEWEST = 1.0
 """Samples that a change of the force must spread over: peaks of one mass are off by 2e-7 at 3, 2.4e-4 at 1.2, 1.4e-3 at 0.6."""
@@ -35,4 +41,30 @@ def sampling_warning(balance: HarmonicBalance, curve: Curve) -> str:
     return (
         f"The friction of {name} changes its sign within {fewest:.2g} of a sample: heights of peaks may be wrong, and peaks of "
         f"ripples appear. Take {enough} samples, or a law that changes more slowly."
+    )
+
+
+def broken_warning(contacts: Sequence[Contact], samples: int, curve: Curve, open_share: Array) -> str:
+    """The advice for a curve that broke off where contacts with friction, which is sampled, open and close; open_share (point,
+    ...): of the period, at each."""
+    if not any(contact.law.rubs for contact in contacts):
+        return ""
+    solved = open_share[np.isfinite(open_share).any(axis=tuple(range(1, open_share.ndim)))]
+    if curve.outcome == Outcome.CONVERGED or not np.any((solved[-1:] > 0.0) & (solved[-1:] < 1.0)):
+        return ""
+    return (
+        f"Contacts open and close where it ended: where damping is light, {samples} samples may be too few for them. Try "
+        f"{4 * samples}."
+    )
+
+
+def samples_warning(samples: int, outputs: tuple[str, ...], errors: Array) -> str:
+    """What to say where the change by more samples is not small; empty where it is."""
+    if not np.any(errors > ALLOWED):
+        return ""
+    worst = int(np.nanargmax(errors))
+    enough = 2 ** int(np.ceil(np.log2(samples * np.sqrt(errors[worst] / ALLOWED)))) if errors[worst] < 1.0 else 8 * samples
+    return (
+        f"More than {samples} samples would change {outputs[worst]} at its highest peak by about "
+        f"{100.0 * errors[worst]:.1f} %: take {max(enough, 2 * samples)}."
     )

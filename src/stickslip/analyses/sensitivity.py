@@ -20,6 +20,7 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.problem.speed import refuse_speed
 from stickslip.solve.sensitivity import parameter_slopes, respond, solved_factors, start_slopes
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def sensitivity(
     Parameter(0.5, lambda mu: rig(friction=mu)); refused where it is another. The point is solved afresh: where a curve overhangs,
     `ForcedResponse.sensitivity` takes the one that is meant.
     """
-    of_kind("problem", problem, Problem)
+    refuse_speed(of_kind("problem", problem, Problem), "A sensitivity")
     _check_all(parameters, problem)
     positive("frequency", frequency)
     finite("force", force)
@@ -129,7 +130,15 @@ def point_sensitivity(
     _check_all(parameters, problem)
     points = SolvedPoints(dataset, problem)
     with threadpool_limits(1, user_api="blas"):
-        return _slopes(points.balance, points.evaluation(case, point), parameters)
+        balance, evaluation = points.at_one_speed(case, point)
+        if problem.speed is not None:
+            parameters = {name: _at_frequency(parameter, evaluation.point.omega) for name, parameter in parameters.items()}
+        return _slopes(balance, evaluation, parameters)
+
+
+def _at_frequency(parameter: Parameter, omega: float) -> Parameter:
+    """The parameter of the problem at the rotor speed of a frequency, rad/s."""
+    return Parameter(parameter.value, lambda value: parameter.problem(value).at_frequency(omega))
 
 
 def _check_all(parameters: Mapping[str, Parameter], problem: Problem) -> None:

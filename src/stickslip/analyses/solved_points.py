@@ -83,6 +83,15 @@ class SolvedPoints:
         w = solved.evaluation.w
         return solved.converged and max(_apart(w, known), _apart(w[:, 1:], known[:, 1:])) <= AMPLIFIED
 
+    def at_one_speed(self, case: int, point: int) -> tuple[HarmonicBalance, Evaluation]:
+        """A point with the balance of the rotor speed it is at, or with that of all where the problem has no `speed`."""
+        balance, found = self.balance, self.evaluation(case, point)
+        if balance.problem.speed is None:
+            return balance, found
+        one = balance.problem.at_frequency(found.point.omega)
+        alone = HarmonicBalance(one, balance.harmonics, balance.tables.E.shape[0])
+        return alone, alone.evaluate(found.point)
+
     def omega(self, frequency: Any) -> float:
         """ω of the balance, rad/s, at a frequency of the excitation, Hz."""
         return 2.0 * np.pi * float(frequency) / self.balance.periods

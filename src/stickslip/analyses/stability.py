@@ -47,6 +47,10 @@ LOCATED = 1e-6
 MOST_SOLVED = 30
 """Points solved to locate a change."""
 
+AT_FOLD = 0.01
+"""Distance from 1 of a multiplier that contradicts the Jacobian beside a fold, and is no sign of too few harmonics: the fold of
+the motion and that of its multipliers differ by the error of the harmonics, however small."""
+
 
 class AllSectors:
     """The solved points of a tuned disk with all its sectors, which a disturbance need not leave alike."""
@@ -79,7 +83,8 @@ class Change(NamedTuple):
 def with_stability(dataset: xr.Dataset, problem: Problem, highest: float | None = None) -> xr.Dataset:
     """A forced response with the stability of every converged point.
 
-    `stability`, `multiplier` (the largest, real and imaginary part), `multiplier_error`, `stuck_sliders` (case, point, ...);
+    `stability`, `multiplier` (the largest, real and imaginary part), `multiplier_error`, `multiplier_resolved`, `stuck_sliders`
+    (case, point, ...);
     `peak_stability` (case, peak, output); `stability_change` and its frequency (case, change).
 
     highest: natural frequency in Hz up to which modes move by themselves. Unless it is given, those below eight times the highest
@@ -135,11 +140,14 @@ def _of_points(dataset: xr.Dataset, multipliers: dict[tuple[int, int], Multiplie
         "stability": np.zeros(shape, dtype=np.int8),
         "multiplier": np.full(shape, np.nan, dtype=complex),
         "multiplier_error": np.full(shape, np.nan),
+        "multiplier_resolved": np.ones(shape, dtype=np.int8),
         "stuck_sliders": np.zeros(shape, dtype=np.int64),
     }
     for place, each in multipliers.items():
         found["stability"][place], found["multiplier"][place] = each.verdict, each.leading
-        found["multiplier_error"][place], found["stuck_sliders"][place] = max(each.error, error), each.exact_ones
+        found["multiplier_error"][place] = max(each.error, error)
+        found["multiplier_resolved"][place] = each.resolved or abs(each.leading - 1.0) <= AT_FOLD
+        found["stuck_sliders"][place] = each.exact_ones
     return found
 
 
@@ -156,7 +164,8 @@ def _changes(
     """The changes along a curve, in the order of travel: between each two points on different sides of the unit circle."""
     converged = np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED)
     frequency, multiplier = dataset["frequency"].values[case, converged], values["multiplier"][case, converged]
-    crossings = np.flatnonzero(np.diff(np.abs(multiplier) > 1.0))
+    resolved = values["multiplier_resolved"][case, converged] == 1
+    crossings = np.flatnonzero(np.diff(np.abs(multiplier) > 1.0) & resolved[1:] & resolved[:-1])
     if not crossings.size:
         return []
     curve = Interpolation(points.balance, points.converged(case), LOCATED)
@@ -191,7 +200,7 @@ def _located(
         ends[side], multipliers[side], omegas[side] = fraction, found, evaluation.point.omega
     a, b = (abs(each) - 1.0 for each in multipliers)
     omega = omegas[0] + a / (a - b) * (omegas[1] - omegas[0])
-    return float(omega / (2.0 * np.pi)), multipliers[0] if a > 0.0 else multipliers[1]
+    return curve.balance.hertz(float(omega)), multipliers[0] if a > 0.0 else multipliers[1]
 
 
 def _turns(frequency: Array, k: int) -> bool:
@@ -227,6 +236,11 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
             ("case", "point"),
             values["multiplier_error"],
             {"units": "1", "long_name": "estimated error of the size of the largest Floquet multiplier"},
+        ),
+        "multiplier_resolved": (
+            ("case", "point"),
+            values["multiplier_resolved"],
+            {"units": "1", "long_name": "0 where the multipliers contradict the Jacobian of the balance: too few harmonics"},
         ),
         "stuck_sliders": (
             ("case", "point"),

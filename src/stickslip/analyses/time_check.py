@@ -181,7 +181,7 @@ def verify_in_time(
     """
     points = SolvedPoints(dataset, problem)
     solved, place = points.point(case, point), dataset.isel(case=case, point=point)
-    excitation_periods, whole = points.balance.periods, points.balance.problem
+    excitation_periods, whole = points.balance.periods, points.balance.problem.at_frequency(solved.omega)
     settings = March(excitation_periods * steps_per_period, method, tolerance, periods)
     start = from_harmonics(points.balance, solved.forces, solved.omega, solved.level)
     time = time_response(

@@ -98,10 +98,10 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
         "amplitude": (("output",), first, "m", "first harmonic of the outputs"),
         "rms": (("output",), np.sqrt(np.mean(outputs**2, axis=1)), "m", "root mean square of the outputs"),
         "max_abs": (("output",), np.max(np.abs(outputs), axis=1), "m", "largest absolute value of the outputs"),
-        "dissipated": (("contact",), np.nansum(work, axis=1), "J", "friction work per period"),
+        "dissipated": (("contact",), np.nansum(work, axis=1), "J", "energy dissipated per period"),
         "input_work": ((), cycle.given, "J", "work of the harmonic forces per period"),
         "viscous_work": ((), cycle.viscous, "J", "viscous work per period"),
-        "energy_residual": ((), cycle.energy_residual, "1", "input less friction and viscous work, relative to the input"),
+        "energy_residual": ((), cycle.energy_residual, "1", "input less contact and viscous work, relative to the input"),
         "periods": ((), cycle.periods, "1", "periods marched"),
     }
     return xr.Dataset(

@@ -1,4 +1,4 @@
-"""Truncation error at the highest peaks of a curve: an estimate for every result, and its warning."""
+"""Errors of truncation and sampling at the highest peaks of a curve: estimates for every result, and the warning of the first."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.truncation import enough_beyond, truncation_error
+from stickslip.solve.truncation import change_by, enough_beyond
 
 ALLOWED = 0.004
 """The estimate above which a curve comes with a warning: the change by many more harmonics was up to 2.3
@@ -22,7 +22,15 @@ TRUNCATION_ERROR = {
     "long_name": "change of X_1 at the highest peak by more harmonics, estimated",
 }
 
+SAMPLING_ERROR = {
+    "units": "1",
+    "long_name": "change of X_1 at the highest peak by more samples, estimated",
+}
+
 SAMPLES_PER_HARMONIC = 8
+
+MORE_SAMPLES = 4
+"""Times as many samples as the curve has show what sampling leaves, whose error falls with their square."""
 
 SAME_PEAK = 1e-3
 """Peaks of several outputs within this relative distance in frequency are one place of the curve."""
@@ -31,12 +39,12 @@ MOST_UNKNOWNS = 3000
 """Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
 
 
-def truncation_errors(balance: HarmonicBalance, curve: Curve) -> Array:
-    """The estimate for every output at its highest peak, else at the largest point; NaN without a point, and where the contacts
-    that slip are so many that no harmonic beyond H can be looked at.
+def discretisation_errors(balance: HarmonicBalance, curve: Curve) -> tuple[Array, Array]:
+    """What more harmonics, and what more samples, would change of every output at its highest peak, else at the largest point:
+    (outputs,) each; NaN without a point, and where the contacts that slip are so many that no harmonic beyond H can be looked at.
     """
     outputs = range(len(balance.problem.outputs))
-    errors, known = np.full(len(outputs), np.nan), dict[float, Array]()
+    errors, known = np.full((2, len(outputs)), np.nan), dict[float, Array]()
     for output in outputs:
         points = (curve.peaks and curve.peaks[output]) or curve.points
         if not points:
@@ -47,16 +55,21 @@ def truncation_errors(balance: HarmonicBalance, curve: Curve) -> Array:
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
             known[near] = _at_point(balance, highest)
-        errors[output] = known[near][output]
-    return errors
+        errors[:, output] = known[near][:, output]
+    return errors[0], errors[1]
 
 
 def _at_point(balance: HarmonicBalance, point: CurvePoint) -> Array:
+    """By harmonics and by samples, (2, outputs), with the same many samples, so that neither counts the other."""
     rows = max(point.active / balance.kept.size, 1.0)
     beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
     if beyond < balance.highest + 2:
-        return np.full(len(balance.problem.outputs), np.nan)
-    return truncation_error(balance, finer_balance(balance.problem, beyond, balance.tables.E.shape[0]), point.evaluation)
+        return np.full((2, len(balance.problem.outputs)), np.nan)
+    finer = finer_balance(balance.problem, beyond, MORE_SAMPLES * balance.tables.E.shape[0])
+    sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
+    by_samples = change_by(sampled, balance, point.evaluation)
+    by_harmonics = change_by(finer, balance, point.evaluation) - by_samples
+    return np.array([np.hypot(*by_harmonics.T), np.hypot(*by_samples.T)])
 
 
 def finer_balance(problem: Problem, harmonics: int, samples: int) -> HarmonicBalance:

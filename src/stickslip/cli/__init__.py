@@ -1,6 +1,7 @@
 """The command line. `app` is the application, `COMMANDS` lists its commands in the order of the help."""
 
 from stickslip.cli.app import app, main
+from stickslip.cli.compile_kernels import compile_kernels
 from stickslip.cli.contact_law import contact_law
 from stickslip.cli.contact_stiffness import contact_stiffness
 from stickslip.cli.explore import explore
@@ -28,3 +29,4 @@ COMMANDS = (
 )
 for command in COMMANDS:
     app.command()(command)
+app.command("compile")(compile_kernels)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from stickslip.checks import fault
+from stickslip.checks import existing, fault
 from stickslip.cli.app import guarded
 from stickslip.cli.places import free_folder
 from stickslip.cli.studies import Figures, Overwrite, Resume, carry_out
@@ -41,15 +41,12 @@ def contact_law(
     from stickslip import study
     from stickslip.study.run import Run
 
-    missing = [str(path) for path in files if not path.is_file()]
-    if missing:
-        raise fault("FILES", "must name files that exist", ", ".join(missing))
+    existing("FILES", files)
     named = {"columns": pairs("--column", column or ()), "column_units": pairs("--unit", unit or ())}
     stiffness = None if rig_stiffness is None else 1e6 * rig_stiffness
     text = study_text(files, {"normal_load": normal_load, "rig_stiffness": stiffness, "laws": law or None, "lag": lag}, named)
     job = study.job(text, Path(), "contact law")
     folder = free_folder(out or Path("results") / files[0].stem, [""], resume, overwrite)
-    _ = job.plan.works  # reads the files
     carry_out(Run({"": job}, folder, resume, 1), figures)
     say(f"Results: {folder}")
 
@@ -61,6 +58,8 @@ def pairs(option: str, given: Sequence[str]) -> dict[str, str]:
         name, sign, value = text.partition("=")
         if not sign or not name.strip() or not value.strip():
             raise fault(option, "must be NAME=VALUE, such as displacement=um", text)
+        if name.strip() in found:
+            raise fault(option, f"must give {name.strip()} once", list(given))
         found[name.strip()] = value.strip()
     return found
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stickslip.checks import InputError, fault, finite
+from stickslip.checks import InputError, existing, fault, finite
 from stickslip.cli.app import guarded
 from stickslip.cli.contact_law import pairs
 from stickslip.cli.places import free_folder
@@ -20,7 +20,12 @@ from stickslip.console import say
 def identify_response(
     ctx: typer.Context,
     problem: Annotated[str, typer.Argument(help="Study file that states structure and contacts, or the name of a ready rig.")],
-    curves: Annotated[list[Path], typer.Argument(help="Measured curves (text): frequency, amplitude, force, phase if known.")],
+    curves: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Measured curves (text or .mat): frequency, force, and amplitude (with phase) or real and imaginary parts."
+        ),
+    ],
     free: Annotated[
         list[str] | None,
         typer.Option(
@@ -42,6 +47,21 @@ def identify_response(
     quantity: Annotated[
         str | None, typer.Option(help="displacement, velocity or acceleration; as the titles of the files say unless given.")
     ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(metavar="F1,F2,...", help="N; force level of each curve, or one for all, for files without a column of it."),
+    ] = None,
+    phase_of: Annotated[
+        str | None,
+        typer.Option(help="displacement or quantity: whose phase the files have; of responses per force the quantity's."),
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=COLUMN", help="Title or number of a column: frequency, amplitude, real, imaginary, phase, force."
+        ),
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="NAME=UNIT", help="Unit of a column, such as real=mm/N.")] = None,
     output: Annotated[str | None, typer.Option(help="Name of the output that was measured; the first unless given.")] = None,
     held: Annotated[str | None, typer.Option(help="What each point takes as measured: force (unless given) or response.")] = None,
     error: Annotated[float | None, typer.Option(help="Standard error of a point, relative; 0.01 unless given.")] = None,
@@ -64,20 +84,19 @@ def identify_response(
     from stickslip.study.run import Run
     from stickslip.study.toml_text import toml_text
 
-    missing = [str(path) for path in curves if not path.is_file()]
-    if missing:
-        raise fault("CURVES", "must name files that exist", ", ".join(missing))
+    existing("CURVES", curves)
     document, folder = document_of(problem)
     if harmonics is not None:
         document["sweep"] = {**document.get("sweep", {}), "harmonics": harmonics}
     table: dict[str, Any] = {"quantity": quantity, "output": output, "held": held, "error": error, "of_largest": of_largest}
     table |= {"free_gain": free_gain, "free_phase": free_phase, "start_states": start_states, "leave_one_out": leave_one_out}
+    table |= {"columns": pairs("--column", column or ()) or None, "column_units": pairs("--unit", unit or ()) or None}
+    table |= {"phase_of": phase_of, "force": [number("--force", one) for one in force.split(",")] if force else None}
     table |= {"each_test": each_test or None, "settings": settings_of(setting or (), len(curves))}
     arguments = {name: number("--set", value) for name, value in pairs("--set", argument or ()).items()}
     text = toml_text(with_curves(document, curves, free or (), arguments, table))
     job = study.job(text, folder, "responses")
     place = free_folder(out or Path("results") / Path(problem).stem, [""], resume, overwrite)
-    _ = job.plan.works  # reads the curves
     say(f"{job.title}: {job.plan.summary}.")
     carry_out(Run({"": job}, place, resume, 1), figures)
     say(f"Results: {place}")

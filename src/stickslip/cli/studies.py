@@ -249,7 +249,7 @@ def say_kept(run: Run, count: int) -> None:
     elif run.resume:
         say(f"No completed curves in {run.folder}: starting from the beginning.")
     elif count:
-        warn(f"An interrupted run left {count} completed curves, which are computed again. Stop and add --resume to use them.")
+        warn(f"Computing again what an interrupted run left ({counted(count, 'completed curve')}). Stop and add --resume to use it.")
 
 
 @contextmanager
@@ -259,7 +259,7 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
         yield
     except (KeyboardInterrupt, OSError, MemoryError):
         if len(kept):
-            warn(f"{len(kept)} completed curves are kept in {kept.folder}; run the same command with --resume to continue.")
+            warn(f"Kept {counted(len(kept), 'completed curve')} in {kept.folder}; run the same command with --resume to continue.")
         raise
 
 

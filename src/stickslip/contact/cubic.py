@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from stickslip.checks import Array, fault, finite
 from stickslip.contact.law import Elements, FrictionElements, Law
 from stickslip.contact.period import SLIPPING, STICK
-from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
-from stickslip.kernels import kernel
+from stickslip.contact.protocol import (
+    ContactData,
+    PeriodForces,
+    PeriodMotion,
+    StepForces,
+    StepMotion,
+    period_signature,
+    step_signature,
+)
+from stickslip.kernels import separate
 
 KIND = 2
 
@@ -31,6 +40,7 @@ class CubicSpring(Law):
     kind: ClassVar[int] = KIND
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
+    rubs: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if finite("k3", self.k3) == 0.0:
@@ -39,6 +49,10 @@ class CubicSpring(Law):
     @property
     def has_normal(self) -> bool:
         return False
+
+    @property
+    def kernels(self) -> tuple[Callable[..., Any], ...]:
+        return period, step
 
     def elements(self, tangential: int, normal: bool) -> Elements:
         if not tangential or normal:
@@ -50,7 +64,7 @@ class CubicSpring(Law):
         return np.array([force / width**3])
 
 
-@kernel
+@separate(period_signature)
 def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """k3 u³ and its derivative 3 k3 u² E; every harmonic is unknown at all times."""
     k3 = data.parameter[0]
@@ -63,7 +77,7 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
     return SLIPPING
 
 
-@kernel
+@separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """k3 u³ after a step, whatever was before."""
     k3 = data.parameter[0]

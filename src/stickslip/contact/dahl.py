@@ -6,17 +6,26 @@ clamped affine maps of T, and these compose: the steady period is found without 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from stickslip.checks import Array, positive
 from stickslip.contact.law import Elements
 from stickslip.contact.period import OPEN, SLIP, SLIPPING
-from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
+from stickslip.contact.protocol import (
+    ContactData,
+    PeriodForces,
+    PeriodMotion,
+    StepForces,
+    StepMotion,
+    period_signature,
+    step_signature,
+)
 from stickslip.contact.single_load import SingleLoad
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, separate
 
 KIND = 3
 
@@ -51,6 +60,10 @@ class Dahl(SingleLoad):
         positive("kt", self.kt)
         self.check_load()
 
+    @property
+    def kernels(self) -> tuple[Callable[..., Any], ...]:
+        return period, step
+
     def elements(self, tangential: int, normal: bool) -> Elements:
         return self.under_load((self.kt,) * tangential, normal)
 
@@ -69,7 +82,7 @@ class Dahl(SingleLoad):
         return float(table.limits(forces)[0])
 
 
-@kernel
+@inner
 def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[float, float, float, float, float, float]:
     """One step from traction T0, the limit going from L0 to L1: T1, its derivatives by T0, du, L0, L1, and the friction work.
 
@@ -95,7 +108,7 @@ def dahl_step(kt: float, T0: float, du: float, L0: float, L1: float) -> tuple[fl
     return T1, kept, kt * kept * (1.0 - s * T0 / L), by_limit, by_limit, work
 
 
-@kernel
+@inner
 def _steady(kt: float, u: Array, limit: Array, landing: Array) -> tuple[float, float]:
     """The traction at the last sample of the steady period, and 1 − dT/dT of the period map where no limit clamps it.
 
@@ -123,7 +136,7 @@ def _steady(kt: float, u: Array, limit: Array, landing: Array) -> tuple[float, f
     return min(max(A / lost if lost > 0.0 else 0.0, low), high), lost
 
 
-@kernel
+@separate(period_signature)
 def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """The steady period, whatever the start; every harmonic is unknown at all times."""
     for n in range(motion.limit.size):
@@ -133,7 +146,7 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
     return SLIPPING
 
 
-@kernel
+@inner
 def _direction(kt: float, d: int, motion: PeriodMotion, forces: PeriodForces) -> None:
     """One direction. The derivative is carried from a fixed start, then what the start's own change adds is put on top."""
     u, limit, slope, E = motion.u[d], motion.limit, motion.slope, motion.E
@@ -165,7 +178,7 @@ def _direction(kt: float, d: int, motion: PeriodMotion, forces: PeriodForces) ->
             forces.tangents[n, d, 2, j] += kept[n] * by_z[j] / lost
 
 
-@kernel
+@separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """Tractions after a step from the earlier ones."""
     work = 0.0

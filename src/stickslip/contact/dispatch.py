@@ -6,8 +6,9 @@ Plain branches: a function handed to a kernel would become part of its signature
 from __future__ import annotations
 
 from stickslip.contact import cubic, dahl, friction_disc, tanh_coulomb
+from stickslip.contact.law import Law
 from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
-from stickslip.kernels import inlined
+from stickslip.kernels import compiled, inlined, kernel
 
 NO_SUCH_LAW = -2
 
@@ -38,3 +39,14 @@ def law_step(kind: int, data: ContactData, motion: StepMotion, forces: StepForce
     if kind == tanh_coulomb.KIND:
         return tanh_coulomb.step(data, motion, forces)
     return 0.0
+
+
+def steady_period(law: Law, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
+    """`law_period` for calls from Python, of a law with kernels of its own."""
+    compiled(*law.kernels)
+    return _period(law.kind, data, motion, forces)
+
+
+@kernel
+def _period(kind: int, data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
+    return law_period(kind, data, motion, forces)

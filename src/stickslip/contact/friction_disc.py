@@ -13,8 +13,9 @@ to repeat as well: along a line the state does so after a period, a small motion
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -22,8 +23,17 @@ from stickslip.checks import Array, Index, fault
 from stickslip.contact.law import Elements, Law
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.period import HELD, OPEN, RATIO, SLIP, SLIPPING, STATIC, STICK
-from stickslip.contact.protocol import NOT_PERIODIC, ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
-from stickslip.kernels import kernel
+from stickslip.contact.protocol import (
+    NOT_PERIODIC,
+    ContactData,
+    PeriodForces,
+    PeriodMotion,
+    StepForces,
+    StepMotion,
+    period_signature,
+    step_signature,
+)
+from stickslip.kernels import inner, kernel, separate
 
 KIND = 1
 
@@ -71,13 +81,17 @@ class FrictionDisc(Law):
     def has_normal(self) -> bool:
         return self.kn is not None
 
+    @property
+    def kernels(self) -> tuple[Callable[..., Any], ...]:
+        return period, step
+
     def elements(self, tangential: int, normal: bool) -> Elements:
         if tangential != 2:
             raise fault("A friction disc", "must have two tangential directions", tangential, "Use macroslip for one.")
         return self._one_direction.elements(2, normal)
 
 
-@kernel
+@separate(period_signature)
 def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """The steady period of both directions: slip at any sample, a start that the disc clips or gives, or neither."""
     periods, acted = _until_periodic(data, motion, forces)
@@ -92,7 +106,7 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
     return STATIC if acted else HELD
 
 
-@kernel
+@separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """Tractions after a step of both directions; the work L |Δs| of the slider, L at the middle of the step."""
     kt, L, turn = data.kt[0], motion.limit, np.empty(6)
@@ -110,7 +124,7 @@ def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     return float(0.5 * (L + motion.limit0) * slid)
 
 
-@kernel
+@inner
 def _until_periodic(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> tuple[int, bool]:
     """March the period until it repeats: fill the intercepts, events and, if asked for, derivatives of the steady one.
 
@@ -151,7 +165,7 @@ def _until_periodic(data: ContactData, motion: PeriodMotion, forces: PeriodForce
     return -1, acted
 
 
-@kernel
+@inner
 def _march(
     kt: float,
     motion: PeriodMotion,
@@ -181,13 +195,13 @@ def _march(
     return slipped
 
 
-@kernel
+@inner
 def _decay(map_: Array) -> float:
     """det(I − A) of the map of a period: one slip makes A rank one, of eigenvalues 0 and λ, and 1 − λ of a deviation dies out."""
     return float((1.0 - map_[0, 0]) * (1.0 - map_[1, 1]) - map_[0, 1] * map_[1, 0])
 
 
-@kernel
+@inner
 def _repeats(map_: Array, before: Array, change: Array, steepness: float) -> bool:
     """Whether the derivative repeats: all that later periods would still change, |Δ|/(1 − λ), is nothing."""
     largest = 0.0
@@ -198,7 +212,7 @@ def _repeats(map_: Array, before: Array, change: Array, steepness: float) -> boo
     return largest <= SETTLED * steepness * _decay(map_)
 
 
-@kernel
+@inner
 def _jump(map_: Array, before: Array, before_change: Array, state: Array, change: Array) -> bool:
     """From y to y + (I − A)⁻¹ (Φ(y) − y), A = dΦ/dy of the last period, and the derivative likewise; slow creep ends at once.
 
@@ -220,7 +234,7 @@ def _jump(map_: Array, before: Array, before_change: Array, state: Array, change
     return True
 
 
-@kernel
+@inner
 def _land(kt: float, motion: PeriodMotion, share: float, before: int, n: int, state: Array, change: Array, derive: bool) -> None:
     """The intercept where the contact lands, at a share of the step to sample n, and its derivative: the share moves with z."""
     u, E = motion.u, motion.E
@@ -234,7 +248,7 @@ def _land(kt: float, motion: PeriodMotion, share: float, before: int, n: int, st
             change[d, 2, j] = kt * moved / (motion.z[n] - motion.z[before]) * row
 
 
-@kernel
+@inner
 def _step(
     kt: float,
     motion: PeriodMotion,
@@ -342,7 +356,7 @@ _NOTHING = 1e-12
 """Share of the limit below which there is none, as just after an open contact lands."""
 
 
-@kernel
+@inner
 def _stuck_share(tx: float, ty: float, x: float, y: float, L0: float, grows: float) -> float:
     """The share of a step before slip, which ends outside its disc: the last root of |T0 + τ kt Δu| = L0 + τ (L1 − L0)."""
     a, b = x * x + y * y - grows * grows, tx * x + ty * y - L0 * grows
@@ -353,7 +367,7 @@ def _stuck_share(tx: float, ty: float, x: float, y: float, L0: float, grows: flo
     return float(min((root - b) / a, 1.0)) if a > 0.0 else 0.0
 
 
-@kernel
+@inner
 def _inverse_mean(L: float, L1: float) -> tuple[float, float, float]:
     """Mean of 1/L while the limit goes from L to L1, ln(L1/L)/(L1 − L), and its derivatives by L and L1."""
     middle = 0.5 * (L + L1)

@@ -21,6 +21,7 @@ class Gap(Law):
 
     sticks: ClassVar[bool] = False
     remembers_start: ClassVar[bool] = False
+    rubs: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         positive("kn", self.kn)

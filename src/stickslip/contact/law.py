@@ -9,6 +9,7 @@ such table brings its own kernels (`stickslip.contact.protocol`) and says what i
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
@@ -75,6 +76,7 @@ class Law(ABC):
     rate_independent: forces depend on the path of the motion, not on how fast it is passed.
     sticks: a motion small enough is that of the stuck spring kt, and its loop holds no energy.
     remembers_start: where it sticks, the steady force depends on the start state.
+    rubs: it dissipates energy; a gap and a cubic spring do not.
     """
 
     kind: ClassVar[int] = SLIDERS
@@ -83,11 +85,17 @@ class Law(ABC):
     rate_independent: ClassVar[bool] = True
     sticks: ClassVar[bool] = True
     remembers_start: ClassVar[bool] = True
+    rubs: ClassVar[bool] = True
 
     def share(self, fraction: float) -> Self:
         """The law of a point that carries this fraction of the surface: stiffnesses and loads times it, all else as it is."""
         whole = {name: getattr(self, name) for name in self.extensive if hasattr(self, name)}
         return replace(self, **{name: _times(fraction, value) for name, value in whole.items() if value is not None})  # type: ignore[type-var]
+
+    @property
+    def kernels(self) -> tuple[Callable[..., Any], ...]:
+        """The law's own kernels, `period` and `step` of its file; none of a table of sliders."""
+        return ()
 
     @abstractmethod
     def elements(self, tangential: int, normal: bool) -> Elements:

@@ -109,6 +109,9 @@ def friction_period(
         if kind == RATIO:
             return STATIC, samples - 1, value
         return STATIC, -1, 0.0
-    if wanted > y0:
-        return STATIC, int(np.argmin(limit - ku)), 1.0
-    return STATIC, int(np.argmax(-limit - ku)), -1.0
+    sign = 1.0 if wanted > y0 else -1.0
+    nearest = 0
+    for n in range(samples):
+        if limit[n] - sign * ku[n] < limit[nearest] - sign * ku[nearest]:
+            nearest = n
+    return STATIC, nearest, sign

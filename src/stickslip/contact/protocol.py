@@ -11,13 +11,14 @@ A law may have one friction element in each direction: its limit L = μ Σ N + L
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import float64, int64, typeof
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 
 NOT_PERIODIC = -1
 """In place of a state: the law found no periodic force."""
@@ -82,7 +83,7 @@ class StepForces(NamedTuple):
     by_limit: Array
 
 
-@kernel
+@inner
 def contact_data(table: ContactTable, c: int) -> ContactData:
     """Contact c of a table whose law has kernels of its own."""
     first, last = table.first_row[c], table.first_row[c + 1]
@@ -105,3 +106,17 @@ def no_forces(directions: int, samples: int, columns: int) -> PeriodForces:
         np.zeros((directions, samples)),
         np.zeros(directions),
     )
+
+
+def period_signature() -> Any:
+    """Types of what the `period` of a law takes and returns."""
+    line, table, table3, index = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0, 0)), np.zeros(0, dtype=np.int64)
+    data, forces = ContactData(line, line, index, line), PeriodForces(table, index, table3, table, line)
+    return int64(typeof(data), typeof(PeriodMotion(table, table, line, line, line, line, 0.0, table, table)), typeof(forces))
+
+
+def step_signature() -> Any:
+    """Types of what the `step` of a law takes and returns."""
+    line, table, index = np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+    data, forces = ContactData(line, line, index, line), StepForces(line, table, table, line)
+    return float64(typeof(data), typeof(StepMotion(line, line, line, line, 0.0, 0.0)), typeof(forces))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.point import Contact
+from stickslip.kernels import compiled
 
 
 class ContactTable(NamedTuple):
@@ -60,7 +61,8 @@ def remembering(contacts: Sequence[Contact]) -> NDArray[np.bool_]:
 
 
 def contact_table(contacts: Sequence[Contact]) -> ContactTable:
-    """The table of a sequence of contacts."""
+    """The table of a sequence of contacts; the kernels of their laws are ready with it."""
+    compiled(*{each: None for contact in contacts for each in contact.law.kernels})
     first_row, normal_row, normal_first, friction_first = [0], [], [0], [0]
     normal: list[tuple[float, float]] = []
     friction: list[tuple[float, float, float, int, int, int, float]] = []

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from stickslip.checks import Array, fault, positive
 from stickslip.contact.law import Elements
 from stickslip.contact.period import OPEN, SLIP, SLIPPING
-from stickslip.contact.protocol import ContactData, PeriodForces, PeriodMotion, StepForces, StepMotion
+from stickslip.contact.protocol import (
+    ContactData,
+    PeriodForces,
+    PeriodMotion,
+    StepForces,
+    StepMotion,
+    period_signature,
+    step_signature,
+)
 from stickslip.contact.single_load import SingleLoad
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, separate
 
 KIND = 4
 
@@ -45,6 +54,10 @@ class TanhCoulomb(SingleLoad):
         positive("v0", self.v0)
         self.check_load()
 
+    @property
+    def kernels(self) -> tuple[Callable[..., Any], ...]:
+        return period, step
+
     def elements(self, tangential: int, normal: bool) -> Elements:
         return self.under_load((0.0,) * tangential, normal, (self.v0,))
 
@@ -62,14 +75,14 @@ class TanhCoulomb(SingleLoad):
         raise fault("The force of a tanh_coulomb contact", "must be asked for at a velocity", "a displacement alone")
 
 
-@kernel
+@inner
 def _share(velocity: float, v0: float) -> tuple[float, float]:
     """T/L = tanh(v/v0) and its derivative by v."""
     share = np.tanh(velocity / v0)
     return share, (1.0 - share * share) / v0
 
 
-@kernel
+@separate(period_signature)
 def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int:
     """The force at every sample by the velocity there; every harmonic is unknown at all times."""
     v0, limit, u, E, D = data.parameter[0], motion.limit, motion.u, motion.E, motion.D
@@ -89,7 +102,7 @@ def period(data: ContactData, motion: PeriodMotion, forces: PeriodForces) -> int
     return SLIPPING
 
 
-@kernel
+@separate(step_signature)
 def step(data: ContactData, motion: StepMotion, forces: StepForces) -> float:
     """The force by the velocity after a step, whatever was before."""
     work = 0.0

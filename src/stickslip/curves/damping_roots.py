@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.curves.mode_curve import directed
+from stickslip.curves.mode_refine import directed
 from stickslip.harmonic.mode_balance import ModeBalance
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from stickslip.checks import InputError
 from stickslip.contact.period import SLIPPING
-from stickslip.harmonic.balance import HarmonicBalance, PathCondition, Point
+from stickslip.curves.mode_refine import directed, refined
+from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.mode_balance import ModeBalance
 from stickslip.outcome import Outcome
 from stickslip.solve.continuation import solve_cold, trace
-from stickslip.solve.curve_points import CurvePoint, LostCurveError, Tangent, solve_at
+from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.steps import StepControl
 
@@ -88,7 +89,10 @@ def solve_mode(
     message = (
         "The curve reached the largest amplitude." if lost is None else f"The curve ended before the largest amplitude: {lost}"
     )
-    return ModeCurve(tuple(_dense(balance, points)), outcome, message)
+    points = _dense(balance, points)
+    if len(points) > 1:  # the tangent of the last point is that of the step that passed the end
+        points[-1] = directed(balance, points[-2], points[-1])
+    return ModeCurve(tuple(refined(balance, points)), outcome, message)
 
 
 def _first(balance: ModeBalance, level: float) -> Correction:
@@ -164,13 +168,3 @@ def _between(balance: ModeBalance, before: CurvePoint, after: CurvePoint, divisi
         return [after]
     rest = replace(after, length=middle.chord(after, "level"))
     return _between(balance, before, middle, divisions - 1) + _between(balance, middle, rest, divisions - 1)
-
-
-def directed(balance: ModeBalance, before: CurvePoint, point: CurvePoint) -> CurvePoint:
-    """A solved point with the direction of the curve there and its distance from the point before."""
-    factors = balance.factorise(point.evaluation, PathCondition("level", None, 1.0, 0.0))
-    forces, motion, amount, _ = balance.tangent(point.evaluation, "level", factors)
-    length = point.metric.length(motion, amount)
-    length = -length if (point.point.level - before.point.level) * amount < 0.0 else length
-    tangent = Tangent(forces / length, motion / length, amount / length)
-    return replace(point, tangent=tangent, length=before.chord(point, "level"))

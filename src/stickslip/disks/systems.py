@@ -44,6 +44,8 @@ class SectorSystems(HarmonicSystems):
 
     def key(self, harmonic: int) -> int:
         """The nodal diameter of a harmonic; −1 for harmonic 0 where springs act on the mean alone, or gas forces on vibration."""
+        if self.stiffens:
+            return harmonic
         return -1 if harmonic == 0 and (self.problem.mean_springs or self.gas) else harmonic * self.engine_order % self.sectors
 
     def at(self, harmonic: int) -> LinearSystem:
@@ -51,9 +53,23 @@ class SectorSystems(HarmonicSystems):
         M, stuck, C = self.matrices(n)
         assert C is not None
         if harmonic == 0:
-            return LinearSystem(M, C, stuck + self.problem.mean_stiffness, self.relative_rows(n), self.problem.output_rows)
-        gas_stiffness, gas_damping = self.gas_forces(n)
-        return LinearSystem(M, C + gas_damping, stuck + gas_stiffness, self.relative_rows(n), self.problem.output_rows)
+            stuck = stuck + self.problem.mean_stiffness
+        else:
+            gas_stiffness, gas_damping = self.gas_forces(n)
+            stuck, C = stuck + gas_stiffness, C + gas_damping
+        system = LinearSystem(M, C, stuck, self.relative_rows(n), self.problem.output_rows)
+        return self.stiffened(system, harmonic, self._added(n)) if self.stiffens else system
+
+    def _added(self, nodal_diameter: int) -> NDArray[np.complex128]:
+        """K₁ of a nodal diameter."""
+        assert self.problem.speed is not None
+        assert self.problem.speed.stiffness is not None
+        n = nodal_diameter % self.sectors
+        added = self.problem.speed.stiffness[min(n, self.sectors - n)]
+        return np.asarray(added.conj() if n > self.sectors // 2 else added)
+
+    def mass(self, harmonic: int) -> NDArray[np.complex128]:
+        return self.disk.at(harmonic * self.engine_order).M
 
     def gas_forces(self, nodal_diameter: int) -> tuple[Array, Array]:
         """What gas forces that go with the motion add to K and C of a nodal diameter, (n, n)."""
@@ -93,6 +109,8 @@ class SectorSystems(HarmonicSystems):
 
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies of the nodal diameter that the first harmonic excites, Hz, ascending."""
+        if self.stiffens:
+            return self.synchronous(stuck)
         return self.modes(self.engine_order, stuck).frequencies
 
 
@@ -135,7 +153,10 @@ class AllSectorSystems(HarmonicSystems):
     def uncoupled(self) -> bool:
         """Whether structure, damping and contact stiffness of all sectors are alike, to rounding."""
         problem = self.problem
-        return all(_is_circulant(matrix, self.sectors) for matrix in (problem.structure.M, problem.C, problem.stuck_stiffness))
+        matrices = [problem.structure.M, problem.C, problem.stuck_stiffness]
+        if problem.speed is not None and problem.speed.stiffness is not None:
+            matrices.append(problem.speed.stiffness)
+        return all(_is_circulant(matrix, self.sectors) for matrix in matrices)
 
     def waves(self, harmonic: int) -> Sequence[Wave]:
         """N small systems, one for each nodal diameter, instead of a large one; of a mistuned disk the large one."""

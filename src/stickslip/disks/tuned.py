@@ -11,8 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import InputError, fault, of_kind, several, unique, whole
 from stickslip.contact.point import Contact
@@ -21,8 +23,9 @@ from stickslip.disks.full import FullDisk, full_structure
 from stickslip.disks.systems import SectorSystems
 from stickslip.loads import BaseMotion, Force, Output
 from stickslip.problem import Problem
+from stickslip.problem.speed import SpeedDependence
 from stickslip.structure.aerodynamics import Aerodynamics, WaveStiffness
-from stickslip.structure.cyclic import NEXT, CyclicStructure, sector_name
+from stickslip.structure.cyclic import NEXT, CyclicStructure, circulant, sector_name
 from stickslip.structure.modes import Modes
 from stickslip.structure.sector_surface import SectorSurface
 
@@ -73,6 +76,16 @@ class TunedDisk(Problem):
     @property
     def sectors(self) -> int:
         return self.disk.sectors
+
+    @property
+    def _stiffness(self) -> NDArray[Any]:
+        assert self.disk.stiffnesses is not None
+        return self.disk.stiffnesses
+
+    def _stiffened(self, added: NDArray[Any]) -> CyclicStructure:
+        waves = np.array([self.systems.matrices(n).C for n in range(self.sectors // 2 + 1)])
+        stiffened = replace(self.disk, K=self.disk.K + added[0].real, stiffnesses=self._stiffness + added)
+        return stiffened.with_damping(waves)
 
     @cached_property
     def wave_stiffnesses(self) -> tuple[WaveStiffness, ...]:
@@ -127,7 +140,19 @@ class TunedDisk(Problem):
             self.sectors,
             self.engine_order,
             self.wave_stiffnesses,
+            speed=self._full_speed(),
         )
+
+    def _full_speed(self) -> SpeedDependence | None:
+        """Of all sectors: K₁ of the nodal diameters together, and the loads of each sector."""
+        speed = self.speed
+        if speed is None:
+            return None
+        added = None if speed.stiffness is None else circulant(speed.stiffness, self.sectors)
+        loads = [
+            replace(each, direction=self._named(each.coefficients, j)) for j in range(1, self.sectors + 1) for each in speed.loads
+        ]
+        return SpeedDependence(speed.engine_order, added, tuple(loads))
 
     def _named(self, direction: Mapping[str, float], sector: int) -> dict[str, float]:
         """A direction of the first sector in the names of another one and of the one that follows it."""

@@ -109,8 +109,14 @@ NO_WEIGHT = np.empty((0, 0))
 
 
 def constant_size(problem: Problem, table: ContactTable) -> float:
-    """Size of the constant forces that cancel in a residual, N: static loads, and −k g of open gaps. It rounds like these."""
-    return float(np.linalg.norm(problem.static_load) + np.linalg.norm(np.minimum(table.normal_constant, 0.0)))
+    """Size of the constant forces that cancel in a residual, N: static loads, and −k g of open gaps. It rounds like these.
+
+    Loads that go with the speed count at the first natural frequency of the stuck structure at rest.
+    """
+    powers = problem.static_powers
+    omega = problem.first_omega_at_rest if len(powers) > 1 else 0.0
+    loads = omega ** np.arange(len(powers)) @ np.linalg.norm(powers, axis=1)
+    return float(loads + np.linalg.norm(np.minimum(table.normal_constant, 0.0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,6 +203,7 @@ class HarmonicBalance:
             np.zeros(2, dtype=np.int64),
             FREE,
         )
+        newton_parts.compile_parts(self.system)
 
     @property
     def first(self) -> slice:

@@ -6,19 +6,44 @@ constant, and the derivative E = dλ̂/dw is zero there. Sums over samples of el
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba import float64, int64, void
 
 from stickslip.checks import Array, Index
 from stickslip.contact.dispatch import law_period
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import HELD, OPEN, SLIPPING, STATIC, STICK, friction_period, landing_shares
 from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, contact_data, no_forces
-from stickslip.contact.table import ContactTable
-from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run
-from stickslip.kernels import inlined, kernel
+from stickslip.contact.table import ContactTable, contact_table
+from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run, fourier
+from stickslip.harmonic.openings import add_openings
+from stickslip.kernels import compiled, inner, kernel, separate
+from stickslip.kernels.arrays import empty_line, fill, zero_line, zero_numbers, zero_table
+from stickslip.kernels.views import view_of
+
+_LINE, _SQUARE, _BLOCKS, _PLACES = float64[::1], float64[:, ::1], float64[:, :, ::1], int64[::1]
 
 
-@kernel
+def contact_forces_signature() -> Any:
+    """Types of `contact_forces`."""
+    tables, blocks = (view_of(contact_table(())), view_of(fourier(1, 6))), (_BLOCKS,) * 3
+    return void(*tables, _SQUARE, float64, _SQUARE, _PLACES, *blocks, _SQUARE)
+
+
+def law_forces_signature() -> Any:
+    """Types of `law_forces`."""
+    tables, blocks = (view_of(contact_table(())), view_of(fourier(1, 6))), (_BLOCKS,) * 3
+    return void(tables[0], int64, _SQUARE, float64, tables[1], _LINE, _SQUARE, _SQUARE, _SQUARE, _PLACES, *blocks, _SQUARE)
+
+
+def compile_contact_forces(table: ContactTable) -> None:
+    """Compile what `contact_forces` needs for some contacts, or take it from disk."""
+    compiled(contact_forces, *([law_forces] if np.any(table.kind != SLIDERS) else []))
+
+
+@separate(contact_forces_signature)
 def contact_forces(
     table: ContactTable,
     tables: Fourier,
@@ -40,14 +65,14 @@ def contact_forces(
     most = 1
     for c in range(table.normal_row.size):
         most = max(most, table.normal_first[c + 1] - table.normal_first[c])
-    loads, slopes, z = np.zeros((most, samples)), np.zeros((most, samples)), np.zeros(samples)
+    loads, slopes, z = zero_table(most, samples), zero_table(most, samples), zero_line(samples)
     for c in range(table.normal_row.size):
         row = table.normal_row[c]
         if row >= 0:
-            z = E @ w[row]
-            unknown[row] = _normal_forces(table, c, z, tables, target[row], own[row], loads, slopes)
+            z = synthesis(tables, w[row])
+            unknown[row] = _normal_forces(table, c, w[row], z, tables, target[row], own[row], loads, slopes)
         if table.kind[c] != SLIDERS:
-            _law_forces(table, c, w, omega, tables, z, loads, slopes, target, unknown, own, normal, cross, by_omega)
+            law_forces(table, c, w, omega, tables, z, loads, slopes, target, unknown, own, normal, cross, by_omega)
             continue
         for r in range(table.first_row[c], table.first_row[c + 1]):
             if r != row:
@@ -56,47 +81,61 @@ def contact_forces(
                 )
 
 
-@kernel
+@inner
 def _normal_forces(
-    table: ContactTable, c: int, z: Array, tables: Fourier, target: Array, own: Array, loads: Array, slopes: Array
+    table: ContactTable, c: int, motion: Array, z: Array, tables: Fourier, target: Array, own: Array, loads: Array, slopes: Array
 ) -> int:
-    """Loads N_e and slopes dN_e/dz of contact c at the samples; λ̂ = P Σ_e max(c_e, −k_e z) and its derivative."""
+    """Loads N_e and slopes dN_e/dz of contact c at the samples; the harmonics λ̂ of Σ_e max(c_e, −k_e z) and their derivative,
+    by integration over the openings: λ̂ = Σ_e c_e + Σ_e ∫ −(k_e z + c_e), the part in z being the derivative times the motion."""
     first, last = table.normal_first[c], table.normal_first[c + 1]
     samples = z.size
-    lifted = np.zeros(samples)
     constant = 0.0
     opened = False
-    sums = np.zeros((2, tables.cosines.shape[0]))
+    openings, sums, preloads = empty_sums(tables), empty_sums(tables), empty_sums(tables)
     for e in range(first, last):
         k, preload = table.normal_stiffness[e], table.normal_constant[e]
         constant += preload
-        begin = -1
         for n in range(samples):
             force = k * z[n] + preload
             closed = force > 0.0
             loads[e - first, n] = force if closed else 0.0
             slopes[e - first, n] = k if closed else 0.0
-            if not closed:
-                lifted[n] -= force
-                if begin < 0:
-                    begin = n
-            elif begin >= 0:
-                add_run(sums, -k, begin, n, tables.cosines, tables.sines)
-                begin = -1
-                opened = True
-        if begin >= 0:
-            add_run(sums, -k, begin, samples, tables.cosines, tables.sines)
+        fill(openings, 0.0)
+        if add_openings(motion, z, -preload / k, openings):
             opened = True
-    target[:] = 0.0
-    own[:, :] = 0.0
+            for i in range(2):
+                for m in range(sums.shape[1]):
+                    sums[i, m] -= k * openings[i, m]
+                    preloads[i, m] -= preload * openings[i, m]
+    fill(own, 0.0)
+    for i in range(target.size):
+        target[i] = 0.0
     if opened:
-        target[:] = tables.P @ lifted
         add_product_sums(own, sums, samples)
+        np.dot(own, motion, target)
+        constant += preloads[0, 0] / samples
+        for h in range(1, (target.size + 1) // 2):
+            target[2 * h - 1] += 2.0 * preloads[0, h] / samples
+            target[2 * h] += 2.0 * preloads[1, h] / samples
     target[0] += constant
     return SLIPPING if opened else HELD
 
 
-@kernel
+@inner
+def synthesis(tables: Fourier, harmonics: Array) -> Array:
+    """Samples (Nt,) of a motion (2H+1,)."""
+    found = empty_line(tables.E.shape[0])
+    np.dot(tables.E, harmonics, found)
+    return found
+
+
+@inner
+def empty_sums(tables: Fourier) -> Array:
+    """Zeros for the running sums of `add_run`."""
+    return zero_table(tables.E.shape[0] - tables.E.shape[0] + 2, tables.cosines.shape[0])
+
+
+@inner
 def _friction_forces(
     table: ContactTable,
     r: int,
@@ -111,43 +150,46 @@ def _friction_forces(
     normal: Array,
 ) -> int:
     """λ̂ of a tangential row, the sum of the intercepts y of its elements, and its derivatives by u and by z."""
-    u = tables.E @ motion
+    u = synthesis(tables, motion)
     samples = u.size
-    total, y = np.zeros(samples), np.empty(samples)
-    limit, slope, landing = np.empty(samples), np.empty(samples), np.empty(samples)
-    event = np.empty(samples, dtype=np.int64)
-    own_sums, normal_sums = np.zeros((2, tables.cosines.shape[0])), np.zeros((2, tables.cosines.shape[0]))
-    own[:, :] = 0.0
-    normal[:, :] = 0.0
-    target[:] = 0.0
+    total, y = zero_line(samples), empty_line(samples)
+    limit, slope, landing = empty_line(samples), empty_line(samples), empty_line(samples)
+    event, ku = zero_numbers(samples), empty_line(samples)
+    own_sums, normal_sums = empty_sums(tables), empty_sums(tables)
+    fill(own, 0.0)
+    fill(normal, 0.0)
+    for i in range(target.size):
+        target[i] = 0.0
     unknown = HELD
     constant = 0.0
     for e in range(table.friction_first[r], table.friction_first[r + 1]):
         kt = table.stiffness[e]
         element_limits(table, e, normal_first, loads, slopes, limit, slope)
         landing_shares(z, limit, slope, landing)
-        ku = kt * u
+        for n in range(samples):
+            ku[n] = kt * u[n]
         mean = kt * motion[0]
         start, value = table.start_kind[e], table.start_value[e]
         state, sample, factor = friction_period(start, value, kt, ku, limit, landing, mean, y, event)
         unknown = max(unknown, state)
         if state == SLIPPING:
-            total += y
+            for n in range(samples):
+                total[n] += y[n]
             _add_events(kt, event, slope, ku, z, landing, tables, own_sums, normal_sums, own, normal)
         else:
             constant += y[0]
             if state == STATIC:
                 _add_static(kt, sample, factor, slope, tables.E, own, normal)
     if unknown == SLIPPING:
-        target[:] = tables.P @ total
+        np.dot(tables.P, total, target)
         add_product_sums(own, own_sums, samples)
         add_product_sums(normal, normal_sums, samples)
     target[0] += constant
     return unknown
 
 
-@inlined
-def _law_forces(
+@separate(law_forces_signature)
+def law_forces(
     table: ContactTable,
     c: int,
     w: Array,
@@ -211,16 +253,16 @@ def element_limits(
     table: ContactTable, e: int, normal_first: int, loads: Array, slopes: Array, limit: Array, slope: Array
 ) -> None:
     """Limit L = μ Σ N + L0 of friction element e at every sample, and its slope dL/dz."""
-    limit[:] = table.constant_limit[e]
-    slope[:] = 0.0
-    mu = table.friction[e]
+    mu, constant = table.friction[e], table.constant_limit[e]
+    for n in range(limit.size):
+        limit[n], slope[n] = constant, 0.0
     for k in range(table.load_first[e] - normal_first, table.load_last[e] - normal_first):
         for n in range(limit.size):
             limit[n] += mu * loads[k, n]
             slope[n] += mu * slopes[k, n]
 
 
-@kernel
+@inner
 def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, own: Array, normal: Array) -> None:
     """Derivative of a constant y = factor L_k − kt u_k (k = sample; −1: y = value − kt ū): harmonic 0 alone."""
     if sample < 0:
@@ -231,7 +273,7 @@ def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, o
         normal[0, j] += factor * slope[sample] * E[sample, j]
 
 
-@kernel
+@inner
 def _add_events(
     kt: float,
     event: Index,
@@ -277,13 +319,13 @@ def _add_events(
         n = end
 
 
-@kernel
+@inner
 def _event_slope(event: Index, slope: Array, k: int) -> float:
     """d(s L)/dz at an event sample."""
     return 0.0 if event[k] == OPEN else event[k] * slope[k]
 
 
-@kernel
+@inner
 def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int, tables: Fourier) -> None:
     """`add_run` over samples first..last−1 counted on past the end of the period."""
     if last <= samples:
@@ -295,14 +337,14 @@ def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int,
         add_run(sums, weight, 0, last - samples, tables.cosines, tables.sines)
 
 
-@kernel
+@inner
 def _add_stick(
     kt: float, weight: float, k: int, share: float, first: int, last: int, tables: Fourier, own: Array, normal: Array
 ) -> None:
     """Rank-one part of a stick interval first..last−1 of dy = weight dz − kt du, u and z a share of the step after sample k."""
     samples, size = tables.E.shape
     harmonics = (size - 1) // 2
-    sums = np.zeros((2, harmonics + 1))
+    sums = zero_table(size - size + 2, harmonics + 1)
     _add_cyclic(sums, 1.0 / samples, first, last, samples, tables)
     E, following = tables.E, (k + 1) % samples
     for i in range(size):

@@ -15,7 +15,7 @@ from stickslip.contact.protocol import PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
 from stickslip.harmonic.contact_forces import element_limits
 from stickslip.harmonic.fourier import Fourier
-from stickslip.kernels import inlined, kernel
+from stickslip.kernels import inlined, inner, kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ def _fill_law(
             slider[0, e + d], slider[1, e + d] = -y[-1] / kt, -np.mean(y) / kt
 
 
-@kernel
+@inner
 def _slip_work(kt: float, y: Array, limit: Array) -> float:
     """Σ L |Δs| of one element, s = −y/kt the slider; L taken at the middle of each step."""
     work = 0.0

@@ -37,6 +37,9 @@ from stickslip.problem.systems import LinearSystem, Wave
 DIAGONAL = 1e-10
 """Modal damping off the diagonal, relative to the largest, that is rounding."""
 
+ROUNDING = 1e-12
+"""Negative squares of 1/ω, relative to the largest, up to which they are rounding."""
+
 ACCURACY = 1e-9
 """To which eigenvectors must reproduce direct solutions across the spectrum."""
 
@@ -61,7 +64,13 @@ def stuck_modes(M: Array, stiffness: Array) -> StuckModes:
     """Modes of (stiffness, M), stiffness positive definite, M positive semi-definite."""
     inverse_squares, shapes = linalg.eigh(M, stiffness)
     order = np.argsort(-inverse_squares)
-    return StuckModes(np.ascontiguousarray(shapes[:, order]), np.maximum(inverse_squares[order], 0.0))
+    return StuckModes(np.ascontiguousarray(shapes[:, order]), _without_rounding(inverse_squares[order]))
+
+
+def _without_rounding(inverse_squares: Array) -> Array:
+    """Squares of 1/ω without the negative rounding of massless motions; those that a speed stiffens beyond their inertia stay."""
+    largest = np.abs(inverse_squares).max(initial=0.0)
+    return np.where((inverse_squares < 0.0) & (inverse_squares > -ROUNDING * largest), 0.0, inverse_squares)
 
 
 class States(NamedTuple):
@@ -101,9 +110,9 @@ def _real_states(
 
 
 def _first_order(inverse_squares: Array, damping: NDArray[Any]) -> NDArray[Any]:
-    """S = [[0, √m], [−√m, −c]], (2m, 2m)."""
-    root = np.diag(np.sqrt(inverse_squares))
-    return np.block([[np.zeros_like(root), root], [-root, -damping]])
+    """S = [[0, √|m|], [∓√|m|, −c]], (2m, 2m), the lower sign of motions that the speed stiffens beyond their inertia, m < 0."""
+    root = np.diag(np.sqrt(np.abs(inverse_squares)))
+    return np.block([[np.zeros_like(root), root], [-np.sign(inverse_squares)[:, None] * root, -damping]])
 
 
 def _eigenvectors(S: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]] | None:
@@ -182,7 +191,7 @@ def wave_states(waves: Sequence[Wave]) -> States:
 def _wave(system: LinearSystem) -> tuple[NDArray[Any], ...]:
     """q = output Γ drive p, motion = shape Γ receiverᵀ λ, p and q of the gains; refused where damping does not decouple well."""
     inverse_squares, shapes = linalg.eigh(system.M, system.K)
-    squares = np.maximum(inverse_squares, 0.0)
+    squares = _without_rounding(inverse_squares)
     damping = shapes.conj().T @ system.C @ shapes
     diagonal = np.diag(damping)
     if np.abs(damping - np.diag(diagonal)).max(initial=0.0) <= DIAGONAL * np.abs(diagonal).max(initial=1e-300):

@@ -5,10 +5,12 @@ The work of a force F along a displacement X per period is π Σ h Im(F_h conj X
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
@@ -60,12 +62,12 @@ class EnergyBalance:
         contact = float(dissipated.sum())
         given = float(cycle_work(self._excitation(point), q[self.loaded]).sum())
         order = np.repeat(np.arange(1, balance.highest + 1), 2)
-        viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self._applied("C", q))))
+        viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self._damped(q))))
         slipped = float(cycle.slip_work.sum())
         scale = max(abs(given), np.finfo(float).tiny)
         return Energy(
             dissipated / balance.periods,
-            (contact + viscous) / (2.0 * np.pi * balance.periods * self._potential(q)[0]),
+            (contact + viscous) / (2.0 * np.pi * balance.periods * self._potential(q, point.omega)[0]),
             abs(given - viscous - contact) / scale,
             abs(slipped - contact) / scale,
         )
@@ -75,8 +77,8 @@ class EnergyBalance:
         balance, point = self.balance, evaluation.point
         rows, order = balance.rows, np.repeat(np.arange(1, balance.highest + 1), 2)
         q = balance.linear.whole_motion(point.forces, point.omega, point.level)
-        potential, potential_weight = self._potential(q)
-        viscous_weight = 2.0 * np.pi * point.omega * order**2 * self._applied("C", q)
+        potential, potential_weight = self._potential(q, point.omega)
+        viscous_weight = 2.0 * np.pi * point.omega * order**2 * self._damped(q)
         work = float(cycle_work(point.forces, evaluation.w[:rows]).sum())
         work += 0.5 * float(np.sum(viscous_weight * q[:, 1:]))
         slopes = np.empty(len(forces))
@@ -93,24 +95,37 @@ class EnergyBalance:
         weights = point.level * point.omega ** np.arange(len(self.powers))
         return np.asarray(np.einsum("k,knh->nh", weights, self.powers[:, self.loaded]))
 
-    def _applied(self, matrix: Literal["C", "K"], q: Array) -> Array:
-        """C or K' = K + BᵀK_cB of each harmonic's structure times its motion q (n, 2H+1), without the mean: (n, 2H)."""
-        systems = self.problem.systems
-        if systems.alike:
-            return np.asarray(getattr(self.systems[systems.key(1)], matrix) @ q[:, 1:])
+    def _damped(self, q: Array) -> Array:
+        """C of each harmonic's structure times its motion q (n, 2H+1), without the mean: (n, 2H)."""
+        return self._applied(lambda h: self.systems[self.problem.systems.key(h)].C, q)
+
+    def _elastic(self, harmonic: int, omega: float) -> NDArray[Any]:
+        """K + BᵀK_cB of a harmonic, at the speed of a frequency."""
+        systems, key = self.problem.systems, self.problem.systems.key(harmonic)
+        stiffness = self.systems[key].K
+        if not systems.stiffens:
+            return stiffness
+        return np.asarray(stiffness + (harmonic * omega) ** 2 * (systems.mass(harmonic) - self.systems[key].M))
+
+    def _applied(self, matrix: Callable[[int], NDArray[Any]], q: Array) -> Array:
+        """A matrix by harmonic times the motion q (n, 2H+1), without the mean: (n, 2H)."""
+        if self.problem.systems.alike:
+            return np.asarray(matrix(1) @ q[:, 1:])
         motion = complex_harmonics(q)
         motion[:, 0] = 0.0
         for h in range(1, motion.shape[1]):
-            motion[:, h] = getattr(self.systems[systems.key(h)], matrix) @ motion[:, h]
+            motion[:, h] = matrix(h) @ motion[:, h]
         return real_harmonics(motion)[:, 1:]
 
-    def _potential(self, q: Array) -> tuple[float, Array]:
-        """U = max over the period of ½ q̃ᵀK'q̃ [J] and its derivative by the harmonics of q̃, (n, 2H).
+    def _potential(self, q: Array, omega: float) -> tuple[float, Array]:
+        """U = max over the period of ½ q̃ᵀK'q̃ [J] and its derivative by the harmonics of q̃, (n, 2H), K' = K + BᵀK_cB.
 
         On a tuned disk it is the energy of the whole disk over its sectors, whose motions are q̃ delayed step by step.
         """
-        moving, stress = q[:, 1:], self._applied("K", q)
-        E, repeats = self.balance.tables.E[:, 1:], self.problem.systems.repeats
+        systems = self.problem.systems
+        moving = q[:, 1:]
+        stress = self._applied(lambda h: self._elastic(h, omega), q)
+        E, repeats = self.balance.tables.E[:, 1:], systems.repeats
         energies = 0.5 * np.einsum("ni,ij,nj->n", E, moving.T @ stress, E)
         spectrum = np.fft.rfft(energies)
         spectrum[np.arange(spectrum.size) % repeats != 0] = 0.0

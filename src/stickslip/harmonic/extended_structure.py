@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.receptance import Complex
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 
 
 class ExtendedStructure(NamedTuple):
@@ -65,7 +65,7 @@ def extended_gains(structure: ExtendedStructure, omega: float, zeta: float) -> C
     return gains
 
 
-@kernel
+@inner
 def _inverse(matrix: Complex) -> Complex:
     """The inverse; NaN where there is none, to which nothing converges."""
     if np.all(np.isfinite(matrix)):
@@ -76,7 +76,7 @@ def _inverse(matrix: Complex) -> Complex:
     return np.full_like(matrix, complex(np.nan, np.nan))
 
 
-@kernel
+@inner
 def own_dynamics(structure: ExtendedStructure, h: int, j: int, omega: float, zeta: float) -> complex:
     """Diagonal entry 1 + s (c − 2ζω q) + s² q of mode j at s = i h ω."""
     k = structure.key[h]
@@ -86,7 +86,7 @@ def own_dynamics(structure: ExtendedStructure, h: int, j: int, omega: float, zet
     return complex(1.0 + s * (c - shift * q) + s * s * q)
 
 
-@kernel
+@inner
 def _respond(gains: Complex, load: Complex) -> Complex:
     """D⁻¹ of one harmonic times loads (m, columns)."""
     if gains.shape[0] > 1:
@@ -98,7 +98,7 @@ def _respond(gains: Complex, load: Complex) -> Complex:
     return found
 
 
-@kernel
+@inner
 def _by_harmonic(gains: Complex, load: Complex) -> Complex:
     """D⁻¹ of every harmonic times its load, both (m, H+1)."""
     found = np.empty_like(load)
@@ -107,7 +107,7 @@ def _by_harmonic(gains: Complex, load: Complex) -> Complex:
     return found
 
 
-@kernel
+@inner
 def received(structure: ExtendedStructure, forces: Array) -> Complex:
     """φᴴBᴴλ of every harmonic, (m, H+1), for forces λ (contact rows, 2H+1)."""
     found = np.zeros((structure.squares.shape[1], structure.key.size), dtype=np.complex128)
@@ -124,14 +124,14 @@ def received(structure: ExtendedStructure, forces: Array) -> Complex:
     return found
 
 
-@kernel
+@inner
 def shape_at(structure: ExtendedStructure, k: int, row: int, j: int) -> complex:
     """φ of mode j at a motion row, of structure k."""
     imaginary = structure.imaginary[k, row, j] if structure.imaginary.size else 0.0
     return complex(structure.real[k, row, j], imaginary)
 
 
-@kernel
+@inner
 def seen(structure: ExtendedStructure, state: Complex) -> Array:
     """Motion (motion rows, 2H+1) in real storage of coordinates (m, H+1)."""
     rows = structure.real.shape[1]
@@ -160,7 +160,7 @@ def coordinates(structure: ExtendedStructure, gains: Complex, forces: Array, ome
     return _by_harmonic(gains, load)
 
 
-@kernel
+@inner
 def _follow(structure: ExtendedStructure, omega: float, amplitude: float, load: Complex) -> None:
     """Prescribe the coordinate of the followed mode at harmonic 1, which drives the other modes through damping."""
     followed, k = structure.followed, structure.key[1]
@@ -170,7 +170,7 @@ def _follow(structure: ExtendedStructure, omega: float, amplitude: float, load: 
     load[followed, 1] = amplitude
 
 
-@kernel
+@inner
 def changes(structure: ExtendedStructure, gains: Complex, forces: Array) -> Complex:
     """Change of coordinates (m, H+1) for a change of forces δλ."""
     load = -received(structure, forces)
@@ -178,7 +178,7 @@ def changes(structure: ExtendedStructure, gains: Complex, forces: Array) -> Comp
     return _by_harmonic(gains, load)
 
 
-@kernel
+@inner
 def slopes(structure: ExtendedStructure, gains: Complex, state: Complex, omega: float, zeta: float, amplitude: float) -> Complex:
     """Derivatives of coordinates η (m, H+1) by ω, ζ and ln a at fixed λ, (3, m, H+1)."""
     found = np.zeros((3, state.shape[0], state.shape[1]), dtype=np.complex128)
@@ -198,6 +198,25 @@ def slopes(structure: ExtendedStructure, gains: Complex, state: Complex, omega: 
 
 
 @kernel
+def coordinates_slope(
+    structure: ExtendedStructure,
+    gains: Complex,
+    state: Complex,
+    forces: Array,
+    amounts: Array,
+    omega: float,
+    zeta: float,
+    amplitude: float,
+) -> Complex:
+    """Derivative of coordinates η (m, H+1) along the curve, by those of λ (contact rows, 2H+1) and of ω, ζ and ln a (3,)."""
+    found = changes(structure, gains, forces)
+    by = slopes(structure, gains, state, omega, zeta, amplitude)
+    for part in range(3):
+        found += amounts[part] * by[part]
+    return found
+
+
+@inner
 def _dynamics_slope(structure: ExtendedStructure, h: int, j: int, omega: float, zeta: float, state: Complex) -> complex:
     """Row j of ∂D/∂ω η at harmonic h."""
     k, width = structure.key[h], structure.damping.shape[1]
@@ -210,7 +229,7 @@ def _dynamics_slope(structure: ExtendedStructure, h: int, j: int, omega: float, 
     return complex(total)
 
 
-@kernel
+@inner
 def coupled(structure: ExtendedStructure, omega: float, state: Complex) -> complex:
     """Force of the other modes' coordinates (m, H+1) on the followed one through damping, at harmonic 1."""
     total = 0.0j
@@ -222,7 +241,7 @@ def coupled(structure: ExtendedStructure, omega: float, state: Complex) -> compl
     return complex(total)
 
 
-@kernel
+@inner
 def modal_residual(
     structure: ExtendedStructure, state: Complex, force: complex, omega: float, zeta: float, amplitude: float
 ) -> complex:
@@ -231,7 +250,7 @@ def modal_residual(
     return complex(own + (coupled(structure, omega, state) + force) / amplitude)
 
 
-@kernel
+@inner
 def modal_slopes(
     structure: ExtendedStructure,
     state: Complex,
@@ -252,7 +271,7 @@ def modal_slopes(
     return found
 
 
-@kernel
+@inner
 def extended_driven(structure: ExtendedStructure, gains: Complex, columns: Index) -> Complex:
     """Coordinates under unit λ of contact rows `columns`, the followed one held at harmonic 1: (H+1, m, columns)."""
     size = structure.squares.shape[1]
@@ -271,7 +290,7 @@ def extended_driven(structure: ExtendedStructure, gains: Complex, columns: Index
     return found
 
 
-@kernel
+@inner
 def extended_receptance(structure: ExtendedStructure, driven: Complex, rows: Index) -> Array:
     """G' to motion rows `rows` from the driven contact rows: (rows, 2, H+1, columns)."""
     result = np.zeros((rows.size, 2, driven.shape[0], driven.shape[2]))
@@ -289,7 +308,7 @@ def extended_receptance(structure: ExtendedStructure, driven: Complex, rows: Ind
     return result
 
 
-@kernel
+@inner
 def _rows_of(values: Array, rows: Index) -> Array:
     found = np.empty((rows.size, values.shape[1]))
     for r in range(rows.size):
@@ -297,7 +316,7 @@ def _rows_of(values: Array, rows: Index) -> Array:
     return found
 
 
-@kernel
+@inner
 def extended_pulled(structure: ExtendedStructure, driven: Complex, weighted: Array) -> Array:
     """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
     result = np.zeros((driven.shape[2], weighted.shape[1]))

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import boolean, float64, typeof, types
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
-from stickslip.contact.table import ContactTable
+from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.contact_forces import contact_forces
-from stickslip.harmonic.fourier import Fourier
+from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import (
+    NO_MODES,
     Complex,
     Modes,
     add,
@@ -26,7 +29,9 @@ from stickslip.harmonic.receptance import (
     receptance,
     scale,
 )
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, separate
+from stickslip.kernels.arrays import empty_blocks, empty_line, empty_table, zero_numbers, zero_table
+from stickslip.kernels.views import view_of
 
 
 class Control(NamedTuple):
@@ -108,15 +113,54 @@ class Direction(NamedTuple):
     level: float
 
 
-@kernel
+_LINE, _SQUARE, _BLOCKS, _PLACES = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0)), np.empty(0, dtype=np.int64)
+_GAINS, _PIVOTS, _MASK = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, dtype=np.int32), np.empty((0, 0), dtype=np.bool_)
+
+STATE = State(_SQUARE, _GAINS, _SQUARE, _SQUARE, _PLACES, _BLOCKS, _BLOCKS, _BLOCKS, _SQUARE, 0.0)
+BORDER = Border(_SQUARE, 0.0, 0.0, False)
+BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0)
+DIRECTION = Direction(_SQUARE, _SQUARE, 0.0, 0.0)
+"""Empty ones, whose types are those of all."""
+
+
+@cache
+def _empty_system() -> System:
+    """A system without anything, whose types are those of all."""
+    numbers = _LINE, 0.0, _PLACES, FREE
+    return System(contact_table(()), fourier(1, 6), NO_MODES, _LINE, _PLACES, _PLACES, *numbers)
+
+
+def evaluate_signature(system: NamedTuple | None = None) -> Any:
+    """Types of `evaluate` for a kind of system."""
+    return typeof(STATE)(view_of(system or _empty_system()), float64[:, ::1], float64, float64)
+
+
+def factorise_signature(system: NamedTuple | None = None) -> Any:
+    """Types of `factorise` for a kind of system."""
+    return typeof(BORDERED)(view_of(system or _empty_system()), typeof(STATE), float64, float64, typeof(BORDER))
+
+
+def newton_step_signature(system: NamedTuple | None = None) -> Any:
+    """Types of `newton_step` for a kind of system."""
+    point = typeof(STATE), float64, float64, typeof(BORDER), float64, typeof(BORDERED)
+    return types.Tuple((float64[:, ::1], float64, float64))(view_of(system or _empty_system()), *point)
+
+
+def tangent_signature(system: NamedTuple | None = None) -> Any:
+    """Types of `tangent` for a kind of system."""
+    return typeof(DIRECTION)(view_of(system or _empty_system()), typeof(STATE), float64, float64, boolean, typeof(BORDERED))
+
+
+@inner
 def _size(values: Array) -> float:
     total = 0.0
-    for value in values.flat:
-        total += value * value
+    for r in range(values.shape[0]):
+        for i in range(values.shape[1]):
+            total += values[r, i] * values[r, i]
     return float(np.sqrt(total))
 
 
-@kernel
+@inner
 def _load_size(system: System, omega: float) -> float:
     """Size of the harmonic load at force level one, from that of each power of ω in it."""
     size, power = 0.0, 1.0
@@ -126,7 +170,7 @@ def _load_size(system: System, omega: float) -> float:
     return size
 
 
-@kernel
+@inner
 def _dot(a: Array, b: Array) -> float:
     total = 0.0
     for i in range(a.shape[0]):
@@ -135,21 +179,25 @@ def _dot(a: Array, b: Array) -> float:
     return total
 
 
-@kernel
+@separate(evaluate_signature)
 def evaluate(system: System, forces: Array, omega: float, level: float) -> State:
     """Motion, residual and derivatives at a point."""
     system.effort[0] += 1
     rows, columns = forces.shape
-    coupled = rows if np.any(system.table.partner_row >= 0) else 0
+    coupled = 0
+    for partner in system.table.partner_row:
+        if partner >= 0:
+            coupled = rows
     gains = frequency_gains(system.modes, omega, (columns - 1) // 2)
     w = motion(system.modes, gains, forces, omega, level)
-    target, unknown = np.empty((rows, columns)), np.zeros(rows, dtype=np.int64)
-    own, coupling = np.empty((rows, columns, columns)), np.empty((rows, columns, columns))
-    cross, by_omega = np.empty((coupled, columns, columns)), np.zeros((rows, columns))
+    target, unknown = empty_table(rows, columns), zero_numbers(rows)
+    own, coupling = empty_blocks(rows, columns, columns), empty_blocks(rows, columns, columns)
+    cross, by_omega = empty_blocks(coupled, columns, columns), zero_table(rows, columns)
     contact_forces(system.table, system.tables, w, omega, target, unknown, own, coupling, cross, by_omega)
     for i in system.dropped:
-        target[:, i] = 0.0
-    residual = np.empty((rows, columns))
+        for r in range(rows):
+            target[r, i] = 0.0
+    residual = empty_table(rows, columns)
     for r in range(rows):
         for i in range(columns):
             residual[r, i] = forces[r, i] - target[r, i]
@@ -158,14 +206,14 @@ def evaluate(system: System, forces: Array, omega: float, level: float) -> State
     return State(forces, gains, w, residual, unknown, own, coupling, cross, by_omega, _size(residual) / scale)
 
 
-@kernel
+@inner
 def gap(border: Border, state: State, omega: float, level: float) -> float:
     """How far the path condition is from being met."""
     reached = border.slope * (level if border.by_level else omega) - border.target
     return reached + _dot(border.weight, state.w) if border.weight.shape[0] else reached
 
 
-@kernel
+@inner
 def missed_amplitude(control: Control, w: Array, omega: float) -> float:
     """ω^k |X_1|/A − 1 of the controlled row; 0 where nothing is held."""
     if control.row < 0:
@@ -174,10 +222,10 @@ def missed_amplitude(control: Control, w: Array, omega: float) -> float:
     return float(size / control.amplitude - 1.0)
 
 
-@kernel
+@inner
 def _control_slope(control: Control, w: Array, omega: float) -> tuple[Array, float]:
     """Derivatives of `missed_amplitude` by the motion (rows and outputs, 2H+1), and by ω at fixed motion."""
-    weight = np.zeros(w.shape)
+    weight = zero_table(w.shape[0], w.shape[1])
     size = max(np.hypot(w[control.row, 1], w[control.row, 2]), 1e-300)
     factor = omega**control.order / (size * control.amplitude)
     for i in range(1, 3):
@@ -185,7 +233,7 @@ def _control_slope(control: Control, w: Array, omega: float) -> tuple[Array, flo
     return weight, control.order * omega ** (control.order - 1.0) * size / control.amplitude
 
 
-@kernel
+@separate(factorise_signature)
 def factorise(system: System, state: State, omega: float, level: float, border: Border) -> Bordered:
     """J on the unknowns, bordered by the derivative by the parameter and the path condition; where an amplitude is held, also by
     the derivative by the force level and the linearised condition on that amplitude."""
@@ -194,7 +242,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     offsets, mask = unknown_entries(state.unknown, system.kept, columns)
     size = offsets[-1]
     held = system.control.row >= 0
-    matrix = np.zeros((size + 1 + held, size + 1 + held))
+    matrix = zero_table(size + 1 + held, size + 1 + held)
     matrix[size, size] = border.slope
     by = motion_slope(system.modes, state.gains, state.forces, omega, level, border.by_level)
     if border.weight.shape[0]:
@@ -214,19 +262,19 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         G = receptance(system.modes, driven, moved)
         blocks = (state.own, state.coupling, state.cross)
         newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
-        matrix[:size, size] = -_pushed(system, state, offsets, by)
+        _push(system, state, offsets, by, matrix[:size, size])
         if not border.by_level:
             _subtract(system.kept, offsets, state.by_omega, matrix[:size, size])
         if border.weight.shape[0]:
             _pull(system.kept, offsets, active, pulled(system.modes, driven, border.weight), matrix[size])
         if held:
-            matrix[:size, size + 1] = -_pushed(system, state, offsets, raised)
+            _push(system, state, offsets, raised, matrix[:size, size + 1])
             _pull(system.kept, offsets, active, pulled(system.modes, driven, weight), matrix[size + 1])
     pivots = lu_factor(matrix)
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
 
 
-@kernel
+@inner
 def _pull(kept: Index, offsets: Index, active: Index, pull: Array, row: Array) -> None:
     """Put the derivatives of a condition by the unknowns of the active rows into a row of the matrix."""
     for i in range(active.size):
@@ -235,15 +283,23 @@ def _pull(kept: Index, offsets: Index, active: Index, pull: Array, row: Array) -
             row[first + k] = pull[i, kept[k]]
 
 
-@kernel
+@inner
 def _pushed(system: System, state: State, offsets: Index, dw: Array) -> Array:
-    result = np.empty(offsets[-1])
+    result = empty_line(offsets[-1])
     normal, partner = system.table.loading_row, system.table.partner_row
     pushed(offsets, system.kept, normal, partner, state.own, state.coupling, state.cross, dw, result)
     return result
 
 
-@kernel
+@inner
+def _push(system: System, state: State, offsets: Index, dw: Array, column: Array) -> None:
+    """column (N,) = −E dw on the unknowns."""
+    values = _pushed(system, state, offsets, dw)
+    for k in range(values.size):
+        column[k] = -values[k]
+
+
+@inner
 def _subtract(kept: Index, offsets: Index, values: Array, column: Array) -> None:
     """column (N,) −= the unknown entries of values (rows, 2H+1)."""
     for r in range(values.shape[0]):
@@ -251,17 +307,17 @@ def _subtract(kept: Index, offsets: Index, values: Array, column: Array) -> None
             column[offsets[r] + k] -= values[r, kept[k]]
 
 
-@kernel
+@separate(newton_step_signature)
 def newton_step(
     system: System, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float, float]:
     """Newton's change of λ (rows, 2H+1), of the parameter, and of the force level where it holds an amplitude; short: by how much
     the path condition is missed."""
     rows, columns = state.forces.shape
-    step = np.zeros((rows, columns))
+    step = zero_table(rows, columns)
     size = bordered.offsets[-1]
     held = system.control.row >= 0
-    right = np.empty((1, size + 1 + held))
+    right = zero_table(1, size + 1 + held)
     known, k = False, 0
     for r in range(rows):
         for i in range(columns):
@@ -276,7 +332,9 @@ def newton_step(
         right[0, size + 1] = -missed_amplitude(system.control, state.w, omega)
     if known:
         moved = change(system.modes, state.gains, step, omega)
-        right[0, :size] += _pushed(system, state, bordered.offsets, moved)
+        pushed_by = _pushed(system, state, bordered.offsets, moved)
+        for k in range(size):
+            right[0, k] += pushed_by[k]
         if border.weight.shape[0]:
             right[0, size] -= _dot(border.weight, moved)
         if held:
@@ -288,15 +346,15 @@ def newton_step(
     return step, amount, right[0, size + 1] if held else 0.0
 
 
-@kernel
+@separate(tangent_signature)
 def tangent(system: System, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
     size = bordered.offsets[-1]
     held = system.control.row >= 0
-    right = np.zeros((1, size + 1 + held))
+    right = zero_table(1, size + 1 + held)
     right[0, size] = 1.0
     lu_solve(bordered.lu, bordered.pivots, right)
-    forces = np.zeros(state.forces.shape)
+    forces = zero_table(state.forces.shape[0], state.forces.shape[1])
     spread(bordered.mask, right[0], forces)
     rate, raised = right[0, size], right[0, size + 1] if held else 0.0
     dw = motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)

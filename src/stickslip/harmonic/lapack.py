@@ -14,7 +14,7 @@ from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 
 for _name in ("dgetrf", "dgetrs"):
     # A symbol by name, not an address: kernels that call it can be cached.
@@ -30,7 +30,7 @@ _dgetrs: Any = types.ExternalFunction(
 _TRANSPOSED = ord("T")
 
 
-@kernel
+@inner
 def lu_factor(matrix: Array) -> NDArray[np.int32]:
     """Overwrite a matrix (N, N) with its factors; the pivots (N,)."""
     size, info = np.array([matrix.shape[0]], dtype=np.int32), np.zeros(1, dtype=np.int32)
@@ -58,7 +58,7 @@ def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
     )
 
 
-@kernel
+@inner
 def orientation(lu: Array, pivots: NDArray[np.int32]) -> float:
     """Sign of the determinant of a factorised matrix; 0 when it is singular."""
     sign = 1.0

@@ -9,8 +9,20 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.harmonic.decoupling import States, partners, states, wave_states
 from stickslip.harmonic.orders import Harmonics, highest, orders
-from stickslip.harmonic.receptance import Modes, change, driven_states, frequency_gains, motion, motion_slope, pulled, receptance
+from stickslip.harmonic.receptance import (
+    Modes,
+    change,
+    driven_states,
+    frequency_gains,
+    modal_states,
+    motion,
+    motion_slope,
+    pulled,
+    receptance,
+)
 from stickslip.harmonic.resonances import Resonances
+from stickslip.kernels import compiled, kernel
+from stickslip.kernels.views import view
 from stickslip.problem import Problem
 from stickslip.problem.systems import HarmonicSystems, Wave
 
@@ -20,8 +32,9 @@ class LinearPart:
 
     def __init__(self, problem: Problem, harmonics: Harmonics) -> None:
         H, held = highest(harmonics), orders(harmonics)
-        static = np.zeros((problem.structure.size, 2 * H + 1))
-        static[:, 0] = problem.static_load
+        powers = problem.static_powers
+        static = np.zeros((*powers.shape, 2 * H + 1))
+        static[:, :, 0] = powers
         systems = problem.systems
         parts = _states(systems, held)
         ends = dict(zip(parts, np.cumsum([part.kind.size for part in parts.values()]), strict=True))
@@ -45,7 +58,9 @@ class LinearPart:
             above=joined.above,
             first=first,
             last=last,
+            order=np.array([systems.order(h) for h in range(H + 1)], dtype=np.int64),
         )
+        compiled(modal_states)
         self._whole = self.modes._replace(shape=joined.output)
 
     @cached_property
@@ -55,34 +70,61 @@ class LinearPart:
 
     def motion(self, forces: Array, omega: float, level: float) -> Array:
         """Motion (rows, 2H+1) of contact rows and outputs; forces λ (contact rows, 2H+1)."""
-        return motion(self.modes, frequency_gains(self.modes, omega, self.highest), forces, omega, level)
+        return _motion(self.modes, self.highest, forces, omega, level)
 
     def slope(self, forces: Array, omega: float, level: float, by_level: bool) -> Array:
         """Derivative of the motion by the force level, or by ω, at fixed λ."""
-        return motion_slope(self.modes, frequency_gains(self.modes, omega, self.highest), forces, omega, level, by_level)
+        return _slope(self.modes, self.highest, forces, omega, level, by_level)
 
     def change(self, forces: Array, omega: float) -> Array:
         """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ."""
-        return change(self.modes, frequency_gains(self.modes, omega, self.highest), np.ascontiguousarray(forces), omega)
+        return _change(self.modes, self.highest, np.ascontiguousarray(forces), omega)
 
     def receptance(self, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
         """G' (2, H+1, rows, columns), real and imaginary part."""
-        driven = driven_states(self.modes, frequency_gains(self.modes, omega, harmonics), omega, columns)
-        return np.ascontiguousarray(receptance(self.modes, driven, rows).transpose(1, 2, 0, 3))
+        return np.ascontiguousarray(_receptance(self.modes, omega, harmonics, rows, columns).transpose(1, 2, 0, 3))
 
     def pulled(self, omega: float, weighted: Array, columns: Index) -> Array:
         """−weightedᵀ G' (columns, 2H+1) for weights on the motion (rows, 2H+1)."""
-        harmonics = (weighted.shape[1] - 1) // 2
-        driven = driven_states(self.modes, frequency_gains(self.modes, omega, harmonics), omega, columns)
-        return pulled(self.modes, driven, weighted)
+        return _pulled(self.modes, omega, weighted, columns)
 
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
         """q of every degree of freedom (n, 2H+1), m."""
-        return motion(self._whole, frequency_gains(self._whole, omega, self.highest), forces, omega, level)
+        return _motion(self._whole, self.highest, forces, omega, level)
 
     def whole_change(self, forces: Array, omega: float) -> Array:
         """Change of q (n, 2H+1) for a change of forces δλ."""
-        return change(self._whole, frequency_gains(self._whole, omega, self.highest), np.ascontiguousarray(forces), omega)
+        return _change(self._whole, self.highest, np.ascontiguousarray(forces), omega)
+
+
+@kernel
+def _motion(given: Modes, harmonics: int, forces: Array, omega: float, level: float) -> Array:
+    modes = view(given)
+    return motion(modes, frequency_gains(modes, omega, harmonics), forces, omega, level)
+
+
+@kernel
+def _slope(given: Modes, harmonics: int, forces: Array, omega: float, level: float, by_level: bool) -> Array:
+    modes = view(given)
+    return motion_slope(modes, frequency_gains(modes, omega, harmonics), forces, omega, level, by_level)
+
+
+@kernel
+def _change(given: Modes, harmonics: int, forces: Array, omega: float) -> Array:
+    modes = view(given)
+    return change(modes, frequency_gains(modes, omega, harmonics), forces, omega)
+
+
+@kernel
+def _receptance(given: Modes, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
+    modes = view(given)
+    return receptance(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), rows)
+
+
+@kernel
+def _pulled(given: Modes, omega: float, weighted: Array, columns: Index) -> Array:
+    modes, harmonics = view(given), (weighted.shape[1] - 1) // 2
+    return pulled(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), weighted)
 
 
 def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> dict[int, States]:

@@ -15,14 +15,16 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, Index, fault
 from stickslip.contact.period import HELD
 from stickslip.contact.table import contact_table
+from stickslip.harmonic import newton_parts
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point, constant_size
 from stickslip.harmonic.decoupling import DIAGONAL, stuck_modes
-from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates
+from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates, coordinates_slope
 from stickslip.harmonic.fourier import fourier, real_harmonics
 from stickslip.harmonic.iteration import FREE
 from stickslip.harmonic.mode_iteration import ModeSystem
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
 from stickslip.problem import Problem
+from stickslip.problem.speed import refuse_speed
 from stickslip.problem.systems import LinearSystem
 
 EQUAL = 1e-9
@@ -40,6 +42,7 @@ class ModeBalance(HarmonicBalance):
         self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int, followed: int, extended: int = 1
     ) -> None:
         _, samples = fineness(harmonics, samples)
+        refuse_speed(problem, "A nonlinear mode")
         self.problem = problem
         self.harmonics = harmonics_for(problem, harmonics)
         self.highest = highest(self.harmonics)
@@ -60,6 +63,7 @@ class ModeBalance(HarmonicBalance):
             table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort, FREE
         )
         self.system = self.mode_system  # type: ignore[assignment]
+        newton_parts.compile_parts(self.mode_system)
 
     def _refuse_a_pair(self) -> None:
         if not 0 <= self.followed < self.squares.size or self.squares[self.followed] <= 0.0:
@@ -138,6 +142,15 @@ class ModeBalance(HarmonicBalance):
         return np.asarray(
             coordinates(structure, evaluation.state.gains, forces, self.omega_of(point), float(np.exp(point.level)))
         )
+
+    def first_harmonic_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:
+        """Derivative of Q₁ of every degree of freedom along the curve, (n,), for those of the forces of `Point` and of ln a."""
+        point, structure = evaluation.point, self.mode_system.structure
+        amounts = np.array([point.omega * forces[-1, 1], forces[-1, 2], rate])
+        state, own = self.modal_coordinates(evaluation), np.ascontiguousarray(forces[:-1])
+        place = self.omega_of(point), self.damping_of(point), float(np.exp(point.level))
+        slope = coordinates_slope(structure, evaluation.state.gains, state, own, amounts, *place)
+        return np.asarray(self.structures.whole[self.structures.key[1]] @ slope[:, 1])
 
     def whole_motion(self, evaluation: Evaluation) -> Array:
         """q of every degree of freedom (n, 2H+1), m."""

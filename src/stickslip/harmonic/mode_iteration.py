@@ -7,13 +7,14 @@ place of the force level; the frequency of a point is the stuck natural frequenc
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
-from stickslip.contact.table import ContactTable
+from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.extended_structure import (
     ExtendedStructure,
@@ -31,12 +32,27 @@ from stickslip.harmonic.extended_structure import (
     shape_at,
     slopes,
 )
-from stickslip.harmonic.fourier import Fourier
-from stickslip.harmonic.iteration import Border, Bordered, Control, Direction, State
+from stickslip.harmonic.fourier import Fourier, fourier
+from stickslip.harmonic.iteration import (
+    FREE,
+    Border,
+    Bordered,
+    Control,
+    Direction,
+    State,
+    evaluate_signature,
+    factorise_signature,
+    newton_step_signature,
+    tangent_signature,
+)
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import Complex
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, separate
+
+SPRINGS = 1e-3
+"""Share of the forces of springs K_c w below which contact forces are not the scale of the residual: λ beyond these springs has
+their rounding, also where contacts carry nothing, without friction or without load."""
 
 
 class ModeSystem(NamedTuple):
@@ -53,6 +69,15 @@ class ModeSystem(NamedTuple):
     control: Control
 
 
+@cache
+def _empty_system() -> ModeSystem:
+    """A system without anything, whose types are those of all."""
+    line, blocks, places = np.empty(0), np.empty((0, 0, 0)), np.empty(0, dtype=np.int64)
+    damping, static = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, dtype=np.complex128)
+    structure = ExtendedStructure(blocks, blocks, np.empty((0, 0)), damping, static, places, 0, 0)
+    return ModeSystem(contact_table(()), fourier(1, 6), structure, line, places, places, 0.0, places, FREE)
+
+
 class ModeSlopes(NamedTuple):
     """Derivatives by ω/ω_m, ζ and ln a at fixed λ: of the motion (3, motion rows, 2H+1), of the modal residual (3,)."""
 
@@ -60,18 +85,18 @@ class ModeSlopes(NamedTuple):
     modal: Complex
 
 
-@kernel
+@inner
 def _size(values: Array) -> float:
     return float(np.sqrt(np.sum(values * values)))
 
 
-@kernel
+@inner
 def modal_amplitude(level: float) -> float:
     """a of ln a; a step of Newton's method that leaves the range of numbers is one that no residual accepts."""
     return np.exp(min(max(level, -300.0), 300.0))  # type: ignore[no-any-return]
 
 
-@kernel
+@separate(lambda: evaluate_signature(_empty_system()))
 def evaluate_mode(system: ModeSystem, forces: Array, omega: float, level: float) -> State:
     """Motion, residual and derivatives at a point."""
     system.effort[0] += 1
@@ -89,10 +114,12 @@ def evaluate_mode(system: ModeSystem, forces: Array, omega: float, level: float)
         target[:, i] = 0.0
     residual = np.zeros((rows + 1, columns))
     residual[:rows] = forces[:rows] - target
+    springs = np.empty((rows, columns))
     for r in range(rows):
         for i in range(columns):
-            target[r, i] += system.stiffness[r] * w[r, i]
-    error = _size(residual) / max(_size(target), system.least_scale)
+            springs[r, i] = system.stiffness[r] * w[r, i]
+            target[r, i] += springs[r, i]
+    error = _size(residual) / max(_size(target), SPRINGS * _size(springs), system.least_scale)
     force = received(system.structure, forces[:rows])[system.structure.followed, 1]
     modal = modal_residual(system.structure, state, force, frequency, zeta, amplitude)
     residual[rows, 1], residual[rows, 2] = modal.real, modal.imag
@@ -100,7 +127,7 @@ def evaluate_mode(system: ModeSystem, forces: Array, omega: float, level: float)
     return State(forces, gains, w, residual, unknown, own, by_normal, cross, by_omega, error)
 
 
-@kernel
+@inner
 def _slopes(system: ModeSystem, state: State, omega: float, level: float) -> ModeSlopes:
     rows, amplitude = state.forces.shape[0] - 1, modal_amplitude(level)
     structure, forces = system.structure, state.forces[:rows]
@@ -117,7 +144,7 @@ def _slopes(system: ModeSystem, state: State, omega: float, level: float) -> Mod
     return ModeSlopes(motion, modal)
 
 
-@kernel
+@separate(lambda: factorise_signature(_empty_system()))
 def factorise_mode(system: ModeSystem, state: State, omega: float, level: float, border: Border) -> Bordered:
     """J on the unknowns of λ, ω and ζ, bordered by the derivative by ln a and the path condition."""
     system.effort[1] += 1
@@ -142,7 +169,7 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
 
 
-@kernel
+@inner
 def _unknowns(state: State, kept: Index) -> tuple[Index, NDArray[np.bool_]]:
     """Where the unknowns of each row start, and which entries of `forces` they are; those of the last row are ω and ζ."""
     rows, columns = state.forces.shape[0] - 1, state.forces.shape[1]
@@ -154,7 +181,7 @@ def _unknowns(state: State, kept: Index) -> tuple[Index, NDArray[np.bool_]]:
     return offsets, mask
 
 
-@kernel
+@inner
 def _fill_contacts(
     system: ModeSystem, state: State, omega: float, level: float, border: Border, offsets: Index, matrix: Array
 ) -> None:
@@ -183,7 +210,7 @@ def _fill_contacts(
                 matrix[last, column] = pull[i, system.kept[n]]
 
 
-@kernel
+@inner
 def _pushed(system: ModeSystem, state: State, offsets: Index, dw: Array) -> Array:
     result = np.empty(offsets[-1])
     normal, partner = system.table.loading_row, system.table.partner_row
@@ -191,7 +218,7 @@ def _pushed(system: ModeSystem, state: State, offsets: Index, dw: Array) -> Arra
     return result[: offsets[-2]]
 
 
-@kernel
+@separate(lambda: newton_step_signature(_empty_system()))
 def newton_step_mode(
     system: ModeSystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float, float]:
@@ -227,7 +254,7 @@ def newton_step_mode(
     return step, amount, 0.0
 
 
-@kernel
+@separate(lambda: tangent_signature(_empty_system()))
 def tangent_mode(system: ModeSystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
     rows, size = state.forces.shape[0] - 1, bordered.offsets[-1]

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
+from stickslip.kernels.arrays import zero_numbers
 
 
-@kernel
+@inner
 def unknown_entries(unknown: Index, kept: Index, columns: int) -> tuple[Index, NDArray[np.bool_]]:
     """Where the unknowns of each row start in the system (rows + 1), and which entries of λ (rows, 2H+1) they are.
 
     None of a held row, harmonic 0 of a static one, all of a slipping one, as far as the columns `kept` hold them.
     """
     mean = 1 if kept[0] == 0 else 0
-    offsets = np.zeros(unknown.size + 1, dtype=np.int64)
+    offsets = zero_numbers(unknown.size + 1)
     mask = np.zeros((unknown.size, columns), dtype=np.bool_)
     for r in range(unknown.size):
         size = 0 if unknown[r] == HELD else (kept.size if unknown[r] == SLIPPING else mean)
@@ -31,7 +32,7 @@ def unknown_entries(unknown: Index, kept: Index, columns: int) -> tuple[Index, N
     return offsets, mask
 
 
-@kernel
+@inner
 def moved_rows(normal: Index, partner: Index, unknown: Index) -> tuple[Index, Index, Index]:
     """Unknown rows; the rows whose motion they depend on (own, normal, partner); where each row stands in these, or −1."""
     rows = unknown.size
@@ -43,14 +44,20 @@ def moved_rows(normal: Index, partner: Index, unknown: Index) -> tuple[Index, In
                 needed[normal[r]] = True
             if partner[r] >= 0:
                 needed[partner[r]] = True
-    place = np.full(rows, -1)
-    moved = np.flatnonzero(needed)
-    for i in range(moved.size):
-        place[moved[i]] = i
-    return np.flatnonzero(unknown != HELD), moved, place
+    place, moved, active = zero_numbers(rows), zero_numbers(rows), zero_numbers(rows)
+    moving, acting = 0, 0
+    for r in range(rows):
+        place[r] = moving if needed[r] else -1
+        if needed[r]:
+            moved[moving] = r
+            moving += 1
+        if unknown[r] != HELD:
+            active[acting] = r
+            acting += 1
+    return active[:acting], moved[:moving], place
 
 
-@kernel
+@inner
 def _add_block(block: Array, kept: Index, E: Array, G: Array, column: int) -> None:
     """block += E times the real form of the receptance G[:, :, column] of each harmonic kept; G (2, H+1, columns)."""
     size, width = block.shape
@@ -68,7 +75,7 @@ def _add_block(block: Array, kept: Index, E: Array, G: Array, column: int) -> No
             block[k, j + 1] += cosine * imaginary + sine * real
 
 
-@kernel
+@inner
 def newton_matrix(
     offsets: Index,
     kept: Index,
@@ -124,7 +131,7 @@ def pushed(
             result[offsets[r] + k] = total
 
 
-@kernel
+@inner
 def spread(mask: NDArray[np.bool_], solution: Array, forces: Array) -> None:
     """Put the unknowns of a solution into the entries of `forces` (rows, 2H+1) that the mask says are unknown."""
     k = 0

@@ -11,20 +11,23 @@ from numba.extending import overload
 
 from stickslip.checks import Array
 from stickslip.harmonic import iteration, mode_iteration
+from stickslip.harmonic.contact_forces import compile_contact_forces
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.mode_iteration import ModeSystem
+from stickslip.kernels import compiled, kernel
+from stickslip.kernels.views import view
 
 AnySystem = System | ModeSystem
 
 
 def evaluate(system: AnySystem, forces: Array, omega: float, level: float) -> State:
     """Motion, residual and derivatives at a point."""
-    return _chosen(system, *_EVALUATE)(system, forces, omega, level)  # type: ignore[no-any-return]
+    return _evaluate_called(system, forces, omega, level)
 
 
 def factorise(system: AnySystem, state: State, omega: float, level: float, border: Border) -> Bordered:
     """J on the unknowns, bordered by the derivative by the parameter and the path condition."""
-    return _chosen(system, *_FACTORISE)(system, state, omega, level, border)  # type: ignore[no-any-return]
+    return _factorise_called(system, state, omega, level, border)
 
 
 def newton_step(
@@ -32,12 +35,12 @@ def newton_step(
 ) -> tuple[Array, float, float]:
     """Newton's change of the unknowns, of the parameter, and of a force level that holds an amplitude; short: by how much the
     path condition is missed."""
-    return _chosen(system, *_NEWTON_STEP)(system, state, omega, level, border, short, bordered)  # type: ignore[no-any-return]
+    return _newton_step_called(system, state, omega, level, border, short, bordered)
 
 
 def tangent(system: AnySystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
-    return _chosen(system, *_TANGENT)(system, state, omega, level, by_level, bordered)  # type: ignore[no-any-return]
+    return _tangent_called(system, state, omega, level, by_level, bordered)
 
 
 _EVALUATE = iteration.evaluate, mode_iteration.evaluate_mode
@@ -51,25 +54,57 @@ def _chosen(system: Any, forced: Any, mode: Any) -> Any:
     return mode if getattr(system, "instance_class", type(system)) is ModeSystem else forced
 
 
-@overload(evaluate, strict=False)
+@overload(evaluate, strict=False, inline="always")
 def _evaluate(system: Any, forces: Any, omega: Any, level: Any) -> Any:
     part = _chosen(system, *_EVALUATE)
     return lambda system, forces, omega, level: part(system, forces, omega, level)
 
 
-@overload(factorise, strict=False)
+@overload(factorise, strict=False, inline="always")
 def _factorise(system: Any, state: Any, omega: Any, level: Any, border: Any) -> Any:
     part = _chosen(system, *_FACTORISE)
     return lambda system, state, omega, level, border: part(system, state, omega, level, border)
 
 
-@overload(newton_step, strict=False)
+@overload(newton_step, strict=False, inline="always")
 def _newton_step(system: Any, state: Any, omega: Any, level: Any, border: Any, short: Any, bordered: Any) -> Any:
     part = _chosen(system, *_NEWTON_STEP)
     return lambda system, state, omega, level, border, short, bordered: part(system, state, omega, level, border, short, bordered)
 
 
-@overload(tangent, strict=False)
+@overload(tangent, strict=False, inline="always")
 def _tangent(system: Any, state: Any, omega: Any, level: Any, by_level: Any, bordered: Any) -> Any:
     part = _chosen(system, *_TANGENT)
     return lambda system, state, omega, level, by_level, bordered: part(system, state, omega, level, by_level, bordered)
+
+
+@kernel
+def _evaluate_called(system: AnySystem, forces: Array, omega: float, level: float) -> State:
+    """`evaluate` for calls from Python."""
+    return evaluate(view(system), forces, omega, level)
+
+
+@kernel
+def _factorise_called(system: AnySystem, state: State, omega: float, level: float, border: Border) -> Bordered:
+    """`factorise` for calls from Python."""
+    return factorise(view(system), state, omega, level, border)
+
+
+@kernel
+def _newton_step_called(
+    system: AnySystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
+) -> tuple[Array, float, float]:
+    """`newton_step` for calls from Python."""
+    return newton_step(view(system), state, omega, level, border, short, bordered)
+
+
+@kernel
+def _tangent_called(system: AnySystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
+    """`tangent` for calls from Python."""
+    return tangent(view(system), state, omega, level, by_level, bordered)
+
+
+def compile_parts(system: AnySystem) -> None:
+    """Compile the parts for a kind of system, or take them from disk."""
+    compile_contact_forces(system.table)
+    compiled(*(_chosen(system, *part) for part in (_EVALUATE, _FACTORISE, _NEWTON_STEP, _TANGENT)))

@@ -58,7 +58,7 @@ def harmonics_for(problem: Problem, value: Any, remedy: str = "") -> Harmonics:
 
 def _why_the_mean_matters(problem: Problem) -> str:
     """What of a problem has a mean in general; empty where all of it is odd and may vibrate about zero."""
-    if np.any(problem.static_load):
+    if np.any(problem.static_powers):
         return "there are static loads"
     for contact in problem.contacts:
         if contact.normal is not None:

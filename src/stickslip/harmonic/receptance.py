@@ -6,13 +6,16 @@ computed once for each frequency.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import boolean, complex128, float64
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, separate
+from stickslip.kernels.arrays import empty_table, zero_complex, zero_table
+from stickslip.kernels.views import view_of
 
 REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE, BLOCK_FIRST, BLOCK_SECOND, WAVE_FIRST, WAVE_SECOND = range(8)
 
@@ -23,14 +26,15 @@ class Modes(NamedTuple):
     """States with gains: motion = shape · Γ(s) · (receiverᵀ forces).
 
     shape (rows, m): motion of contact rows, then outputs; receiver (contact rows, m): how λ drives the states;
-    static (m, 2H+1): how the constant loads drive them; dynamic (powers, m, 2H+1): the harmonic ones at force level one,
-    Σ_k ω^k dynamic[k].
+    static (powers, m, 2H+1): how the constant loads drive them, Σ_k ω^k static[k]; dynamic (powers, m, 2H+1): the harmonic ones
+    at force level one, likewise.
     kind (m,): REAL_MODE with gain 1/(1 + s p + s² q); PAIR_FIRST and PAIR_SECOND for a pole p + i q and its conjugate;
     REAL_POLE with gain 1/(1 − s p); BLOCK_FIRST and BLOCK_SECOND with (I − s [[p, q1], [q2, p]])⁻¹; WAVE_FIRST and WAVE_SECOND
     for a complex state x with gain 1/(1 + s (p + i r) + s² q), kept as x and i x.
     partner (m,): the other state of a pair or block. above (m, m): how a state is driven by those after it, x = Γ(f + s above x),
     or (0, 0) where none is. first, last (H+1,): the states of each harmonic, all of them unless harmonics see structures of
-    their own; none of a harmonic that is not balanced, which so has no motion.
+    their own; none of a harmonic that is not balanced, which so has no motion. order (H+1,): k of s = i k ω at which a harmonic
+    responds: itself, or 1 for a mean whose stiffness goes with the speed.
     """
 
     shape: Array
@@ -45,18 +49,27 @@ class Modes(NamedTuple):
     above: Array
     first: Index
     last: Index
+    order: Index
 
 
-@kernel
+_LINE, _SQUARE, _PLACES = np.empty(0), np.empty((0, 0)), np.empty(0, dtype=np.int64)
+
+_POWERS = np.empty((0, 0, 0))
+
+NO_MODES = Modes(_SQUARE, _SQUARE, _POWERS, _POWERS, _PLACES, _LINE, _LINE, _LINE, _PLACES, _SQUARE, _PLACES, _PLACES, _PLACES)
+"""None at all, whose types are those of all."""
+
+
+@inner
 def _not_zero(value: complex) -> complex:
     """An undamped resonance met exactly has no finite motion: NaN, to which nothing converges."""
     return value if value != 0.0 else complex(np.nan, np.nan)
 
 
-@kernel
+@inner
 def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
     """Gains at s, (2, m): of each state, and to it from its partner."""
-    gains = np.zeros((2, kind.size), dtype=np.complex128)
+    gains = zero_complex(2, kind.size)
     for j in range(kind.size):
         if kind[j] == REAL_MODE:
             gains[0, j] = 1.0 / _not_zero(1.0 + s * p[j] + s * s * q[j])
@@ -78,10 +91,10 @@ def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Comple
     return gains
 
 
-@kernel
+@inner
 def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
     """Derivatives by s of the gains of states that are driven by none after them."""
-    slopes = np.zeros_like(gains)
+    slopes = zero_complex(2, kind.size)
     for j in range(kind.size):
         gain = gains[0, j]
         if kind[j] == REAL_MODE:
@@ -100,17 +113,17 @@ def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r:
     return slopes
 
 
-@kernel
+@inner
 def frequency_gains(modes: Modes, omega: float, harmonics: int) -> Complex:
     """Gains at every harmonic of a frequency, (H+1, 2, m)."""
     gains = np.empty((harmonics + 1, 2, modes.kind.size), dtype=np.complex128)
     for h in range(harmonics + 1):
         a, b = modes.first[h], modes.last[h]
-        gains[h, :, a:b] = state_gains(1j * h * omega, modes.kind[a:b], modes.p[a:b], modes.q[a:b], modes.r[a:b])
+        gains[h, :, a:b] = state_gains(1j * modes.order[h] * omega, modes.kind[a:b], modes.p[a:b], modes.q[a:b], modes.r[a:b])
     return gains
 
 
-@kernel
+@inner
 def _respond(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex) -> None:
     """state = Γ(s) load at harmonic h, both (m, k); from the last state to the first, since these may drive those."""
     driven, last = modes.above.shape[0] > 0, modes.last[h]
@@ -130,7 +143,7 @@ def _respond(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, st
         j = i - 1
 
 
-@kernel
+@inner
 def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex, slope: Complex) -> None:
     """slope = dΓ/ds load at harmonic h, all (m, 1); state = Γ load. For driven states Γ = (I − s T)⁻¹, dΓ/ds = Γ T Γ."""
     a, b = modes.first[h], modes.last[h]
@@ -139,7 +152,7 @@ def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Compl
         for j in range(a, b):
             slope[j, 0] = slopes[0, j - a] * load[j, 0] + slopes[1, j - a] * load[modes.partner[j], 0]
         return
-    turned = np.empty_like(state)
+    turned = zero_complex(state.shape[0], state.shape[1])
     for j in range(a, b):
         total = modes.p[j] * state[j, 0]
         if modes.partner[j] != j:
@@ -150,40 +163,47 @@ def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Compl
     _respond(modes, h, s, gains, turned, slope)
 
 
-@kernel
-def _states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: bool) -> Array:
+def states_signature() -> Any:
+    """Types of `modal_states`."""
+    return float64[:, ::1](view_of(NO_MODES), float64, complex128[:, :, ::1], float64[:, ::1], boolean)
+
+
+@separate(states_signature)
+def modal_states(modes: Modes, omega: float, gains: Complex, load: Array, by_omega: bool) -> Array:
     """States (m, 2H+1) under loads on them in real storage (m, 2H+1), or their derivative by ω."""
     size = modes.kind.size
-    found = np.zeros_like(load)
-    load_h, state_h = np.empty((size, 1), dtype=np.complex128), np.empty((size, 1), dtype=np.complex128)
-    slope_h = np.empty((size, 1), dtype=np.complex128)
+    found = zero_table(load.shape[0], load.shape[1])
+    load_h, state_h = zero_complex(size, 1), zero_complex(size, 1)
+    slope_h = zero_complex(size if by_omega else 0, 1)
     for h in range(gains.shape[0]):
-        s, a, b = 1j * h * omega, max(2 * h - 1, 0), 2 * h
+        s, a, b = 1j * modes.order[h] * omega, max(2 * h - 1, 0), 2 * h
         for j in range(modes.first[h], modes.last[h]):
             load_h[j, 0] = complex(load[j, a], -load[j, b] if h > 0 else 0.0)
         _respond(modes, h, s, gains[h], load_h, state_h)
         if by_omega:
             _respond_slope(modes, h, s, gains[h], load_h, state_h, slope_h)
         for j in range(modes.first[h], modes.last[h]):
-            value = 1j * h * slope_h[j, 0] if by_omega else state_h[j, 0]
+            value = 1j * modes.order[h] * slope_h[j, 0] if by_omega else state_h[j, 0]
             found[j, a] = value.real
             if h > 0:
                 found[j, b] = -value.imag
     return found
 
 
-@kernel
+@inner
 def _one_structure(modes: Modes) -> bool:
     """Whether all harmonics that are balanced, as the first is, see the same states."""
     return bool(modes.last[1] - modes.first[1] == modes.kind.size)
 
 
-@kernel
+@inner
 def _seen(modes: Modes, state: Array) -> Array:
     """Motion (rows, 2H+1) of states (m, 2H+1)."""
     if _one_structure(modes):
-        return np.dot(modes.shape, state)  # type: ignore[no-any-return]
-    result = np.zeros((modes.shape.shape[0], state.shape[1]))
+        found = empty_table(modes.shape.shape[0], state.shape[1])
+        np.dot(modes.shape, state, found)
+        return found
+    result = zero_table(modes.shape.shape[0], state.shape[1])
     for r in range(result.shape[0]):
         for h in range(modes.first.size):
             for j in range(modes.first[h], modes.last[h]):
@@ -192,18 +212,18 @@ def _seen(modes: Modes, state: Array) -> Array:
     return result
 
 
-@kernel
+@inner
 def _load(modes: Modes, forces: Array, omega: float, level: float) -> Array:
     """What drives the states: loads at a level and forces λ."""
-    excited = _excited(modes, omega)
+    constant, excited = _polynomial(modes.static, omega), _polynomial(modes.dynamic, omega)
     load: Array = np.dot(modes.receiver.T, forces)
     for j in range(load.shape[0]):
         for i in range(load.shape[1]):
-            load[j, i] = modes.static[j, i] + level * excited[j, i] - load[j, i]
+            load[j, i] = constant[j, i] + level * excited[j, i] - load[j, i]
     return load
 
 
-@kernel
+@inner
 def scale(values: Array, factor: float) -> None:
     """values *= factor; as an expression of arrays this would compile to many times the code."""
     for i in range(values.shape[0]):
@@ -211,7 +231,7 @@ def scale(values: Array, factor: float) -> None:
             values[i, j] *= factor
 
 
-@kernel
+@inner
 def add(values: Array, factor: float, more: Array) -> None:
     """values += factor more."""
     for i in range(values.shape[0]):
@@ -219,61 +239,63 @@ def add(values: Array, factor: float, more: Array) -> None:
             values[i, j] += factor * more[i, j]
 
 
-@kernel
-def _excited(modes: Modes, omega: float) -> Array:
-    """How the harmonic loads at force level one drive the states at a frequency, (m, 2H+1)."""
-    excited: Array = modes.dynamic[-1].copy()
-    for k in range(modes.dynamic.shape[0] - 2, -1, -1):
-        scale(excited, omega)
-        add(excited, 1.0, modes.dynamic[k])
-    return excited
+@inner
+def _polynomial(powers: Array, omega: float) -> Array:
+    """Σ_k ω^k powers[k], (m, 2H+1): how loads drive the states at a frequency."""
+    total: Array = powers[-1].copy()
+    for k in range(powers.shape[0] - 2, -1, -1):
+        scale(total, omega)
+        add(total, 1.0, powers[k])
+    return total
 
 
-@kernel
-def _excited_slope(modes: Modes, omega: float) -> Array:
-    """Derivative of `_excited` by ω."""
-    slope = np.zeros_like(modes.static)
-    for k in range(modes.dynamic.shape[0] - 1, 0, -1):
+@inner
+def _polynomial_slope(powers: Array, omega: float) -> Array:
+    """Derivative of `_polynomial` by ω."""
+    slope = zero_table(powers.shape[1], powers.shape[2])
+    for k in range(powers.shape[0] - 1, 0, -1):
         scale(slope, omega)
-        add(slope, float(k), modes.dynamic[k])
+        add(slope, float(k), powers[k])
     return slope
 
 
-@kernel
+@inner
 def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
     """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
-    return _seen(modes, _states(modes, omega, gains, _load(modes, forces, omega, level), False))
+    return _seen(modes, modal_states(modes, omega, gains, _load(modes, forces, omega, level), False))
 
 
-@kernel
+@inner
 def motion_slope(modes: Modes, gains: Complex, forces: Array, omega: float, level: float, by_level: bool) -> Array:
     """Derivative of the motion (rows, 2H+1) by the force level, or by ω, at fixed λ."""
-    load = _excited(modes, omega) if by_level else _load(modes, forces, omega, level)
-    slope = _states(modes, omega, gains, load, not by_level)
-    if not by_level and modes.dynamic.shape[0] > 1:
-        add(slope, level, _states(modes, omega, gains, _excited_slope(modes, omega), False))
+    load = _polynomial(modes.dynamic, omega) if by_level else _load(modes, forces, omega, level)
+    slope = modal_states(modes, omega, gains, load, not by_level)
+    if not by_level and max(modes.dynamic.shape[0], modes.static.shape[0]) > 1:
+        grown = _polynomial_slope(modes.static, omega)
+        add(grown, level, _polynomial_slope(modes.dynamic, omega))
+        add(slope, 1.0, modal_states(modes, omega, gains, grown, False))
     return _seen(modes, slope)
 
 
-@kernel
+@inner
 def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
     """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ (contact rows, 2H+1)."""
     load = np.dot(modes.receiver.T, forces)
     scale(load, -1.0)
-    return _seen(modes, _states(modes, omega, gains, load, False))
+    return _seen(modes, modal_states(modes, omega, gains, load, False))
 
 
-@kernel
+@inner
 def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) -> Array:
     """States under unit λ of contact rows `columns`: (m, 2, H+1, columns), real and imaginary part."""
     size, width = modes.kind.size, columns.size
     found = np.zeros((size, 2, gains.shape[0], width))
-    load, state = np.empty((size, width), dtype=np.complex128), np.empty((size, width), dtype=np.complex128)
+    load, state = zero_complex(size, width), zero_complex(size, width)
     for j in range(size):
         for c in range(width):
             load[j, c] = modes.receiver[columns[c], j]
     for h in range(gains.shape[0]):
-        _respond(modes, h, 1j * h * omega, gains[h], load, state)
+        _respond(modes, h, 1j * modes.order[h] * omega, gains[h], load, state)
         for j in range(modes.first[h], modes.last[h]):
             for c in range(width):
                 found[j, 0, h, c] = state[j, c].real
@@ -281,12 +303,12 @@ def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) ->
     return found
 
 
-@kernel
+@inner
 def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
     """G' to motion rows `rows` from the driven contact rows: (rows, 2, H+1, columns)."""
     harmonics, width = driven.shape[2], driven.shape[3]
     if _one_structure(modes):
-        shape = np.empty((rows.size, modes.kind.size))
+        shape = empty_table(rows.size, modes.kind.size)
         for r in range(rows.size):
             shape[r] = modes.shape[rows[r]]
         product = np.dot(shape, driven.reshape(driven.shape[0], -1))
@@ -296,7 +318,7 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
         a, b = modes.first[h], modes.last[h]
         if a == b:
             continue
-        shape = np.empty((rows.size, b - a))
+        shape = empty_table(rows.size, b - a)
         for r in range(rows.size):
             shape[r] = modes.shape[rows[r], a:b]
         for part in range(1 if h == 0 else 2):
@@ -304,11 +326,11 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
     return result
 
 
-@kernel
+@inner
 def pulled(modes: Modes, driven: Array, weighted: Array) -> Array:
     """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
     state = np.dot(modes.shape.T, weighted)
-    result = np.zeros((driven.shape[3], weighted.shape[1]))
+    result = zero_table(driven.shape[3], weighted.shape[1])
     for h in range(driven.shape[2]):
         a, b = max(2 * h - 1, 0), 2 * h
         for j in range(modes.first[h], modes.last[h]):

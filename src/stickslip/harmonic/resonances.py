@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, Index
 from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.problem import Problem
-from stickslip.problem.systems import LinearSystem
-from stickslip.structure.modes import natural_modes
+from stickslip.problem.systems import BARELY, LinearSystem
+from stickslip.structure.modes import definite_modes, natural_modes
 
 LARGEST = 400
 """Degrees of freedom up to which the structure is decomposed anew for each set of sticking contacts that a curve meets."""
@@ -62,7 +62,7 @@ class Resonances:
                 for turn, system in problem.systems.waves(h):
                     for held in holds or (every, ~every):
                         known[key].append(len(self.limits))
-                        self.limits.append(_limit(system, turn, stiffness, powers, held))
+                        self.limits.append(_limit(system, turn, stiffness, powers, held, problem.systems.stiffens))
             for number in known[key]:
                 omega, ratios = self.limits[number].omega, self.limits[number].ratios
                 chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > 0.0))
@@ -104,9 +104,14 @@ class Resonances:
         return np.asarray(np.abs(shape) * (abs(force) / (2.0 * limit.ratios[mode] * natural * natural)))
 
 
-def _limit(system: LinearSystem, turn: NDArray[Any], stiffness: Array, powers: Array, held: NDArray[np.bool_]) -> _Limit:
+def _limit(
+    system: LinearSystem, turn: NDArray[Any], stiffness: Array, powers: Array, held: NDArray[np.bool_], stiffens: bool
+) -> _Limit:
     released = system.B.conj().T @ (np.where(held, 0.0, stiffness)[:, None] * system.B)
-    modes = natural_modes(system.M, np.asarray(system.K - released))
+    if stiffens:
+        modes = definite_modes(system.M, np.asarray(system.K - (1.0 - BARELY) * released))
+    else:
+        modes = natural_modes(system.M, np.asarray(system.K - released))
     omega = np.sqrt(np.maximum(modes.squares, 0.0))
     losses = np.einsum("nm,nk,km->m", modes.shapes.conj(), system.C, modes.shapes, optimize=True).real
     ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)

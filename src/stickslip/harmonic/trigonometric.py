@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 
 CANDIDATES = 4
 """How many of the best samples are refined."""
 
 
-@kernel
+@inner
 def series(motion: Array, angle: float) -> tuple[float, float, float]:
     """x, x' and x'' by angle, for real storage (2H+1,)."""
     value, first, second = motion[0], 0.0, 0.0

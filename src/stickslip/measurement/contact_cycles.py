@@ -7,8 +7,8 @@ noise of the displacement looks like motion: unsmoothed it makes kt too low and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
+from itertools import compress, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ STRUCTURE = 3.0
 
 SAMPLES_A_HARMONIC = 6
 """Fewer samples of a cycle for each harmonic follow the noise."""
+
+FEWEST = 5
+"""Harmonics that a loop needs at least."""
 
 UNLIKE = 0.2
 """Relative difference from the median period or load of the record from which a cycle is dropped."""
@@ -47,8 +50,22 @@ GAP = 1.0 / 60.0
 MOST_LOOKED_AT = 20
 """Cycles from which the number of harmonics is chosen."""
 
+SHOWN = 3
+"""Cycles that a sentence lists."""
+
 SEEN = 0.02
 """Drift relative to the range from which it is stated."""
+
+
+OPEN = 0.25
+"""Difference of the force at the end of a cycle from that at its beginning, relative to the range, from which its loop is open:
+the first stroke of a virgin contact leaves one half, wear and noise a few hundredths."""
+
+TIMES_USUAL = 3.0
+"""How many times the usual difference that is, too: of loops that are all open none is left out."""
+
+AT_END, FEWEST_AT_END = 0.05, 4
+"""Share of a cycle, and least number of samples, from which the force at its beginning or end is found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +125,14 @@ def loop_area(displacement: Array, force: Array) -> Array:
 @dataclass(frozen=True, eq=False)
 class _Cut:
     """The cycles of one record: harmonics (3, 2H+1) of displacement, force and load of each, its number and period, what the
-    harmonics leave of displacement and force, cycles dropped, samples outside of cycles, and the drift of displacement and force
-    over the record, which is removed."""
+    harmonics leave of displacement and force, its force at beginning and end, cycles dropped, samples outside of cycles, and the
+    drift of displacement and force over the record, which is removed."""
 
     cycles: list[Array]
     numbers: list[int]
     periods: list[float]
     residuals: list[Array]
+    ends: list[tuple[float, float]]
     dropped: int
     outside: int
     drift: Array
@@ -125,8 +143,9 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     needs, unless given, and at most as its samples allow.
 
     Removed: samples outside whole cycles, cycles whose period or normal load differs by more than 20 % from the median of their
-    record (pauses, loading), the mean of displacement and force in each cycle, their drift over a record, and the sign of the
-    force where it would make the contact give energy. `removed` says how much of each.
+    record (pauses, loading), cycles whose loop is open by more than a quarter of the range of the force while others close (a
+    virgin contact's first stroke), the mean of displacement and force in each cycle, their drift over a record, and the sign of
+    the force where it would make the contact give energy. `removed` and `notes` say how much of each.
     """
     several = [records] if isinstance(records, ContactRecord) else list(records)
     if not several:
@@ -136,13 +155,19 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     spans = [_regular(record, cycle_ends(record)) for record in several]
     shortest = min(int(np.floor(np.min(np.diff(span)))) for span in spans)
     if shortest < FEWEST_SAMPLES:
-        raise fault(f"Cycles of {several[0].name}", f"must have at least {FEWEST_SAMPLES} samples", shortest, "Sample faster.")
-    notes = [note for record in several for note in record.notes]
+        raise fault(
+            f"Cycles of {several[0].name}",
+            f"must have at least {FEWEST_SAMPLES} samples",
+            shortest,
+            "Sample faster, or with less noise.",
+        )
+    notes = [*_repeated(several), *(note for record in several for note in record.notes)]
     most = (shortest - 3) // 2
     if harmonics is not None and harmonics > most:
         notes.append(f"Cycles of {shortest} samples are smoothed to {most} harmonics, not {harmonics}.")
     count = min(most, harmonics or _enough(several[0], spans[0], most))
-    cuts = [_cut(record, span, count) for record, span in zip(several, spans, strict=True)]
+    cuts, open_loops = _closed([_cut(record, span, count) for record, span in zip(several, spans, strict=True)])
+    notes += open_loops
     found = np.array([cycle for cut in cuts for cycle in cut.cycles])
     removed = _counted(several, cuts) + _drifts(cuts)
     u, force, normal = found[:, 0].copy(), found[:, 1].copy(), found[:, 2]
@@ -169,12 +194,19 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     )
 
 
+def _repeated(records: Sequence[ContactRecord]) -> list[str]:
+    """Records that hold the same samples, such as a file that was named twice."""
+    content = [record.displacement.tobytes() + record.force.tobytes() for record in records]
+    twins = [(records[content.index(one)], records[k]) for k, one in enumerate(content) if content.index(one) < k]
+    return [f"{first.name} and {other.name} hold the same samples, which count twice: leave one out." for first, other in twins]
+
+
 def smoothed_motion(displacement: Array, harmonics: int | None = None) -> tuple[Array, Array]:
     """A closed cycle of displacement (n,) by its first harmonics, as many as it needs unless given, without those that are noise;
     and the standard errors (H,) of their cosines and sines [m]."""
     size = displacement.size
     power = np.abs(np.fft.rfft(displacement - displacement.mean())) ** 2 * 2.0 / size**2
-    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= size] or [(size - 3) // 3]
+    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= size] or _of_few(size, (size - 3) // 3)
     count = min(harmonics, (size - 3) // 2) if harmonics is not None else allowed[-1]
     if harmonics is None:
         for few, more in pairwise(allowed):
@@ -207,12 +239,17 @@ def _regular(record: ContactRecord, span: Array) -> Array:
 def _enough(record: ContactRecord, span: Array, most: int) -> int:
     """The first number of `HARMONICS` beyond which the displacement of a record has nothing but noise."""
     fewest = float(np.min(np.diff(span)))
-    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= fewest] or [most]
+    allowed = [count for count in HARMONICS if SAMPLES_A_HARMONIC * count <= fewest] or _of_few(fewest, most)
     for count, more in pairwise(allowed):
         left, still = (_left(record, span, number) for number in (count, more))
         if left - still <= STRUCTURE * still * 2.0 * (more - count) / max(fewest - 2.0 * more - 1.0, 1.0):
             return count
     return allowed[-1]
+
+
+def _of_few(samples: float, most: int) -> list[int]:
+    """To how many harmonics a cycle of few samples is smoothed: first to so many that noise does not follow."""
+    return [count for count in (int(samples / SAMPLES_A_HARMONIC),) if FEWEST <= count < most] + [most]
 
 
 def _left(record: ContactRecord, span: Array, harmonics: int) -> float:
@@ -242,11 +279,12 @@ def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
     kept = np.flatnonzero(sound)
     drift = _drift(signals[:2], clock, [parts[k] for k in kept])
     signals = signals - np.vstack([drift[:, None] * (clock - clock[0]), np.zeros_like(clock)])
-    cycles, residuals = [], []
+    cycles, residuals, forces = [], [], []
     for k in kept:
         phase = (clock[parts[k]] - ends[k]) / periods[k]
         values = signals[:, parts[k]]
         found = fitted_cycle(phase, values, harmonics)
+        forces.append(_at_ends(phase, values[1]))
         residuals.append((values - found @ _columns_at(phase, harmonics))[:2])
         cycles.append(found)
     first = cycles[0][0]
@@ -255,7 +293,48 @@ def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
     numbers = [record.number + int(k) for k in np.flatnonzero(sound)]
     outside = places.size - int(sum(part.size for part in parts))
     span_of_drift = drift * (clock[parts[kept[-1]][-1]] - clock[parts[kept[0]][0]])
-    return _Cut(cycles, numbers, list(periods[sound]), residuals, int(np.count_nonzero(~sound)), outside, span_of_drift)
+    return _Cut(cycles, numbers, list(periods[sound]), residuals, forces, int(np.count_nonzero(~sound)), outside, span_of_drift)
+
+
+def _at_ends(phase: Array, force: Array) -> tuple[float, float]:
+    """The force at the beginning and at the end of a cycle, by straight lines through the samples beside them."""
+    count = max(round(AT_END * force.size), FEWEST_AT_END)
+    begin, end = (
+        np.polyfit(phase[part] - at, force[part], 1)[1] for part, at in ((slice(count), 0.0), (slice(-count, None), 1.0))
+    )
+    return float(begin), float(end)
+
+
+def _closed(cuts: Sequence[_Cut]) -> tuple[list[_Cut], list[str]]:
+    """The cuts without cycles whose loop is open while others close, and a sentence on those that are left out."""
+    apart = np.array([abs(end - begin) for cut in cuts for begin, end in cut.ends])
+    span = float(np.median([np.ptp(_shape(cycle[1])) for cut in cuts for cycle in cut.cycles]))
+    usual = float(np.sort(apart)[(apart.size - 1) // 2])
+    most = max(OPEN * span, TIMES_USUAL * usual)
+    if np.all(apart <= most):
+        return list(cuts), []
+    kept, left = [], []
+    for cut in cuts:
+        closes = [abs(end - begin) <= most for begin, end in cut.ends]
+        left += [
+            f"cycle {number} ({begin:.3g} N at its beginning, {end:.3g} N at its end)"
+            for number, (begin, end), whole in zip(cut.numbers, cut.ends, closes, strict=True)
+            if not whole
+        ]
+        if any(closes):
+            kept.append(
+                replace(
+                    cut,
+                    cycles=list(compress(cut.cycles, closes)),
+                    numbers=list(compress(cut.numbers, closes)),
+                    periods=list(compress(cut.periods, closes)),
+                    residuals=list(compress(cut.residuals, closes)),
+                    ends=list(compress(cut.ends, closes)),
+                )
+            )
+    listed = ", ".join(left[:SHOWN]) + (f" and {len(left) - SHOWN} more" if len(left) > SHOWN else "")
+    why = "its force does not close" if len(left) == 1 else "their force does not close"
+    return kept, [f"Left out: {listed}; {why}, as in the first stroke of a virgin contact."]
 
 
 def _drift(signals: Array, clock: Array, parts: list[Index]) -> Array:

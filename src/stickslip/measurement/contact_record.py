@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.checks import LARGEST, Array, fault, nearest, positive
-from stickslip.measurement.number_table import NumberTable, matlab_tables, text_table
+from stickslip.checks import LARGEST, Array, existing, fault, nearest, positive
+from stickslip.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
 from stickslip.measurement.records import LONGEST_CLIP, UNITS, longest_run, to_si
 
 QUANTITIES = {"time": "s", "displacement": "m", "force": "N", "normal": "N"}
@@ -181,9 +181,7 @@ def read_contact_records(
     paths = [Path(files)] if isinstance(files, str | Path) else [Path(file) for file in files]
     if not paths:
         raise fault("files", "must be at least one", 0)
-    for path in paths:
-        if not path.is_file():
-            raise fault("A record", "must be a file that exists", str(path))
+    existing("A record", paths)
     if normal_load is not None:
         normal_load = positive("normal_load", normal_load)
     for what, given in (("columns", columns), ("units", units)):
@@ -227,7 +225,10 @@ def _record(
         raise fault(f"The normal load of {table.name}", "must be known", "missing", remedy)
     values: dict[str, Array] = {}
     for name, index in places.items():
-        unit = given.get(name) or table.units[index]
+        stated = table.units[index]
+        unit = given.get(name) or stated
+        if stated is not None and UNITS.get(stated) != UNITS.get(str(unit)):
+            notes.append(f"The unit of {name} in {table.name} is taken for {unit}, as given, though the file says {stated}.")
         if unit is None:
             unit = assumed[name]
             notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
@@ -245,7 +246,7 @@ def _record(
 def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, int]:
     """Index of each column by its quantity."""
     count = table.numbers.shape[1]
-    found = {name: _named(table, name, which) for name, which in columns.items()}
+    found = {name: named_column(table, name, which) for name, which in columns.items()}
     if table.titles is not None:
         for index, title in enumerate(table.titles):
             name = _meant(title)
@@ -273,19 +274,6 @@ def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, i
     if len(set(found.values())) < len(found):
         raise fault(f"Columns of {table.name}", "must differ", {name: index + 1 for name, index in found.items()})
     return found
-
-
-def _named(table: NumberTable, name: str, which: str | int) -> int:
-    """Index of a column that is given by its title or by its number from 1."""
-    count = table.numbers.shape[1]
-    titles = [title.strip() for title in table.titles or ()]
-    if isinstance(which, str) and which.strip() in titles:
-        return titles.index(which.strip())
-    if isinstance(which, int) or which.isdigit():
-        if not 1 <= int(which) <= count:
-            raise fault(f"The column of {name} in {table.name}", f"must be a number from 1 to {count}", which)
-        return int(which) - 1
-    raise fault(f"The column of {name} in {table.name}", "must be one of its titles", which, nearest(which, titles))
 
 
 def _meant(title: str) -> str | None:

@@ -28,6 +28,7 @@ class MeasuredResponse:
     output: number of the output. settings: keywords of the problem for this test, say its preload or mounting.
     error: standard error of a measured response per force, relative to it, or where `of_largest` to the largest of the curve.
     free_gain, free_phase: a constant factor and a constant phase of the measuring chain are free variables of this test.
+    notes: what was assumed in reading, one sentence each.
     """
 
     frequency: ArrayLike
@@ -43,6 +44,7 @@ class MeasuredResponse:
     of_largest: bool = False
     free_gain: bool = False
     free_phase: bool = False
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         what = f"test {storable('The name of a test', self.name)!r}" if self.name else "A test"

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, counted, fault, nearest
 from stickslip.measurement.records import UNITS
+from stickslip.measurement.response_units import response_unit
 from stickslip.models.process import arrays_of
 
 SEPARATORS = ("\t", ";", ",", None)
@@ -49,7 +50,8 @@ def text_table(path: Path) -> NumberTable:
                     () if titles is not None or place == 0 else (f"{path.name}: {place} lines above the numbers are no titles.",)
                 )
                 return NumberTable(path.name, numbers, titles, units, notes)
-    raise fault(path.name, "must hold at least two columns of numbers", f"{len(lines)} lines without them")
+    shown = f"{counted(len(lines), 'line')} without two such rows in turn" if lines else "empty"
+    raise fault(path.name, "must hold two rows of numbers or more, in two columns or more", shown)
 
 
 def _text(path: Path) -> str:
@@ -128,13 +130,15 @@ def _titles(line: str, separator: str | None, count: int) -> list[str]:
     return []
 
 
-_WORD_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?|[\[(][^\])]*[\])]")
-_IN_BRACKETS = re.compile(r"\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
+_UNIT = r"[\[(](?:[^\[\]()]|\([^\[\]()]*\))*[\])]"  # of (m/s^2)/N, too
+_WORD_AND_UNIT = re.compile(rf"[^\s\[(]+(?:\([^()\s]*\))?(?:\s*{_UNIT})?|{_UNIT}")
+_IN_BRACKETS = re.compile(r"\s*[\[(]\s*((?:[^\[\]()]|\([^\[\]()]*\))*?)\s*[\])]\s*$")
 _AT_END = re.compile(r"(?:\s*/\s*|\s+in\s+|_|,\s*|\s+)(\S+)\s*$")
 
 
 def _known_unit(text: str) -> str | None:
-    return text if text in UNITS else None
+    short = text in (*UNITS, "Hz", "g", "°")  # not "n", which ends F_n
+    return text if short or (len(text) > 2 and response_unit(text) is not None) else None
 
 
 def stated_unit(title: str) -> str | None:
@@ -153,6 +157,23 @@ def bare(title: str) -> str:
     return title[: match.start()].strip() if match and _known_unit(match.group(1)) else title.strip()
 
 
+def named_column(table: NumberTable, name: str, which: str | int) -> int:
+    """Index of a column that is given by its title, with its unit or without, or by its number from 1."""
+    count = table.numbers.shape[1]
+    titles = [title.strip() for title in table.titles or ()]
+    if isinstance(which, str) and which.strip() in titles:
+        return titles.index(which.strip())
+    if isinstance(which, str):
+        whole = [k for k, unit in enumerate(table.units) if titles and (titles[k], unit) == (bare(which), stated_unit(which))]
+        if len(whole) == 1:
+            return whole[0]
+    if isinstance(which, int) or which.isdigit():
+        if not 1 <= int(which) <= count:
+            raise fault(f"The column of {name} in {table.name}", f"must be a number from 1 to {count}", which)
+        return int(which) - 1
+    raise fault(f"The column of {name} in {table.name}", "must be one of its titles", which, nearest(which, titles))
+
+
 def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
     """The numbers of MATLAB files, read in one process of their own."""
     with tempfile.TemporaryDirectory() as folder:
@@ -168,6 +189,12 @@ def matlab_tables(paths: Sequence[Path]) -> list[NumberTable]:
 
 def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:
     """The matrix `hyst`, or else the only matrix of two to four columns, or else vectors of one length by their names."""
+    arrays |= {
+        f"{key}_{part}": getattr(np.asarray(value), part)
+        for key, value in arrays.items()
+        if np.iscomplexobj(value)
+        for part in ("real", "imag")
+    }
     numeric = {key: np.atleast_2d(np.asarray(value)) for key, value in arrays.items() if np.asarray(value).dtype.kind in "fiub"}
     upright = {key: value.T if value.shape[0] < value.shape[1] else value for key, value in numeric.items()}
     tables = {key: value for key, value in upright.items() if 2 <= value.shape[1] <= 4 and value.shape[0] > 4}
@@ -176,7 +203,7 @@ def _matlab_table(name: str, arrays: dict[str, Any]) -> NumberTable:
         return NumberTable(name, values, None, (None,) * values.shape[1])
     vectors = {key: value[:, 0] for key, value in upright.items() if value.shape[1] == 1 and value.shape[0] > 4}
     if tables or not vectors or len({value.size for value in vectors.values()}) > 1:
-        shapes = {key: value.shape for key, value in numeric.items()}
+        shapes = {key: value.shape for key, value in numeric.items()} or "a file without arrays of numbers"
         remedy = "save('loop.mat', 'hyst') with hyst = [displacement, force] writes one."
         raise fault(f"{name}", "must hold the matrix hyst, one matrix of columns, or vectors of one length", shapes, remedy)
     values = np.stack([np.asarray(value, dtype=float) for value in vectors.values()], axis=1)

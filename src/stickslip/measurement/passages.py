@@ -25,11 +25,18 @@ ABOUT, FEWEST_ON_LINE = 0.2, 4
 """Part of a stroke on either side of its middle through which a line gives the passage, and fewest samples of it."""
 
 
+QUIET = 8.0
+"""Standard deviations of noise that a reversal must exceed: where noise is larger, neighbouring samples are averaged first."""
+
+LONGEST_MEAN = 101
+"""Samples that are averaged at most."""
+
+
 def cycle_ends(record: ContactRecord) -> Array:
     """Where cycles begin and end, (cycles + 1,) in samples: upward passages through the middle between two reversals, or
     downward ones where these give more cycles; a single closed cycle begins with its first sample and ends where that
     would come again."""
-    u = record.displacement
+    u = _quiet(record.displacement)
     turns = reversals(u, TURN * float(np.ptp(u)))
     for part, fewest in ((WHOLE_STROKE, FEW_CYCLES), (0.0, 1)):
         passages = max((_passages(sign * u, turns, part) for sign in (1.0, -1.0)), key=len)
@@ -46,6 +53,20 @@ def cycle_ends(record: ContactRecord) -> Array:
         raise fault(f"Displacement of {record.name}", "must reverse", shown, remedy)
     shown = f"{counted(len(turns), 'reversal')}, ends {apart / np.ptp(u):.0%} of the range apart"
     raise fault(record.name, "must hold at least one whole cycle", shown, "Record more cycles, or cut one out that is closed.")
+
+
+def _quiet(u: Array) -> Array:
+    """A displacement (n,) as mean over so many neighbours that noise alone makes no reversal; unchanged where it is low.
+
+    Third differences show the noise: those of white noise are √20 times as large, those of a finely sampled motion vanish.
+    """
+    noise = float(np.median(np.abs(np.diff(u, 3)))) / (0.6745 * np.sqrt(20.0))
+    width = 1
+    mean = u
+    while TURN * float(np.ptp(mean)) < QUIET * noise / np.sqrt(width) and width < min(LONGEST_MEAN, u.size // 8):
+        width += 2
+        mean = np.convolve(np.pad(u, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
+    return mean
 
 
 def reversals(values: Array, least: float) -> list[int]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-
+from stickslip import machine
 from stickslip.checks import fault
 
 MOST_DEFLATED = 1100
@@ -14,10 +13,7 @@ EMPTY_ROWS = 1000
 
 def memory() -> int:
     """Half of the machine's memory, bytes: more is not spent on one model."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
-    except (AttributeError, ValueError, OSError):
-        return 4 << 30
+    return machine.memory() // 2
 
 
 def within_file(what: str, claimed: int, file_size: int, smallest: float) -> None:

@@ -18,7 +18,7 @@ from stickslip.checks import Array, Index, fault
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
 from stickslip.dampers.between_platforms import BetweenPlatforms
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 from stickslip.platforms.cycle import CycleModel, CycleOutcome, Marching, steady_cycle
 from stickslip.time.contact_step import solve_in_place
 
@@ -101,7 +101,7 @@ class Balance(NamedTuple):
     on_right: Array
 
 
-@kernel
+@inner
 def _out_of_balance(e: Elements, pull: float, q: Array, x: float, y: float, anchor: Array, now: Balance) -> float:
     """Fill the balance at the damper's position q (3,); returns force and moment out of balance [N]."""
     now.total[:], now.on_right[:] = 0.0, 0.0
@@ -127,7 +127,7 @@ def _out_of_balance(e: Elements, pull: float, q: Array, x: float, y: float, anch
     return float(abs(now.total[0]) + abs(now.total[1]) + abs(now.total[2]) / ARM)
 
 
-@kernel
+@inner
 def _rest(e: Elements, now: Balance, matrix: Array, change: Array) -> bool:
     """The change of the damper's position (3,) that balances it while every element stays in its state; False without one."""
     matrix[:], change[:] = 0.0, now.total
@@ -156,7 +156,7 @@ def _rest(e: Elements, now: Balance, matrix: Array, change: Array) -> bool:
     return True
 
 
-@kernel
+@inner
 def _leap(
     e: Elements, pull: float, q: Array, x: float, y: float, anchor: Array, step: Array, states: Index, now: Balance
 ) -> None:

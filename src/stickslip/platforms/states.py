@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner
 from stickslip.platforms.step import UNIT, Bodies
 from stickslip.time.contact_step import solve_in_place
 
@@ -32,7 +32,7 @@ def enumerable(table: ContactTable) -> bool:
     )
 
 
-@kernel
+@inner
 def find_states(bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Array, near: Array, q: Array) -> bool:
     """The equilibrium nearest to the motion `near` goes into q; False where no combination of states has one."""
     contacts, size = table.normal_row.size, q.size
@@ -60,7 +60,7 @@ def find_states(bodies: Bodies, table: ContactTable, drive: Array, right: Array,
     return best < np.inf
 
 
-@kernel
+@inner
 def _force_rows(bodies: Bodies, table: ContactTable, drive: Array, before: Array, code: int, rows: Array) -> None:
     """Forces as rows · (q, 1), in the states of the code: digits to base 4 are stick, slip up, slip down, open."""
     size = rows.shape[1] - 1
@@ -77,7 +77,7 @@ def _force_rows(bodies: Bodies, table: ContactTable, drive: Array, before: Array
         rows[t, size] = kt * drive[t] + before[c] if state == 0 else sense * table.friction[c] * rows[n, size]
 
 
-@kernel
+@inner
 def _agrees(bodies: Bodies, table: ContactTable, drive: Array, before: Array, code: int, q: Array, slack: float) -> bool:
     """Whether the motion q leads to the states of the code."""
     for c in range(table.normal_row.size):

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner
 from stickslip.time.contact_law import Earlier, Slopes, contact_law, no_slopes
 from stickslip.time.contact_step import solve_in_place
 
@@ -57,7 +57,7 @@ class Workspace(NamedTuple):
     matrix: Array
 
 
-@kernel
+@inner
 def workspace(rows: int, elements: int, size: int) -> Workspace:
     """Fresh arrays."""
     return Workspace(
@@ -73,7 +73,7 @@ def workspace(rows: int, elements: int, size: int) -> Workspace:
     )
 
 
-@kernel
+@inner
 def residual_of(
     bodies: Bodies, table: ContactTable, q: Array, drive: Array, right: Array, before: Earlier, work: Workspace
 ) -> float:
@@ -99,7 +99,7 @@ def residual_of(
     return float(np.sqrt(square))
 
 
-@kernel
+@inner
 def _scale(bodies: Bodies, right: Array, work: Workspace) -> float:
     total = 0.0
     for i in range(right.size):
@@ -109,7 +109,7 @@ def _scale(bodies: Bodies, right: Array, work: Workspace) -> float:
     return float(np.sqrt(total) + 1e-300)
 
 
-@kernel
+@inner
 def _direction(bodies: Bodies, work: Workspace) -> None:
     """Newton's change of q; with a growing part of the stuck matrix where the tangent one is singular."""
     rows, size = bodies.B.shape
@@ -139,7 +139,7 @@ def _direction(bodies: Bodies, work: Workspace) -> None:
         work.change[i] = 0.0
 
 
-@kernel
+@inner
 def solve_step(
     bodies: Bodies, table: ContactTable, drive: Array, right: Array, before: Earlier, q: Array, work: Workspace
 ) -> int:

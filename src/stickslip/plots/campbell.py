@@ -1,4 +1,4 @@
-"""Campbell diagram: frequencies over the rotor speed with engine-order lines and their crossings."""
+"""Campbell diagram, frequencies over the rotor speed, and interference diagram, over the nodal diameter, with engine orders."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from stickslip.plots.look import Style, contact, level
 
 if TYPE_CHECKING:
     import xarray as xr
+
+NEAREST = 8
+"""Engine orders named in the interference diagram: those with the smallest margins."""
 
 LOOKS = {"free": {"dash": "dot"}, "stuck": {}, "nonlinear": {"dash": "dash"}}
 
@@ -37,3 +40,28 @@ def over_speed(dataset: xr.Dataset) -> Chart:
     highest = 1.3 * float(np.nanmax(dataset["frequency"].values))
     axes = Axis("speed", "rev/min"), Axis("frequency", "Hz", limits=(0.0, highest))
     return Chart(str(dataset.attrs["title"]), [Panel(*axes, layers, height=3.9)], note=f"mode {dataset.attrs['mode']}")
+
+
+def interference(dataset: xr.Dataset) -> Chart:
+    """Natural frequencies over the nodal diameter and the line of excitation EO Ω/60, folded at 0 and N/2; the engine orders of
+    the smallest margins are named."""
+    frequencies, sectors = dataset["disk_frequency"].values, int(dataset.attrs["sectors"])
+    diameters = dataset["nodal_diameter"].values
+    layers: list[Layer] = []
+    for state, (words, dash) in enumerate((("without contacts", "dot"), ("contacts stuck", "solid"))):
+        style = contact(state, dash=dash, marker="circle", width=1.0, size=3.5)
+        layers += [Line(diameters, curve, style, words, listed=k == 0) for k, curve in enumerate(frequencies[state].T)]
+    orders = np.arange(int(dataset["engine_order"].max()) + 1)
+    turns = orders[(orders % sectors == 0) | (2 * orders % sectors == 0) | (orders == orders[-1])]
+    ends = np.unique(np.concatenate([turns, 0.5 * sectors * np.arange(2 * int(orders[-1]) // sectors + 1)]))
+    speed = float(dataset.attrs["speed"])
+    folded = np.minimum(ends % sectors, -ends % sectors)
+    layers.append(Line(folded, ends * speed / 60.0, Style("grey", width=1.0), f"excitation at {speed:g} rev/min"))
+    margins = dataset["margin"].sel(state="stuck").values
+    for place, o in enumerate(np.argsort(np.abs(margins))[:NEAREST]):
+        one, dots = dataset.isel(engine_order=int(o)), level(place, NEAREST, marker="circle", dash="none", size=6.0)
+        words = f"engine order {int(one['engine_order'])}: {100.0 * margins[o]:+.1f} %"
+        layers.append(Line([int(one["excited_diameter"])], [float(one["excitation_frequency"])], dots, words))
+    highest = 1.2 * max(float(dataset["excitation_frequency"].max()), float(np.nanmin(frequencies[1])))
+    panel = Panel(Axis("nodal diameter"), Axis("frequency", "Hz", limits=(0.0, highest)), layers, height=4.2)
+    return Chart(str(dataset.attrs["title"]), [panel], note="margins of the nearest stuck mode")

@@ -24,7 +24,7 @@ def dissipation(dataset: xr.Dataset) -> Chart:
     """Energy per cycle of all contacts against frequency, and the share of each contact at the highest peak."""
     chosen = representatives(dataset, MOST_BARS)
     note = f"shares: {chosen.words}" if chosen.words else ""
-    return Chart("Energy dissipated by friction", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)
+    return Chart("Energy dissipated in contacts", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)
 
 
 def loss_factor(dataset: xr.Dataset) -> Chart:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from stickslip.checks import InputError, between
+from stickslip.checks import InputError, between, fault
 from stickslip.loads import Force
 from stickslip.problem.problem import Problem
 
@@ -16,6 +16,8 @@ def over_periods(problem: Problem, periods: int) -> Problem:
     becomes harmonic p h. Refused for tuned disks, whose waves of a fraction of the engine order do not exist."""
     if between("periods", periods, 1, MOST_PERIODS) == 1:
         return problem
+    if problem.speed is not None:
+        raise fault("periods", "must be 1 where the frequency stands for the rotor speed", periods, "Use problem.at_speed(...).")
     if not problem.systems.one_for_vibration:
         raise InputError(
             "A motion over several periods must be asked for a structure that all harmonics share, but this disk is one sector "

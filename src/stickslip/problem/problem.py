@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from stickslip.checks import SMALLEST, Array, InputError, counted, fault, of_kind, several, storable, unique
@@ -17,6 +18,7 @@ from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
+from stickslip.problem.speed import SpeedDependence
 from stickslip.problem.systems import HarmonicSystems
 from stickslip.problem.warnings import warnings_of
 from stickslip.renamed import renamed_property
@@ -36,7 +38,8 @@ class Problem:
     structure: M, C, K with names; contacts: laws with directions, whose rows make up B; forces: loads;
     outputs: names of degrees of freedom, or `Output`s. mean_springs: springs that act on the mean (harmonic 0) alone, for
     motions that only friction restrains: once the contacts slip, their mean could be anything. dashpots: viscous dampers, and gas
-    forces that feed the motion (`AerodynamicDamping`).
+    forces that feed the motion (`AerodynamicDamping`). speed: how stiffness and constant loads go with the rotor speed, which an
+    engine order excites along; the frequency of the excitation then stands for the speed.
     """
 
     structure: Structure
@@ -46,6 +49,7 @@ class Problem:
     title: str = ""
     mean_springs: tuple[Spring, ...] = ()
     dashpots: tuple[Dashpot | AerodynamicDamping, ...] = field(default=(), kw_only=True)
+    speed: SpeedDependence | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
@@ -61,6 +65,9 @@ class Problem:
             raise fault("outputs", "must name at least one degree of freedom", "none")
         if not any(amplitude for force in self.forces for amplitude in force.amplitudes.values()):
             raise fault("forces", "must hold a harmonic force", "none", "Give a force a non-zero amplitude.")
+        if self.speed is not None:
+            of_kind("speed", self.speed, SpeedDependence)
+            self.speed.check(self._stiffness.shape)
         self._check_names()
         self._check_held()
 
@@ -87,6 +94,7 @@ class Problem:
     def _check_names(self) -> None:
         """Every degree of freedom that a contact, a force or an output names must exist; resolving the rows raises otherwise."""
         _ = (self.B, self.output_rows, [self.structure.row(force.coefficients) for force in self.forces], self.mean_stiffness)
+        _ = self.static_powers
         self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 
     def _check_held(self) -> None:
@@ -123,13 +131,18 @@ class Problem:
         """How many times stiffer each contact row is than all that it joins, kc g / (1 − kc' g) with g = b K⁻¹ bᴴ, (rows,).
 
         In K contacts count with kc' = min(kc, largest |K| of the structure): two rigid ones side by side do not pass for soft.
+        Where those do not hold the structure, whose own K then has a negative eigenvalue, they count with kc.
         Infinite where nothing but the contact holds what it joins.
         """
         _, _, stuck, B, _ = self.systems.at(1)
         largest = float(np.max(np.abs(self.structure.K), initial=0.0))
         softened = np.minimum(self.contact_stiffness, largest or np.inf)
         K = stuck - B.conj().T @ ((self.contact_stiffness - softened)[:, None] * B)
-        compliance = np.einsum("ij,ji->i", B, linalg.cho_solve(linalg.cho_factor(K), B.conj().T)).real
+        try:
+            factor = linalg.cho_factor(K)
+        except linalg.LinAlgError:
+            softened, factor = self.contact_stiffness, linalg.cho_factor(stuck)
+        compliance = np.einsum("ij,ji->i", B, linalg.cho_solve(factor, B.conj().T)).real
         share = 1.0 - softened * compliance
         ratios = np.full(share.size, np.inf)
         np.divide(self.contact_stiffness * compliance, share, out=ratios, where=share > HELD_ALONE)
@@ -138,7 +151,9 @@ class Problem:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings about a problem that can be computed, but is hardly what was meant, or may defeat Newton's method."""
-        return warnings_of(self)
+        if self.speed is None:
+            return warnings_of(self)
+        return warnings_of(self.at_frequency(self.first_omega_at_rest))
 
     doubts = renamed_property("doubts", "warnings")
 
@@ -211,18 +226,21 @@ class Problem:
             digest.update(np.ascontiguousarray(array).tobytes())
         rest = (structure.damping, self.forces, [contact.balanced for contact in self.contacts], self.mean_springs, self.dashpots)
         digest.update(repr(rest).encode())
+        if self.speed is not None:
+            digest.update(repr((self.speed.engine_order, self.speed.loads)).encode())
+            digest.update(b"" if self.speed.stiffness is None else np.ascontiguousarray(self.speed.stiffness).tobytes())
         return digest.hexdigest()[:16]
 
     def load(self, harmonics: int, level: float = 1.0, omega: float | None = None) -> Array:
         """Loads in real storage (n, 2H+1): static (with the counter-force of balanced contacts), then a_h, b_h.
 
-        omega [rad/s] must be given where `load_powers` go beyond ω⁰.
+        omega [rad/s] must be given where `load_powers` or `static_powers` go beyond ω⁰.
         """
         powers = self.load_powers(harmonics)
-        if omega is None and len(powers) > 1:
+        if omega is None and max(len(powers), len(self.static_powers)) > 1:
             raise fault("omega", "must be given, since a load goes by the frequency", omega)
         load = level * np.einsum("k,knh->nh", (omega or 0.0) ** np.arange(len(powers)), powers)
-        load[:, 0] = self.static_load
+        load[:, 0] = (omega or 0.0) ** np.arange(len(self.static_powers)) @ self.static_powers
         return np.asarray(load)
 
     @cached_property
@@ -236,6 +254,41 @@ class Problem:
             if contact.balanced and contact.normal is not None and normal is not None:
                 load += float(normal.forces(0.0).sum()) * self.structure.row(contact.normal)
         return load
+
+    @cached_property
+    def static_powers(self) -> Array:
+        """The constant loads as a polynomial in ω, Σ_k ω^k powers[k], (powers, n): of `speed` those of Ω² = (ω/EO)²."""
+        if self.speed is None or not self.speed.loads:
+            return self.static_load[None]
+        rate = sum(load.static * self.structure.row(load.coefficients) for load in self.speed.loads)
+        return np.array([self.static_load, np.zeros(self.structure.size), rate / self.speed.engine_order**2])
+
+    def at_speed(self, speed: float) -> Problem:
+        """The problem at one rotor speed, rad/s, without `speed`: that of a point at ω = EO Ω."""
+        if self.speed is None:
+            raise InputError("The problem must have `speed` to be asked for that at one speed.")
+        loads = tuple(replace(load, static=speed**2 * load.static) for load in self.speed.loads)
+        structure = self._stiffened(speed**2 * self.speed.stiffness) if self.speed.stiffness is not None else self.structure
+        return replace(self, structure=structure, forces=(*self.forces, *loads), speed=None)
+
+    @property
+    def first_omega_at_rest(self) -> float:
+        """Of the stuck structure at rest, rad/s: a frequency at which loads that go with the speed have their usual size."""
+        found = (self if self.speed is None else self.at_speed(0.0)).frequencies(stuck=True)
+        moving = found[found > 0.0]
+        return 2.0 * np.pi * float(moving[0]) if moving.size else 0.0
+
+    def at_frequency(self, omega: float) -> Problem:
+        """The problem that a point at a frequency of the excitation, rad/s, is of: `at_speed`, or itself without `speed`."""
+        return self if self.speed is None else self.at_speed(self.speed.at(omega))
+
+    @property
+    def _stiffness(self) -> NDArray[Any]:
+        """All of K that the speed may stiffen."""
+        return self.structure.K
+
+    def _stiffened(self, added: NDArray[Any]) -> Structure:
+        return replace(self.structure, K=self.structure.K + added, C=self._structural_damping(), damping=None)
 
     def load_powers(self, harmonics: int) -> Array:
         """Harmonic loads at force level one as a polynomial in ω, Σ_k ω^k powers[k]: (powers, n, 2H+1) in real storage."""

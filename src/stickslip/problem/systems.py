@@ -13,10 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
-from stickslip.structure.modes import natural_modes
+from stickslip.structure.modes import definite_modes, natural_modes
 
 if TYPE_CHECKING:
     from stickslip.problem import Problem
+
+
+BARELY = 1e-10
+"""Share of the contacts' stiffness that holds a structure without contacts, whose K may be singular beside an indefinite M."""
 
 
 class LinearSystem(NamedTuple):
@@ -57,19 +61,45 @@ class HarmonicSystems:
         self.problem = problem
 
     @property
+    def stiffens(self) -> bool:
+        """Whether the stiffness goes with the rotor speed, and so with the frequency."""
+        return self.problem.speed is not None and self.problem.speed.stiffness is not None
+
+    @property
     def alike(self) -> bool:
         """Whether one real system serves every harmonic."""
-        return not self.problem.mean_springs
+        return not self.problem.mean_springs and not self.stiffens
 
     def key(self, harmonic: int) -> int:
         """A number that harmonics with one and the same system share."""
-        return 0 if self.alike else min(harmonic, 1)
+        return harmonic if self.stiffens else 0 if self.alike else min(harmonic, 1)
 
     def at(self, harmonic: int) -> LinearSystem:
         """The system of a harmonic."""
         problem = self.problem
         stiffness = problem.stuck_stiffness + (problem.mean_stiffness if harmonic == 0 else 0.0)
-        return LinearSystem(problem.structure.M, problem.C, stiffness, problem.B, problem.output_rows)
+        added = None if problem.speed is None else problem.speed.stiffness
+        return self.stiffened(
+            LinearSystem(problem.structure.M, problem.C, stiffness, problem.B, problem.output_rows), harmonic, added
+        )
+
+    def stiffened(self, system: LinearSystem, harmonic: int, added: NDArray[Any] | None) -> LinearSystem:
+        """The system of a harmonic h at rest with what the speed adds to K, K₁ Ω² = −(i h ω)² K₁/(h EO)², as an effective mass.
+
+        For the mean −(i ω)² K₁/EO²: it sees i ω in place of i h ω (`order`), and no damping.
+        """
+        if added is None or self.problem.speed is None:
+            return system
+        share = added / (max(harmonic, 1) * self.problem.speed.engine_order) ** 2
+        return system._replace(M=system.M - share) if harmonic else system._replace(M=-share, C=np.zeros_like(system.C))
+
+    def order(self, harmonic: int) -> int:
+        """k of i k ω at which the system of a harmonic responds: the harmonic, or 1 for a mean that the speed stiffens."""
+        return 1 if harmonic == 0 and self.stiffens else harmonic
+
+    def mass(self, harmonic: int) -> NDArray[Any]:
+        """M of a harmonic."""
+        return self.problem.structure.M
 
     @property
     def uncoupled(self) -> bool:
@@ -83,4 +113,16 @@ class HarmonicSystems:
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
         problem = self.problem
+        if self.stiffens:
+            return self.synchronous(stuck)
         return natural_modes(problem.structure.M, problem.stuck_stiffness if stuck else problem.structure.K).frequencies
+
+    def synchronous(self, stuck: bool) -> Array:
+        """Natural frequencies at the speeds at which the engine order meets them, Hz, ascending; 0 of motions that nothing
+        holds."""
+        system = self.at(1)
+        held = self.problem.contact_stiffness * (1.0 if stuck else BARELY)
+        released = self.problem.contact_stiffness - held
+        found = definite_modes(system.M, system.K - system.B.conj().T @ (released[:, None] * system.B)).frequencies
+        loose = found < np.sqrt(BARELY) * 10.0 * found.max(initial=0.0)
+        return np.where(loose & (not stuck), 0.0, found)

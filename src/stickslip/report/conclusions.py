@@ -1,6 +1,7 @@
 """Conclusions in sentences, computed from the data.
 
-Where each peak is, against the resonances with stuck and without contacts, and which force level is damped best.
+Where each peak is, against the resonances with stuck and without contacts, and which force level is damped best. A curve that is
+higher at an end than at its peak counts by that end.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.curve_kind import CurveKind, kinds_in
+from stickslip.results.stability import is_unstable
 from stickslip.results.view import (
     Peak,
+    higher_end,
     highest_peak,
     level_text,
     levels_in_newtons,
@@ -88,6 +91,8 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
         return "No point converged, so nothing can be concluded."
     if len(peaks) == 1:
         return _level_sentence(dataset, next(iter(peaks)), output)
+    ends = {case: end for case in peaks if (end := higher_end(dataset, case, output))}
+    peaks |= ends
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
     best, first, last = min(normalised, key=lambda case: normalised[case]), *_extreme_levels(dataset, peaks)
     unit = peak_unit(dataset)
@@ -95,9 +100,10 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     several = "curves" if "start" in dataset.coords else "force levels"
     response = _size_of(dataset) or "response"
     lowest = f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest largest {response} per force"
+    reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
         f"Of the {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
-        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{_reductions(dataset, best, peaks[best], output)}."
+        f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{reductions}."
     )
     if not (peaks[first].local and peaks[last].local):
         return sentence
@@ -119,7 +125,16 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
+        f"{' This motion is unstable.' if is_unstable(dataset, case, peak.point) else ''}{_end_sentence(dataset, case, output)}"
     )
+
+
+def _end_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
+    """Where a curve is higher at an end than at its peak."""
+    end, unit = higher_end(dataset, case, output), peak_unit(dataset)
+    if end is None:
+        return ""
+    return f" It is larger, {number(end.amplitude / unit.metres)} {unit.name}, at an end of the curve, {hertz(end.frequency)} Hz."
 
 
 def _size_of(dataset: xr.Dataset) -> str:
@@ -152,27 +167,34 @@ def _extreme_levels(dataset: xr.Dataset, peaks: dict[int, Peak]) -> tuple[int, i
     return min(levels, key=lambda case: levels[case]), max(levels, key=lambda case: levels[case])
 
 
+def _limits(dataset: xr.Dataset) -> dict[str, str]:
+    """The linear responses to compare with, in words; one where stuck contacts add no stiffness, as cubic springs do."""
+    free, stuck = (dataset[f"natural_frequency_{which}"].values for which in ("free", "stuck"))
+    same = free.shape == stuck.shape and np.allclose(free, stuck, rtol=1e-9, atol=0.0, equal_nan=True)
+    return {"free": _ABSENT["free"]} if same else {which: _ABSENT[which] for which in ("stuck", "free")}
+
+
 def _shifts(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
-    for which in ("stuck", "free"):
+    for which, absent in _limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             shift = peak.frequency - linear[0]
             side = "above" if shift > 0 else "below"
             away = f"{number(abs(shift), 3)} Hz ({percent(abs(shift) / linear[0])}) {side}"
-            meant = f"the {_which_resonance(dataset, which)} {_ABSENT[which]}"
+            meant = f"the {_which_resonance(dataset, which)} {absent}"
             words.append(f"{'at' if abs(shift) < SAME * linear[0] else away} {meant}")
     return ", " + " and ".join(words) if words else ""
 
 
 def _reductions(dataset: xr.Dataset, case: int, peak: Peak, output: int) -> str:
     words = []
-    for which in ("stuck", "free"):
+    for which, absent in _limits(dataset).items():
         linear = reference(dataset, which, case, peak, output)
         if linear is not None:
             change = peak.amplitude / linear[1] - 1.0
             other = f"{percent(abs(change))} {'lower' if change <= 0.0 else 'higher'} than"
-            words.append(f"{'as high as' if abs(change) < SAME else other} {_ABSENT[which]}")
+            words.append(f"{'as high as' if abs(change) < SAME else other} {absent}")
     return "; " + ", ".join(words) if words else ""
 
 

@@ -10,7 +10,8 @@ from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.checks import counted
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, percent
-from stickslip.results.view import highest_peak, level_text, points
+from stickslip.results.stability import is_unstable
+from stickslip.results.view import higher_end, highest_peak, level_text, points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +69,7 @@ def _bounded(bounds: xr.Dataset, at: np.ndarray) -> str:
 
 
 def warnings_of(dataset: xr.Dataset) -> list[str]:
-    """Messages of completed curves, and levels whose response has no peak inside the band."""
+    """Messages of completed curves, and levels whose response has no peak inside the band, an unstable one or a higher end."""
     sentences = []
     for case in range(dataset.sizes["case"]):
         _, _, more = str(dataset.case_message.values[case]).strip().partition(". ")
@@ -78,6 +79,16 @@ def warnings_of(dataset: xr.Dataset) -> list[str]:
             peak = highest_peak(dataset, case, output)
             if peak is not None and not peak.local:
                 sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
+            if peak is not None and is_unstable(dataset, case, peak.point):
+                sentences.append(
+                    f"{level_text(dataset, case)}: the highest point of {name}, at {hertz(peak.frequency)} Hz, is an unstable "
+                    "motion: a vibration does not stay there."
+                )
+            if end := higher_end(dataset, case, output):
+                sentences.append(
+                    f"{level_text(dataset, case)}: {name} is larger at an end of its curve, {hertz(end.frequency)} Hz, than at "
+                    "any peak: a higher one may lie beyond."
+                )
     return sentences + (bounds_warnings(detached(dataset)) if has_bounds(dataset) else [])
 
 

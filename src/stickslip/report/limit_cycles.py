@@ -64,7 +64,7 @@ def _roots(dataset: xr.Dataset) -> pd.DataFrame:
         row |= {"stable": "yes" if float(one["stable"]) else "no", "frequency [Hz]": float(one["frequency"])}
         row |= {f"{name} [m]": float(one["amplitude"][o]) for o, name in enumerate(dataset["output"].values)}
         row["energy [J]"] = float(one["energy"])
-        row["dissipated by friction [J]"] = float(np.nansum(one["dissipated"].values))
+        row["dissipated in contacts [J]"] = float(np.nansum(one["dissipated"].values))
         rows.append(row)
     return pd.DataFrame(rows)
 

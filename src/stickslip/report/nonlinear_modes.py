@@ -7,16 +7,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.modes.synthesis import SATURATION, saturated
 from stickslip.outcome import Outcome
 from stickslip.plots.files import Figures
 from stickslip.plots.nonlinear_modes import contact_states, over_amplitude, over_energy, peaks_over_force, shape
 from stickslip.report.numbers import hertz, percent
 from stickslip.report.presentation import Presentation
+from stickslip.results.representative import spread
 from stickslip.results.view import length_text
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+MOST_LEVELS = 12
+"""Force levels of a mode that a summary lists."""
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
@@ -37,10 +42,24 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
             f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by {length_text(amplitude)}"
         )
+        if _has_levels(dataset):
+            lines += _level_lines(one, output)
         if warning := str(one["synthesis_warning"].item()):
             lines.append(f"  warning, {name}: {warning}")
         lines += [f"  {name}: {words}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words]
     return lines
+
+
+def _level_lines(one: xr.Dataset, output: str) -> list[str]:
+    """The peak of each force level, by one mode."""
+    solved = np.flatnonzero(np.isfinite(one["level_amplitude"].values))
+    shown = solved[spread(solved.size, MOST_LEVELS)]
+    lines = []
+    for k in shown:
+        frequency, size = float(one["level_frequency"][k]), float(one["level_amplitude"][k])
+        lines.append(f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size)}, {hertz(frequency)} Hz")
+    more = solved.size - shown.size
+    return [*lines, *([f"  {shown.size} of {solved.size} force levels; all stand in the report"] if more else [])]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
@@ -57,13 +76,17 @@ def failures(dataset: xr.Dataset) -> list[str]:
             and (beyond := dataset["force_level"].values[np.isnan(dataset["level_amplitude"].values[case])]).size
         ):
             levels = ", ".join(f"{level:g}" for level in beyond)
-            found.append(f"{name}: force levels {levels} make more than its largest amplitude; compute it up to a larger one")
+            there = np.isfinite(dataset["peak_force_level"].values[case])
+            ends = (dataset[each].values[case, there] for each in ("peak_force_level", "modal_amplitude"))
+            why = "make more than its largest amplitude; compute it up to a larger one"
+            why = f"are more than it needs at any of its amplitudes. {SATURATION}" if saturated(*ends) else why
+            found.append(f"{name}: force levels {levels} {why}")
     return found
 
 
 def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
-    """The points of every mode, and the peaks of the force levels."""
-    return {"nonlinear modes": _points(dataset)} | ({"peaks of force levels": _peaks(dataset)} if _has_levels(dataset) else {})
+    """The peaks of the force levels, and the points of every mode."""
+    return ({"peaks of force levels": _peaks(dataset)} if _has_levels(dataset) else {}) | {"nonlinear modes": _points(dataset)}
 
 
 def _has_levels(dataset: xr.Dataset) -> bool:
@@ -83,7 +106,7 @@ def _points(dataset: xr.Dataset) -> pd.DataFrame:
         for output, name in enumerate(dataset["output"].values):
             columns[f"{name} [m]"] = one["amplitude"].values[:, output]
         columns["energy [J]"] = one["energy"].values
-        columns["dissipated by friction [J]"] = np.nansum(one["dissipated"].values, axis=1)
+        columns["dissipated in contacts [J]"] = np.nansum(one["dissipated"].values, axis=1)
         columns["dissipated by viscous damping [J]"] = one["viscous_work"].values
         columns["force level of the peak"] = one["peak_force_level"].values
         frames.append(pd.DataFrame(columns)[np.isfinite(one["frequency"].values)])

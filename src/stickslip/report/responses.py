@@ -25,8 +25,8 @@ from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results.stability import has_stability, stability_sentences
-from stickslip.results.view import highest_peak, measure_in
+from stickslip.results.stability import has_stability, is_unstable, stability_sentences
+from stickslip.results.view import higher_end, highest_peak, measure_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,6 +38,8 @@ MOST_LINES = 12
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What "auto" took, and the highest peak of the first output at each force level, or the largest point without a peak."""
+    if _bounds_alone(dataset):
+        return bound_sentences(dataset)
     chosen = dataset.attrs.get("harmonics_chosen")
     lines = [f"{chosen}."] if chosen else []
     measure = measure_in(dataset)
@@ -53,6 +55,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     lines += isolated_sentences(dataset)
     lines += stability_sentences(dataset) if has_stability(dataset) else []
     return [*lines, *(stress_sentences(dataset) if has_stress(dataset) else [])]
+
+
+def _bounds_alone(dataset: xr.Dataset) -> bool:
+    """Whether there are bounds without the curves of a study beside them, as Python gives them."""
+    return "bound" in dataset.dims and "output" not in dataset.dims
 
 
 def isolated_sentences(dataset: xr.Dataset) -> list[str]:
@@ -141,7 +148,7 @@ def widest_and_highest(bounds: xr.Dataset, case: int, widest: int) -> str:
 
 
 def peak_words(dataset: xr.Dataset, case: int) -> str:
-    """The highest peak of the first output of one curve."""
+    """The highest peak of the first output of one curve, and its end where that is higher."""
     highest = highest_peak(dataset, case)
     if highest is None:
         return "no point was found"
@@ -149,11 +156,19 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     size = highest.amplitude / measure.per(float(dataset["force_level"][case]))
     if not highest.local:
         return f"no peak; largest at {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
-    return f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
+    words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
+    words += ", unstable" if is_unstable(dataset, case, highest.point) else ""
+    end = higher_end(dataset, case)
+    if end is None:
+        return words
+    size = end.amplitude / measure.per(float(dataset["force_level"][case]))
+    return f"{words}; higher at an end of the curve, {end.frequency:.6g} Hz: {size:.6g} {units}"
 
 
 def failures(dataset: xr.Dataset) -> list[str]:
     """A sentence for each case that did not reach the end of its band, and for each force level without bounds."""
+    if _bounds_alone(dataset):
+        return bounds_failures(dataset)
     cases = zip(dataset["force_level"].values, dataset["case_outcome"].values, dataset["case_message"].values, strict=True)
     broken = [f"force {level:g}: {message}".strip() for level, outcome, message in cases if outcome != 1]
     return broken + (bounds_failures(detached(dataset)) if has_bounds(dataset) else [])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stickslip.report.markup import text
@@ -15,16 +16,33 @@ if TYPE_CHECKING:
 
     from stickslip.results.result import Result
 
+MOST_FAILURES = 5
+"""Failures listed in a summary."""
+
 
 def summary(result: Result) -> list[str]:
-    """The title, and what came out in sentences; where the analysis has no report, what the result holds."""
+    """The title, what came out in sentences, and what failed; where the analysis has no report, what the result holds."""
     dataset: xr.Dataset | None = getattr(result, "dataset", None)
     analysis = analysis_named(type(result).__name__)
     if dataset is None or analysis not in KINDS:
         held = [] if dataset is None else [_content(dataset), str(dataset.attrs.get("message", ""))]
         return [_titled(type(result).__name__, dataset), *filter(None, held)]
     presentation = presentation_named(analysis)
-    return [_titled(presentation.title, dataset), *presentation.sentences(dataset)]
+    said = list(presentation.sentences(dataset))
+    return [
+        _titled(presentation.title, dataset),
+        *said,
+        *_failed([each for each in presentation.failures(dataset) if each not in said]),
+    ]
+
+
+def _failed(failures: Sequence[str]) -> list[str]:
+    """What failed, the first few."""
+    more = len(failures) - MOST_FAILURES
+    return [
+        *(f"failed: {each}" for each in failures[:MOST_FAILURES]),
+        *([f"failed: {more} more; the report has them"] if more > 0 else []),
+    ]
 
 
 def analysis_named(kind: str) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array
+from stickslip.checks import Array, counted
 from stickslip.results.view import level_text, points
 
 if TYPE_CHECKING:
@@ -19,6 +19,11 @@ UNSTABLE = 2
 def has_stability(dataset: xr.Dataset) -> bool:
     """Whether a result holds the stability of its points."""
     return "stability" in dataset.variables
+
+
+def is_unstable(dataset: xr.Dataset, case: int, point: int) -> bool:
+    """Whether the stability of a point is known, and it is unstable."""
+    return has_stability(dataset) and int(dataset["stability"].values[case, point]) == UNSTABLE
 
 
 def words(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
@@ -55,6 +60,11 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
         undecided = f", {counts[2]} undecided" if counts[2] else ""
         where = f"; {places}" if places else ""
         lines.append(f"  {level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")
+    if unresolved := int(np.count_nonzero(dataset["multiplier_resolved"].values == 0)):
+        lines.append(
+            f"  {counted(unresolved, 'point')} undecided since the multipliers contradict the Jacobian of the balance: take more "
+            "harmonics"
+        )
     stuck, dropped = int(np.nanmax(dataset["stuck_sliders"].values, initial=0)), int(dataset.attrs["stability_dropped_modes"])
     if stuck:
         lines.append(

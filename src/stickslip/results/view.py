@@ -216,6 +216,27 @@ def highest_peak(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None
     )
 
 
+HIGHER = 1.001
+"""Ratio to the highest peak from which the end of a curve is higher."""
+
+
+def higher_end(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
+    """The first or last point of a curve where it is higher than its highest peak: a higher peak may lie beyond. None without a
+    peak, at which `highest_peak` is the largest point already."""
+    peak = highest_peak(dataset, case, output)
+    if peak is None or not peak.local:
+        return None
+    measure, ends = measure_in(dataset), converged_points(dataset, case)[[0, -1]]
+    amplitudes = sizes(dataset, case, output, measure, ends)
+    best = int(np.argmax(amplitudes))
+    if not amplitudes[best] > HIGHER * peak.amplitude:
+        return None
+    point = int(ends[best])
+    frequency, loss_factor = (float(dataset[name].values[case, point]) for name in ("frequency", "loss_factor"))
+    max_abs = float(sizes(dataset, case, output, measure.with_kind("max_abs"), ends[[best]])[0])
+    return Peak(frequency, float(amplitudes[best]), max_abs, loss_factor, point, local=False)
+
+
 def highest_maximum(dataset: xr.Dataset, case: int, output: int, measure: Measure) -> tuple[float, float] | None:
     """Frequency, Hz, and size at the highest maximum of a measure: a peak where the peaks are of it, else a point of the curve
     whose neighbours are lower. None without one.

@@ -92,6 +92,22 @@ def branch_points(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list
     return [point for point in found if point is not None]
 
 
+def determinant_jumps(balance: HarmonicBalance, curve: Sequence[CurvePoint]) -> list[float]:
+    """ω [rad/s] where the bordered determinant jumps over zero between two samples of a contact, too far for a branch point."""
+    found = []
+    for k, (current, following) in enumerate(pairwise(curve)):
+        if not _changes(balance, current, following):
+            continue
+        share = _bisected(balance, current, following)
+        evaluation = None if share is None else _inside(balance, current, following, share)
+        if evaluation is None:
+            continue
+        least = float(_spectrum(balance, evaluation, _plane(current, following), current.metric).values[0])
+        if least > JUMP * max(_least(balance, point) for point in curve[k : k + 2]):
+            found.append(evaluation.point.omega)
+    return found
+
+
 def _plane(current: CurvePoint, following: CurvePoint) -> PathCondition:
     """Planes across the straight way between two points, 0 at the first and 1 at the second."""
     motion = current.metric.weight * (following.evaluation.w - current.evaluation.w)

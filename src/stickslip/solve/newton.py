@@ -11,7 +11,9 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
-from stickslip.kernels import inlined, kernel
+from stickslip.kernels import inlined, inner, kernel
+from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers, zero_numbers
+from stickslip.kernels.views import view
 
 TOLERANCE = 1e-12
 """Residual relative to the contact forces, or to the harmonic load, at which a point counts as solved."""
@@ -91,7 +93,7 @@ class _Found(NamedTuple):
 
 @kernel
 def _newton(
-    system: AnySystem,
+    given: AnySystem,
     forces: Array,
     omega: float,
     level: float,
@@ -101,8 +103,9 @@ def _newton(
     patience: int,
     wanted: float,
 ) -> _Found:
+    system = view(given)
     state = first = evaluate(system, forces, omega, level)
-    bordered = Bordered(np.empty((0, 0)), np.empty(0, np.int32), np.empty(0, np.int64), np.empty((0, 0), np.bool_), 0.0)
+    bordered = Bordered(empty_table(0, 0), np.empty(0, np.int32), zero_numbers(0), np.empty((0, 0), np.bool_), 0.0)
     done, near, converged, singular = 0, False, False, False
     while True:
         missed, off = gap(border, state, omega, level), missed_amplitude(system.control, state.w, omega)
@@ -126,10 +129,10 @@ def _newton(
             near = True
             converged = state.error <= FLOOR and max(abs(missed), abs(off)) <= CONDITION_TOLERANCE
             break
-        near = state.error <= wanted and np.array_equal(state.unknown, following.unknown)
+        near = state.error <= wanted and same_numbers(state.unknown, following.unknown)
         state = following
         omega, level = _moved(border, omega, level, length * amount, length * raised)
-    direction = Direction(np.empty((0, 0)), np.empty((0, 0)), 0.0, 0.0)
+    direction = Direction(empty_table(0, 0), empty_table(0, 0), 0.0, 0.0)
     if converged and wanted >= 0.0:
         if not near:
             bordered = factorise(system, state, omega, level, border)
@@ -137,7 +140,7 @@ def _newton(
     return _Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
 
 
-@kernel
+@inner
 def _moved(border: Border, omega: float, level: float, amount: float, raised: float) -> tuple[float, float]:
     """ω and level with the parameter changed, and the level by `raised` too."""
     return (omega, level + amount) if border.by_level else (omega + amount, level + raised)
@@ -149,9 +152,9 @@ def _full_step(
 ) -> tuple[float, State]:
     """The state after Newton's whole step, whatever it does to the residual; length 0 where there is none."""
     after, lifted = _moved(border, omega, level, amount, raised)
-    if not (after > 0.0 and np.isfinite(amount) and np.isfinite(raised) and np.all(np.isfinite(step))):
+    if not (after > 0.0 and np.isfinite(amount) and np.isfinite(raised) and all_finite(step)):
         return 0.0, state
-    return 1.0, evaluate(system, state.forces + step, after, lifted)
+    return 1.0, evaluate(system, moved_by(state.forces, 1.0, step), after, lifted)
 
 
 @inlined
@@ -169,14 +172,14 @@ def _search(
 ) -> tuple[float, State]:
     """The longest of the steps 1, 1/2, 1/4, ... that reduces residual and missed conditions together, and the state after it; 0
     for none."""
-    if not (np.isfinite(amount) and np.isfinite(raised) and np.all(np.isfinite(step))):
+    if not (np.isfinite(amount) and np.isfinite(raised) and all_finite(step)):
         return 0.0, state
     before = np.hypot(state.error, short)
     length = 1.0
     for _ in range(halvings + 1):
         after, lifted = _moved(border, omega, level, length * amount, length * raised)
         if after > 0.0:
-            trial = evaluate(system, state.forces + length * step, after, lifted)
+            trial = evaluate(system, moved_by(state.forces, length, step), after, lifted)
             missed = np.hypot(gap(border, trial, after, lifted), missed_amplitude(system.control, trial.w, after))
             if np.hypot(trial.error, missed) < (1.0 - 1e-4 * length) * before:
                 return length, trial

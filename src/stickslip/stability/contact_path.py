@@ -14,7 +14,7 @@ from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
 from stickslip.contact.protocol import PeriodForces, PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 from stickslip.time.contact_law import slip_limit
 
 BISECTIONS = 44
@@ -24,7 +24,7 @@ BESIDE = 1e-5
 """Share of a step between samples before and after an event of a law with kernels of its own, whose force may turn there."""
 
 
-@kernel
+@inner
 def at_instant(values: Array, rates: Array, t: float) -> tuple[float, float]:
     """A periodic signal and its rate at t (in samples), by the cubic through values and rates (per sample) of two samples."""
     size = values.size
@@ -35,7 +35,7 @@ def at_instant(values: Array, rates: Array, t: float) -> tuple[float, float]:
     return u0 + x * (v0 + x * (c2 + x * c3)), v0 + x * (2.0 * c2 + 3.0 * x * c3)
 
 
-@kernel
+@inner
 def _gap(table: ContactTable, e: int, r: int, u: Array, v: Array, t: float, what: int, side: float, y: float) -> float:
     """A function of time that is positive after the event `what` of element e of row r, and negative before.
 
@@ -55,7 +55,7 @@ def _gap(table: ContactTable, e: int, r: int, u: Array, v: Array, t: float, what
     return float(side * (side * slope * rate - table.stiffness[e] * speed))
 
 
-@kernel
+@inner
 def _instant(
     table: ContactTable, e: int, r: int, u: Array, v: Array, low: float, high: float, what: int, side: float, y: float
 ) -> float:
@@ -73,7 +73,7 @@ def _instant(
     return high
 
 
-@kernel
+@inner
 def _slip_line(table: ContactTable, e: int, r: int, u: Array, v: Array, t: float, side: float) -> float:
     """y = side L − kt u of a slipping slider at an instant."""
     z = 0.0
@@ -82,7 +82,7 @@ def _slip_line(table: ContactTable, e: int, r: int, u: Array, v: Array, t: float
     return float(side * slip_limit(table, e, z)[0] - table.stiffness[e] * at_instant(u[r], v[r], t)[0])
 
 
-@kernel
+@inner
 def _slider_changes(
     table: ContactTable, e: int, r: int, u: Array, v: Array, event: Index, held: float, instants: Array, states: Index
 ) -> tuple[int, float]:
@@ -184,7 +184,7 @@ def contact_path(
     return count, still, last
 
 
-@kernel
+@inner
 def _normal_changes(
     table: ContactTable, c: int, z: Array, rate: Array, instants: Array, elements: Index, states: Index, count: int
 ) -> int:
@@ -207,7 +207,7 @@ def _normal_changes(
     return count
 
 
-@kernel
+@inner
 def _law_changes(
     table: ContactTable,
     c: int,
@@ -245,7 +245,7 @@ def _law_changes(
     return count
 
 
-@kernel
+@inner
 def _disc_gap(table: ContactTable, a: int, y: Array, u: Array, v: Array, t: float, n: int, yields: bool) -> float:
     """Positive after the first row a of a friction disc yields, |T| − L, or after it sticks, dL/dt − kt e·du/dt, e = T/|T| as the
     two samples before n have it."""
@@ -265,7 +265,7 @@ def _disc_gap(table: ContactTable, a: int, y: Array, u: Array, v: Array, t: floa
     return float(slope * rate - kt * along)
 
 
-@kernel
+@inner
 def _disc_instant(
     table: ContactTable, a: int, y: Array, u: Array, v: Array, low: float, high: float, n: int, yields: bool
 ) -> float:

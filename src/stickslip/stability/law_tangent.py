@@ -17,7 +17,7 @@ from stickslip.contact.dispatch import law_step
 from stickslip.contact.friction_disc import disc_step
 from stickslip.contact.protocol import ContactData, StepForces, StepMotion, contact_data
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner
 from stickslip.time.contact_law import slip_limit
 
 DIFFERENCE = 1e-6
@@ -52,7 +52,7 @@ class Before(NamedTuple):
     limit: Array
 
 
-@kernel
+@inner
 def no_tangent(rows: int) -> Tangent:
     """Zeros to be filled."""
     n = rows
@@ -60,7 +60,7 @@ def no_tangent(rows: int) -> Tangent:
     return Tangent(*first, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
 
 
-@kernel
+@inner
 def law_tangent(table: ContactTable, c: int, u: Array, v: Array, inside: float, y: Array, tangent: Tangent) -> None:
     """Fill the rows of contact c for a step with motion u and velocity v (rows, 2) before and after it, and move y (rows,).
 
@@ -99,7 +99,7 @@ def law_tangent(table: ContactTable, c: int, u: Array, v: Array, inside: float, 
         y[r] = found.y[d]
 
 
-@kernel
+@inner
 def landing_rates(table: ContactTable, c: int, u: Array, v: Array, h: float, rates: Array) -> None:
     """dT/dt of the rows of contact c just after it lands with motion u and velocity v (rows,); h: a short time [s]."""
     a, data, row = table.first_row[c], contact_data(table, c), table.normal_row[c]
@@ -114,7 +114,7 @@ def landing_rates(table: ContactTable, c: int, u: Array, v: Array, h: float, rat
         rates[a + d] = (found.y[d] + data.kt[d] * moved[d]) / now
 
 
-@kernel
+@inner
 def _disc_before(kt: float, motion: StepMotion, before: Before) -> None:
     """Of a friction disc: T1 = L1 (c, s), its angle by T0 = y0 + kt u0, by kt Δu and by L0."""
     y, u0, u, turn = motion.intercept, motion.u0, motion.u, np.empty(6)
@@ -131,7 +131,7 @@ def _disc_before(kt: float, motion: StepMotion, before: Before) -> None:
     before.limit[0], before.limit[1] = -s * motion.limit * turn[4], c * motion.limit * turn[4]
 
 
-@kernel
+@inner
 def _dahl_before(data: ContactData, motion: StepMotion, before: Before) -> None:
     """Of Dahl's law: T1 by T0 = y0 + kt u0, by Δu and by L0."""
     for d in range(data.kt.size):
@@ -140,7 +140,7 @@ def _dahl_before(data: ContactData, motion: StepMotion, before: Before) -> None:
         before.y[d, d], before.u[d, d], before.limit[d] = moved[1], kt * moved[1] - moved[2], moved[3]
 
 
-@kernel
+@inner
 def _differences(kind: int, data: ContactData, motion: StepMotion, before: Before) -> None:
     """Of any other law with a spring kt, by central differences."""
     size, kt = data.kt.size, data.kt[0]
@@ -156,7 +156,7 @@ def _differences(kind: int, data: ContactData, motion: StepMotion, before: Befor
             before.limit[:] += sign * _after(kind, data, motion, nothing, nothing, sign * small) / (2.0 * small)
 
 
-@kernel
+@inner
 def _after(kind: int, data: ContactData, motion: StepMotion, y: Array, u: Array, limit: float) -> Array:
     """y after a step from another y, u and limit."""
     size = motion.u.size

@@ -13,10 +13,10 @@ from stickslip.checks import Array, Index, InputError
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import STICK
 from stickslip.contact.table import ContactTable
-from stickslip.harmonic.balance import Evaluation, HarmonicBalance
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition
 from stickslip.harmonic.decoupling import states
 from stickslip.stability.contact_path import contact_path
-from stickslip.stability.modes import block_modes
+from stickslip.stability.modes import BlockModes, block_modes
 from stickslip.stability.period_map import Path, period_map
 
 STEPS = 32
@@ -29,8 +29,14 @@ CLEAR = 0.02
 
 TIMES_ERROR = 4.0
 
+ROUNDING = 1e-7
+"""Distance from the unit circle that rounding may decide: that of modes without damping, in units of their size."""
+
 UNDECIDED = 1e-3
 """Distance from the unit circle within which a multiplier may be left undecided."""
+
+NEAR = 0.05
+"""Distance from the unit circle within which too few harmonics may decide a verdict."""
 
 MERGED = 1e-9
 """Instants closer than this share of a period are one."""
@@ -57,13 +63,16 @@ class Multipliers:
     """values: the eigenvalues of the period map, largest first; error: estimated, of the first; steps: of the period.
 
     exact_ones: multipliers of exactly 1, of sliders that never slip, which are not among the values: any position of such a
-    slider between two limits is a periodic motion.
+    slider between two limits is a periodic motion. resolved: whether the number of real multipliers beyond 1 is even where the
+    determinant of the balance's Jacobian is positive, odd where it is negative; it is not where too few harmonics move the
+    multipliers across 1.
     """
 
     values: NDArray[np.complex128]
     error: float
     steps: int
     exact_ones: int
+    resolved: bool
 
     @property
     def leading(self) -> complex:
@@ -76,7 +85,9 @@ class Multipliers:
         size = abs(self.leading)
         if not np.isfinite(size):
             return Stability.UNKNOWN
-        if abs(size - 1.0) <= min(max(self.error, np.finfo(float).eps), UNDECIDED):
+        if not self.resolved:
+            return Stability.UNDECIDED
+        if abs(size - 1.0) <= min(max(self.error, ROUNDING), UNDECIDED):
             return Stability.UNDECIDED
         return Stability.UNSTABLE if size > 1.0 else Stability.STABLE
 
@@ -86,42 +97,69 @@ class PeriodMap:
     themselves; those above follow at once."""
 
     def __init__(self, balance: HarmonicBalance, highest: float = np.inf) -> None:
-        if not balance.problem.systems.alike:
+        self.balance, self.highest = balance, highest
+        self.modes = self._modes_at(0.0)
+
+    def _modes_at(self, omega: float) -> BlockModes:
+        """The modes of the structure, of a problem with `speed` at that of a frequency."""
+        problem = self.balance.problem.at_frequency(omega)
+        if not problem.systems.alike:
             raise InputError(
                 "Stability must be asked for a structure that all harmonics share, but mean springs act on harmonic 0 alone, "
                 "and aerodynamics of a disk on vibration alone."
             )
-        modes = block_modes(states(balance.problem.systems.at(1)), balance.rows, highest)
+        modes = block_modes(states(problem.systems.at(1)), self.balance.rows, self.highest)
         if modes is None:
             raise InputError("Stability must be asked for damping that decouples, but two modes are critically damped together.")
-        self.balance, self.modes = balance, modes
+        return modes
 
     def multipliers(self, evaluation: Evaluation, steps: int = STEPS) -> Multipliers:
         """The multipliers of a point, with twice `steps` or as many more as its verdict needs."""
-        contacts = ContactPeriod(evaluation, self.balance)
-        coarse = self._map(contacts, steps)
+        contacts, modes = ContactPeriod(evaluation, self.balance), self._modes_of(evaluation)
+        coarse = _map(contacts, modes, steps)
+        before = None
         while True:
             steps *= 2
-            fine = self._map(contacts, steps)
-            # The error falls with the square of the step, so a third of the difference is left of it.
+            fine = _map(contacts, modes, steps)
+            # The error falls with the square of the step: a third of the difference is left, and is taken off. What then
+            # remains is no more than a third of what the next halving of the steps changes.
             left = (fine - coarse) / 3.0
-            values = _sorted(fine + left)
-            error = _size_change(fine + left, values[0], left) if values.size and values[0] != 0.0 else 0.0
+            better = fine + left
+            change = left if before is None else (better - before) / 3.0
+            values = _sorted(better)
+            error = _size_change(better, values[0], change) if values.size and values[0] != 0.0 else 0.0
             distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
-            if distance > TIMES_ERROR * error or not error > 0.1 * UNDECIDED or steps >= MOST_STEPS:
-                return Multipliers(values, float(error), steps, contacts.exact_ones)
-            coarse = fine
+            if distance > TIMES_ERROR * error or not error > 0.1 * ROUNDING or steps >= MOST_STEPS:
+                return Multipliers(values, float(error), steps, contacts.exact_ones, self._resolved(evaluation, values))
+            coarse, before = fine, better
 
-    def _map(self, contacts: ContactPeriod, steps: int) -> Array:
-        path, columns = contacts.path(steps)
-        whole = period_map(contacts.table, self.modes, path, columns)
-        size = self.modes.force.shape[0]
-        kept = np.concatenate([self.modes.real, np.arange(size, size + columns.size)])
-        return np.asarray(whole[np.ix_(kept, kept)])
+    def _resolved(self, evaluation: Evaluation, values: NDArray[np.complex128]) -> bool:
+        """Whether the sign of the product of all 1 − μ is that of the determinant of the balance's Jacobian.
+
+        Too few harmonics move multipliers a little. Where the largest is not near the unit circle, the sign of the Jacobian is
+        not to be believed: of sampled friction it may change where a slider just slips.
+        """
+        if not values.size or abs(abs(values[0]) - 1.0) > NEAR:
+            return True
+        beyond = int(np.count_nonzero((values.imag == 0.0) & (values.real > 1.0)))
+        held = PathCondition("omega", None, 1.0, evaluation.point.omega)
+        sign = self.balance.factorise(evaluation, held).orientation
+        return bool(sign * (-1) ** beyond >= 0.0)
+
+    def _modes_of(self, evaluation: Evaluation) -> BlockModes:
+        return self._modes_at(evaluation.point.omega) if self.balance.problem.systems.stiffens else self.modes
 
     def matrix(self, evaluation: Evaluation, steps: int) -> Array:
         """The period map with so many steps, beside the instants at which contacts change."""
-        return self._map(ContactPeriod(evaluation, self.balance), steps)
+        return _map(ContactPeriod(evaluation, self.balance), self._modes_of(evaluation), steps)
+
+
+def _map(contacts: ContactPeriod, modes: BlockModes, steps: int) -> Array:
+    path, columns = contacts.path(steps)
+    whole = period_map(contacts.table, modes, path, columns)
+    size = modes.force.shape[0]
+    kept = np.concatenate([modes.real, np.arange(size, size + columns.size)])
+    return np.asarray(whole[np.ix_(kept, kept)])
 
 
 def _sorted(matrix: Array) -> NDArray[np.complex128]:

@@ -17,7 +17,7 @@ from stickslip.checks import Array, Index
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, STICK
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner, kernel
 from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent, no_tangent
 from stickslip.stability.modes import BlockModes
 from stickslip.time.contact_law import slip_limit
@@ -45,7 +45,7 @@ class Path(NamedTuple):
     used: Index
 
 
-@kernel
+@inner
 def _block_step(A: Array, h: float, out: Array) -> None:
     """out (3, 2, 2): φ0 = exp(A h), h φ1, h φ2; φ1 = ∫ exp(A h (1 − s)) ds, φ2 = ∫ exp(A h (1 − s)) s ds over 0..1."""
     a, b, c, d = A[0, 0] * h, A[0, 1] * h, A[1, 0] * h, A[1, 1] * h
@@ -81,7 +81,7 @@ def _block_step(A: Array, h: float, out: Array) -> None:
     out[2, 0, 0], out[2, 0, 1], out[2, 1, 0], out[2, 1, 1] = h * p, h * q, h * r, h * s
 
 
-@kernel
+@inner
 def _advance(blocks: Array, force: Array, h: float, x: Array, begin: Array, end: Array) -> None:
     """Move the states x over a step without δλ; fill what δλ at its beginning and at its end takes from them (2b, used rows)."""
     step = np.empty((3, 2, 2))
@@ -99,7 +99,7 @@ def _advance(blocks: Array, force: Array, h: float, x: Array, begin: Array, end:
             x[i, column], x[j, column] = p * one + q * two, r_ * one + s * two
 
 
-@kernel
+@inner
 def _slider_tangent(table: ContactTable, c: int, z: float, state: Index, tangent: Tangent) -> None:
     """δy by the motion of the rows of contact c, sliders and normal springs, in an interval; z: normal motion inside it."""
     row = table.normal_row[c]
@@ -120,7 +120,7 @@ def _slider_tangent(table: ContactTable, c: int, z: float, state: Index, tangent
                     tangent.normal[r] += state[e] * slip_limit(table, e, z)[1]
 
 
-@kernel
+@inner
 def _add_row(total: Array, factor: float, values: Array) -> None:
     """total += factor values."""
     if factor != 0.0:
@@ -128,7 +128,7 @@ def _add_row(total: Array, factor: float, values: Array) -> None:
             total[k] += factor * values[k]
 
 
-@kernel
+@inner
 def _balance(
     table: ContactTable,
     tangent: Tangent,
@@ -240,7 +240,7 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
     return result
 
 
-@kernel
+@inner
 def _rows_of(values: Array, rows: Index) -> Array:
     """values[rows]."""
     found = np.empty((rows.size, values.shape[1]))
@@ -249,7 +249,7 @@ def _rows_of(values: Array, rows: Index) -> Array:
     return found
 
 
-@kernel
+@inner
 def _changed(table: ContactTable, path: Path, k: int) -> bool:
     """Whether any contact does in interval k what it did not in the one before."""
     for e in range(path.state.shape[1]):
@@ -266,14 +266,14 @@ def _changed(table: ContactTable, path: Path, k: int) -> bool:
     return False
 
 
-@kernel
+@inner
 def _inside(path: Path, row: int, k: int) -> float:
     """Normal motion in the middle of interval k, by the cubic through its ends."""
     h = path.instants[k + 1] - path.instants[k]
     return float(0.5 * (path.u[row, k] + path.u[row, k + 1]) + 0.125 * h * (path.v[row, k] - path.v[row, k + 1]))
 
 
-@kernel
+@inner
 def _enter(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tangent: Tangent, kept: Array) -> None:
     """At the beginning of interval k: its tangent, and what stuck sliders and laws keep; of one that lands and sticks, when."""
     elements = table.stiffness.size
@@ -299,7 +299,7 @@ def _enter(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tan
                     kept[r] += memory[e]
 
 
-@kernel
+@inner
 def _meet(table: ContactTable, path: Path, c: int, k: int, w: Array, memory: Array) -> None:
     """δy of contact c, of a law with kernels of its own, where it lands or lifts off at the beginning of interval k.
 
@@ -321,7 +321,7 @@ def _meet(table: ContactTable, path: Path, c: int, k: int, w: Array, memory: Arr
             memory[elements + r] += rates[r] / speed * w[row]
 
 
-@kernel
+@inner
 def _keep(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tangent: Tangent, kept: Array) -> None:
     """What does not depend on the end of interval k: stuck sliders, and laws by what was before."""
     elements = table.stiffness.size
@@ -339,7 +339,7 @@ def _keep(table: ContactTable, path: Path, k: int, w: Array, memory: Array, tang
                 kept[r] += tangent.u_normal[r] * w[table.loading_row[r]]
 
 
-@kernel
+@inner
 def _remember(table: ContactTable, path: Path, k: int, w: Array, memory: Array) -> None:
     """δy of the sliders that slip or are open in interval k."""
     for c in range(table.kind.size):

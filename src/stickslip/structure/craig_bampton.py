@@ -16,7 +16,7 @@ from scipy.sparse import linalg as sparse_linalg
 from stickslip.checks import Array, InputError, fault
 from stickslip.structure.factor import Factor, Singular, solver
 from stickslip.structure.matrices import Structure
-from stickslip.structure.sparse import symmetric_sparse
+from stickslip.structure.sparse import Report, symmetric_sparse
 
 Progress = Callable[[float, str], None]
 
@@ -59,8 +59,9 @@ def craig_bampton(
     interior = np.setdiff1d(np.arange(size), boundary)
     if modes is not None and not 0 <= modes <= interior.size:
         raise fault("modes", f"must lie between 0 and {interior.size}, the interior degrees of freedom", modes)
-    progress(0.05, f"factorising the stiffness of {interior.size} rows by {solver(interior.size).name}")
-    solve = _Interior(stiffness[interior][:, interior], mass[interior][:, interior])
+    progress(0.05, f"ordering the stiffness of {interior.size} rows for {solver(interior.size).name}")
+    own = stiffness[interior][:, interior], mass[interior][:, interior]
+    solve = _Interior(own[0], own[1], lambda text: progress(0.1, text))
     progress(0.3, f"static modes; the factor takes {solve.megabytes:.0f} MiB")
     static = -solve(stiffness[interior][:, boundary].toarray())
     progress(0.5, f"fixed-interface modes; the factor takes {solve.megabytes:.0f} MiB")
@@ -99,14 +100,14 @@ def _reduced_stiffness(stiffness: sparse.csc_array, T: Array, squares: Array) ->
 class _Interior:
     """The body with its kept degrees of freedom held: solves K_ii x = b and finds its modes with one factorisation."""
 
-    def __init__(self, K: sparse.csc_array, M: sparse.csc_array) -> None:
+    def __init__(self, K: sparse.csc_array, M: sparse.csc_array, report: Report) -> None:
         self.K, self.M = K, M
         if np.any(K.diagonal() <= 0.0):
             raise _not_held()
         if K.shape[0] == 0:
             return
         try:
-            self.factor = Factor(K)
+            self.factor = Factor(K, report)
         except Singular:
             raise _not_held() from None
         if self.factor.negative or self.factor.weak:

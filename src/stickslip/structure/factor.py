@@ -11,7 +11,7 @@ from scipy import sparse
 from stickslip.checks import Array
 from stickslip.structure import pardiso
 from stickslip.structure.pardiso import Pardiso
-from stickslip.structure.sparse import Sparse
+from stickslip.structure.sparse import Report, Sparse
 from stickslip.structure.superlu import SuperLU
 
 LARGE = 3000
@@ -31,17 +31,17 @@ class Factor:
     """A = D⁻¹ F D⁻¹ of symmetric A (n, n), D scaling its diagonal to ±1 and F factorised in an order of little fill.
 
     negative: how many eigenvalues of A are below zero; weak: how many pivots of F are indistinguishable from zero, so that A
-    is singular; megabytes: the memory of the factor, MiB.
+    is singular; megabytes: the memory of the factor, MiB. report(text) is called with what is being done, for large matrices.
     """
 
-    def __init__(self, matrix: Sparse) -> None:
+    def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
         diagonal = np.abs(matrix.diagonal())
         if np.any(diagonal == 0.0):
             raise Singular("a row without a diagonal entry")
         self.scale = 1.0 / np.sqrt(diagonal)
         scaling = sparse.diags_array(self.scale)
         try:
-            self._factor = solver(matrix.shape[0])(sparse.csc_array(scaling @ matrix @ scaling))
+            self._factor = solver(matrix.shape[0])(sparse.csc_array(scaling @ matrix @ scaling), report)
         except ArithmeticError as error:
             raise Singular(str(error)) from None
         self.negative, self.weak, self.megabytes = self._factor.negative, self._factor.weak, self._factor.mebibytes

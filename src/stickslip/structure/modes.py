@@ -44,6 +44,18 @@ def natural_modes(M: Array, K: Array) -> Modes:
     return Modes(squares, follow @ amplitudes)
 
 
+def definite_modes(M: Array, K: Array) -> Modes:
+    """The modes with a positive square of a positive definite K and any symmetric or Hermitian M, (n, n), φᵀMφ = 1.
+
+    M is indefinite where it holds what a rotor speed adds to the stiffness, K + Ω² K₁ = ω² M: stiffened motions may be met by no
+    speed at all.
+    """
+    inverse_squares, shapes = linalg.eigh(M, K)
+    met = inverse_squares > MASSLESS * np.abs(inverse_squares).max(initial=0.0)
+    squares = 1.0 / inverse_squares[met]
+    return Modes(squares[::-1], (shapes[:, met] * np.sqrt(squares))[:, ::-1])
+
+
 def _split(M: Array) -> tuple[Array, Array]:
     """Bases of the motions with mass and of those without, (n, ...), independent of the units of the degrees of freedom."""
     scale = np.sqrt(np.maximum(np.diag(M).real, 0.0))

@@ -10,12 +10,14 @@ import logging
 import weakref
 from functools import cache
 from importlib import import_module, util
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import Array
-from stickslip.structure.sparse import Sparse
+from stickslip import machine
+from stickslip.checks import Array, fault
+from stickslip.structure.sparse import Report, Sparse
 
 PACKAGE = "pypardiso"
 SYMMETRIC_INDEFINITE = -2
@@ -24,6 +26,9 @@ SMALLEST_PIVOT = 13
 SETTINGS = {1: 1, 2: 2, 10: SMALLEST_PIVOT, 18: -1, 21: 1}
 """By the numbers of MKL's manual: own settings, nested dissection, smallest pivot, count entries, pivots of 1 and 2."""
 NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB, OUT_OF_MEMORY = 23, 14, 16, 17, -2
+ANALYSIS, FACTORISATION, BOTH = 11, 22, 12
+"""Phases by the numbers of MKL's manual."""
+REMEDY = "Take a coarser mesh, let the finite-element program reduce the model, or take a machine with more memory."
 
 
 @cache
@@ -46,29 +51,55 @@ def usable() -> bool:
 class Pardiso:
     """The factor of a symmetric matrix (n, n) whose diagonal has no zeros.
 
-    negative: how many eigenvalues are below zero; weak: how many pivots are indistinguishable from zero; mebibytes: of the
-    factor.
+    negative: how many eigenvalues are below zero; weak: how many pivots are indistinguishable from zero.
+    report(text): called with the memory that the factor will take, once the order of the rows is known.
     """
 
     name = "MKL PARDISO"
 
-    def __init__(self, matrix: Sparse) -> None:
+    def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
         package = import_module(f"{PACKAGE}.pardiso_wrapper")
         self._upper = sparse.csr_matrix(sparse.triu(matrix))
-        self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+        self._solver = _in_phases(package)
         for number, value in SETTINGS.items():
             self._solver.set_iparm(number, value)
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
         try:
             self._solver.factorize(self._upper)
+            self._within_memory(report)
+            self._solver.chosen = FACTORISATION
+            self._solver.factorize(self._upper)
         except package.PyPardisoError as error:
             if error.value == OUT_OF_MEMORY:
                 raise MemoryError(str(error)) from None
             raise ArithmeticError(str(error)) from None
-        counted = {number: int(self._solver.get_iparm(number)) for number in (NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB)}
-        self.negative, self.weak = counted[NEGATIVE], counted[RAISED]
-        self.mebibytes = (counted[KEPT_KIB] + counted[FACTOR_KIB]) / 1024.0
+        self.negative, self.weak = (int(self._solver.get_iparm(number)) for number in (NEGATIVE, RAISED))
+
+    @property
+    def mebibytes(self) -> float:
+        """The memory of the factor, MiB; from the analysis on."""
+        return float(self._solver.get_iparm(KEPT_KIB) + self._solver.get_iparm(FACTOR_KIB)) / 1024.0
+
+    def _within_memory(self, report: Report) -> None:
+        """Say what the factor will take, and refuse what the machine does not have, before hours of swapping."""
+        rows, needed, there = self._upper.shape[0], self.mebibytes / 1024.0, machine.memory() / 2**30
+        if needed > there:
+            what = f"The factor of the stiffness of {rows} rows"
+            raise fault(what, f"must fit into {there:.1f} GiB, the machine's memory", f"{needed:.1f} GiB", REMEDY)
+        report(f"factorising the stiffness of {rows} rows by {self.name}, {needed:.2g} GiB")
 
     def solve(self, loads: Array) -> Array:
         """A⁻¹ loads, for loads (n,) or (n, loads)."""
         return np.asarray(self._solver.solve(self._upper, loads))
+
+
+def _in_phases(package: Any) -> Any:
+    """A solver whose `factorize` does the phase `chosen`: first the analysis, which knows the memory, then the factorisation."""
+
+    class InPhases(package.PyPardisoSolver):  # type: ignore[misc]
+        chosen = ANALYSIS
+
+        def set_phase(self, phase: int) -> None:
+            super().set_phase(self.chosen if phase == BOTH else phase)
+
+    return InPhases(mtype=SYMMETRIC_INDEFINITE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy import sparse
 from stickslip.checks import LARGEST, fault
 
 Sparse = sparse.csc_array
+Report = Callable[[str], None]
+"""Called with what is being done with a large matrix."""
 
 
 def square_sparse(what: str, matrix: Any) -> Sparse:

@@ -10,7 +10,7 @@ from scipy.sparse import linalg
 
 from stickslip.checks import Array, Index
 from stickslip.structure.ordering import nested_dissection
-from stickslip.structure.sparse import Sparse
+from stickslip.structure.sparse import Report, Sparse
 
 LARGE = 3000
 """Rows from which a better order is worth its time."""
@@ -28,7 +28,8 @@ class SuperLU:
 
     name = "SuperLU"
 
-    def __init__(self, matrix: Sparse) -> None:
+    def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
+        report(f"factorising the stiffness of {matrix.shape[0]} rows by {self.name}")
         self._order = nested_dissection(matrix) if matrix.shape[0] >= LARGE else None
         try:
             self._lu = _factor(matrix) if self._order is None else _factor(_ordered(matrix, self._order), "NATURAL")

@@ -110,6 +110,7 @@ class Kind:
     checks: what of a table its model cannot check, by key; they raise the faults.
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
     repeats: whether the frequencies of `at` may come back to where they were, upwards and downwards.
+    band: of the excitation, from the tables of its own, where these say where to compute and [sweep] only how finely.
     """
 
     plan: Callable[[Asked], Plan]
@@ -119,3 +120,4 @@ class Kind:
     checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)
     on_problem: bool = True
     repeats: bool = False
+    band: Callable[[Mapping[str, Table]], Band | None] | None = None

@@ -91,7 +91,7 @@ def misfits(model: type[Table], values: Mapping[str, Any]) -> list[str]:
 
 def sentence(model: type[Table], details: ErrorDetails) -> str:
     """One pydantic error as: what, rule, value, remedy."""
-    path = tuple(part for part in details["loc"] if not str(part).startswith("<"))
+    path = tuple(part for part in details["loc"] if not str(part).startswith("<") and part != "[key]")
     kind, context = details["type"], details.get("ctx", {})
     if kind == "extra_forbidden":
         return str(

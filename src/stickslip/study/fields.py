@@ -58,6 +58,12 @@ def by_form(form: Callable[[Any], str] = _form) -> Discriminator:
     return Discriminator(form, custom_error_type="wrong_form", custom_error_message="wrong form")
 
 
+Column = Annotated[
+    Annotated[str, Tag("<title>")] | Annotated[int, Tag("<number>")],
+    by_form(lambda value: "<title>" if isinstance(value, str) else "<number>"),
+]
+"""A column of a file by its title, or by its number from 1."""
+
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]

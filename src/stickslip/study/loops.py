@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from stickslip.analyses.identification.line_laws import LINE_LAWS
-from stickslip.checks import fault, nearest
+from stickslip.checks import existing, fault, nearest
 from stickslip.study.analyses.identification import IdentificationPlan
 from stickslip.study.read import Job
 
@@ -17,9 +17,7 @@ def with_loops(job: Job, loops: Sequence[Path], laws: Sequence[str] = (), remova
     if not isinstance(job.plan, IdentificationPlan):
         raise fault("--damper", 'must be a study with analysis = "identification"', job.analysis)
     for what, paths in (("LOOPS", loops), ("--load-removal", removals)):
-        missing = [str(path) for path in paths if not path.is_file()]
-        if missing:
-            raise fault(what, "must name files that exist", ", ".join(missing))
+        existing(what, paths)
     for law in laws:
         if law not in LINE_LAWS:
             raise fault("--law", "must be a known one", law, nearest(law, LINE_LAWS))

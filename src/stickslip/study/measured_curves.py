@@ -9,10 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import Array, fault, nearest
+from stickslip.checks import fault, nearest
 from stickslip.measurement.response_table import read_measured_response
 from stickslip.rigs import RIGS
-from stickslip.study.analyses.response_identification import FACTORS, TABLE
+from stickslip.study.analyses.response_identification import (
+    FACTORS,
+    TABLE,
+    ResponseIdentificationTable,
+    about_columns,
+    start_between,
+)
+from stickslip.study.faults import parsed
 from stickslip.study.kinds import COMMON_KEYS
 from stickslip.study.read import text_of, toml
 
@@ -57,15 +64,17 @@ def with_curves(
     found[TABLE] = {**table, **_free(free, structure)}
     if not {*FACTORS, "rig"} & {*found[TABLE]}:
         raise fault("--free", "must name a parameter at least", list(free), "Such as --free kt=1e5:1e7 --free mu.")
-    found["sweep"] = _sweep(document.get("sweep", {}), curves, table.get("quantity"))
+    found["sweep"] = _sweep(document.get("sweep", {}), found[TABLE])
     return found
 
 
-def _sweep(given: Mapping[str, Any], curves: Sequence[Path], quantity: Any) -> dict[str, Any]:
+def _sweep(given: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
     """The [sweep] with a band, that of the curves unless it has one, and with harmonics that an identification takes."""
     found = dict(given)
     if "frequency" not in found and "at" not in found:
-        all_of_them = [np.asarray(read_measured_response(path, quantity=quantity).frequency) for path in curves]
+        checked = parsed(ResponseIdentificationTable, dict(table))
+        each = zip(checked.files, about_columns(checked), strict=True)
+        all_of_them = [np.asarray(read_measured_response(file, **how).frequency) for file, how in each]
         ends = min(map(np.min, all_of_them)), max(map(np.max, all_of_them))
         found["frequency"] = [float(ends[0]) * (1.0 - BESIDE), float(ends[1]) * (1.0 + BESIDE)]
     if found.get("harmonics") == "auto":
@@ -78,6 +87,7 @@ def _free(free: Sequence[str], structure: Mapping[str, Any]) -> dict[str, Any]:
     known = inspect.signature(RIGS[structure["rig"]]).parameters if structure.get("rig") in RIGS else {}
     of_rig: dict[str, list[float]] = {}
     factors: dict[str, list[float]] = {}
+    _once(free)
     for text in free:
         name, _, numbers = (part.strip() for part in text.partition("="))
         values = _numbers(text, numbers)
@@ -104,6 +114,13 @@ def _numbers(text: str, numbers: str) -> list[float]:
     return values
 
 
+def _once(free: Sequence[str]) -> None:
+    """Refuse a parameter that is freed twice."""
+    names = [text.partition("=")[0].strip() for text in free]
+    if len({*names}) < len(names):
+        raise fault("--free", "must give each parameter once", list(free))
+
+
 def _of_rig(name: str, values: Sequence[float], present: Any) -> list[float]:
     """Start, low and high of an argument of a rig: it starts at its present value where the bounds hold that."""
     if len(values) == 3:
@@ -114,10 +131,4 @@ def _of_rig(name: str, values: Sequence[float], present: Any) -> list[float]:
             raise fault("--free", f"must be {name}=LOW:HIGH for an argument without a positive value", name)
         return [number, number / UNSTATED, number * UNSTATED]
     low, high = values
-    if low < number < high:
-        return [number, low, high]
-    return [_middle(np.array([low, high])), low, high]
-
-
-def _middle(ends: Array) -> float:
-    return float(np.sqrt(ends.prod()) if ends.min() > 0.0 else ends.mean())
+    return [start_between(number, low, high), low, high]

@@ -81,7 +81,8 @@ def _loads(problem: Problem) -> list[str]:
     if not loads:
         if not any(contact.normal is not None for contact in problem.contacts):
             return []
-        return ["Normal loads at rest: none found. Do the static loads press the contacts on, and does friction hold them?"]
+        held = ", and does friction hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
+        return [f"Normal loads at rest: none found. Do the static loads press the contacts on{held}?"]
     open_ = [name for name, load in loads.items() if load == 0.0]
     closed = [f"{name} {load:.4g}" for name, load in loads.items() if load > 0.0]
     return [

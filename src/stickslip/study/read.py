@@ -32,7 +32,16 @@ from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
 from stickslip.study.renamed import with_new_names
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
-from stickslip.study.tables import BaseTable, BodyTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
+from stickslip.study.tables import (
+    BaseTable,
+    BodyTable,
+    DampingTable,
+    DashpotTable,
+    FinenessTable,
+    ForceTable,
+    StructureTable,
+    SweepTable,
+)
 from stickslip.study.units import SYSTEMS, Units
 
 LARGEST = 1 << 24
@@ -150,17 +159,21 @@ def sweep_of(tables: Tables, document: Mapping[str, Any], folder: Path, found: F
     problem, table = problem_of(tables, document, folder, found, messages), tables.sweep
     if table is None:
         return None
-    frequencies = found.attempt("[sweep]", build.frequencies, table, tables.units, kind_of(document).repeats)
+    kind, where = kind_of(document), None
+    if kind.band is None:
+        where = found.attempt("[sweep]", build.frequencies, table, tables.units, kind.repeats)
+    elif not found.messages:
+        where = kind.band(tables.own)
     found.attempt("[sweep]", build.enough_samples, table)
     found.attempt("[sweep]", force_levels, table.force_levels)
     harmonics: Harmonics | Literal["auto"] | None = "auto"
     if table.wanted_harmonics != "auto":
         check = checked_harmonics if problem is None else partial(harmonics_for, problem)
         harmonics = found.attempt("[sweep]", check, table.wanted_harmonics)
-    if problem is None or frequencies is None or harmonics is None:
+    if problem is None or where is None or harmonics is None:
         return None
     last = (table.tolerance, table.peak_tolerance, measure_of(table.quantity, table.measure))
-    return Sweep(problem, frequencies, tuple(table.force_levels), harmonics, table.samples, *last)
+    return Sweep(problem, where, tuple(table.force_levels), harmonics, table.samples, *last)
 
 
 def misplaced(tables: Tables, document: Mapping[str, Any], found: Found) -> None:
@@ -245,7 +258,7 @@ def tables_of(document: Mapping[str, Any], kind: Kind, found: Found) -> Tables:
     if not several and "structure" in document:
         structures = (single("structure", StructureTable),)
     bodies = tuple(found.attempt(place, parsed, BodyTable, values) for place, values in repeated("body", document, found))
-    damping, sweep = single("damping", DampingTable), single("sweep", SweepTable)
+    damping, sweep = single("damping", DampingTable), single("sweep", SweepTable if kind.band is None else FinenessTable)
     contacts = tuple(found.attempt(place, contact_table, values) for place, values in repeated("contact", document, found))
     forces = tuple(found.attempt(place, parsed, ForceTable, values) for place, values in repeated("force", document, found))
     dashpots = tuple(found.attempt(place, parsed, DashpotTable, values) for place, values in repeated("dashpot", document, found))

@@ -35,7 +35,7 @@ STEPS = ((10.0, "seconds"), (90.0, "about a minute"), (1200.0, "minutes"), (5400
 LARGEST = 4000
 """Degrees of freedom, and harmonic coefficients of contact rows, up to which a check solves a point."""
 
-CURVES = ("forced_response", "response_samples")
+CURVES = ("forced_response", "response_samples", "speed_sweep")
 """Analyses whose cases are curves."""
 
 

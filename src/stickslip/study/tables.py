@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, cast
 
-from pydantic import Field, Tag, WrapValidator, field_validator
+from pydantic import Field, Tag, WrapValidator, field_validator, model_validator
 
 from stickslip.checks import MOST
 from stickslip.dampers import SHAPES
@@ -233,7 +233,7 @@ OutputPlace = Annotated[Annotated[str, Tag("<single>")] | Annotated[OutputTable,
 
 
 class SweepTable(Table):
-    """Where to compute, and how finely."""
+    """Where to compute, and how finely. A speed sweep has neither `frequency` nor `at`."""
 
     exactly_one: ClassVar[Groups] = (("frequency", "at"),)
 
@@ -281,3 +281,16 @@ class SweepTable(Table):
         if frequency is not None and frequency[0] == frequency[1]:
             raise ValueError("must have two different ends")
         return frequency
+
+
+class FinenessTable(SweepTable):
+    """[sweep] of an analysis whose own table says where to compute."""
+
+    exactly_one: ClassVar[Groups] = ()
+
+    @model_validator(mode="after")
+    def _without_frequencies(self) -> FinenessTable:
+        given = [key for key in ("frequency", "at") if getattr(self, key) is not None]
+        if given:
+            raise ValueError(f"must not hold {given[0]}, since the analysis has a range of its own")
+        return self

@@ -15,7 +15,7 @@ from stickslip.contact.dispatch import law_step
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.protocol import StepForces, StepMotion, contact_data
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import inlined, kernel
+from stickslip.kernels import inlined, inner, kernel
 
 
 class ContactState(NamedTuple):
@@ -74,7 +74,7 @@ def contact_law(table: ContactTable, w: Array, before: Earlier, intercept: Array
                 _friction_row(table, r, w[r], z, row, before, intercept, limit, slopes)
 
 
-@kernel
+@inner
 def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes) -> None:
     """N − K_c z = Σ c_e over the closed elements − Σ k_e z over the open ones."""
     total, slope = 0.0, 0.0
@@ -88,7 +88,7 @@ def _normal_row(table: ContactTable, c: int, row: int, z: float, slopes: Slopes)
     slopes.target[row], slopes.own[row] = total, slope
 
 
-@kernel
+@inner
 def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
     """L = μ Σ N + L0 of friction element e, and dL/dz."""
     load, slope = 0.0, 0.0
@@ -100,7 +100,7 @@ def slip_limit(table: ContactTable, e: int, z: float) -> tuple[float, float]:
     return table.friction[e] * load + table.constant_limit[e], table.friction[e] * slope
 
 
-@kernel
+@inner
 def _landing(table: ContactTable, e: int, z0: float, z: float) -> float:
     """Share of a step at which friction element e lands, its normal motion taken as straight; 0 where it does not."""
     bound, slope = slip_limit(table, e, z)
@@ -109,7 +109,7 @@ def _landing(table: ContactTable, e: int, z0: float, z: float) -> float:
     return float(max(1.0 - bound / (slope * (z - z0)), 0.0))
 
 
-@kernel
+@inner
 def _friction_row(
     table: ContactTable,
     r: int,
@@ -150,7 +150,7 @@ def _friction_row(
     slopes.target[r], slopes.own[r], slopes.coupling[r] = total, own, coupling
 
 
-@kernel
+@inner
 def _move_start(kt: Array, landing: float, moved: Array, closed: float, slope: float, found: StepForces) -> None:
     """Derivatives of a step that begins at a landing, which moves with the motion u (d,) and the normal motion z after the step.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import kernel
+from stickslip.kernels import inner
 from stickslip.time.contact_law import ContactState, Earlier, Slopes, contact_law
 
 TOLERANCE = 1e-11
@@ -27,7 +27,7 @@ SINGULAR = 1e-13
 """Pivot below which a matrix counts as singular."""
 
 
-@kernel
+@inner
 def _slope(slopes: Slopes, table: ContactTable, G: Array, r: int, s: int) -> float:
     """−∂λ̂_r/∂λ_s, with w = w_free − Gλ."""
     value = slopes.own[r] * G[r, s]
@@ -38,14 +38,14 @@ def _slope(slopes: Slopes, table: ContactTable, G: Array, r: int, s: int) -> flo
     return float(value)
 
 
-@kernel
+@inner
 def _active_rows(slopes: Slopes) -> Index:
     """The rows of which λ̂ is not constant."""
     active = (slopes.own != 0.0) | (slopes.coupling != 0.0) | (slopes.cross != 0.0)
     return np.flatnonzero(active)
 
 
-@kernel
+@inner
 def _change(residual: Array, slopes: Slopes, table: ContactTable, G: Array, change: Array) -> bool:
     """Newton's change of λ (rows,); False where the system of the rows that slip or open is singular."""
     change[:] = -residual
@@ -68,7 +68,7 @@ def _change(residual: Array, slopes: Slopes, table: ContactTable, G: Array, chan
     return True
 
 
-@kernel
+@inner
 def solve_in_place(matrix: Array, right: Array) -> bool:
     """Gaussian elimination with row exchange; the solution replaces `right`. False for a singular matrix."""
     size = right.size
@@ -93,7 +93,7 @@ def solve_in_place(matrix: Array, right: Array) -> bool:
     return True
 
 
-@kernel
+@inner
 def _residual(
     table: ContactTable, G: Array, free: Array, before: Earlier, trial: ContactState, slopes: Slopes, residual: Array
 ) -> float:
@@ -104,7 +104,7 @@ def _residual(
     return float(np.sqrt(np.sum(residual * residual)))
 
 
-@kernel
+@inner
 def solve_contacts(
     table: ContactTable,
     stiffness: Array,

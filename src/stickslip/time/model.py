@@ -15,6 +15,7 @@ from scipy import linalg
 from stickslip.checks import Array, InputError
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.problem import Problem
+from stickslip.problem.speed import refuse_speed
 from stickslip.time.methods import Coefficients
 
 DIAGONAL = 1e-9
@@ -87,6 +88,7 @@ class TimeModel:
 
 def time_model(problem: Problem) -> TimeModel:
     """Decompose a problem once; `step_matrices` then serves every step size."""
+    refuse_speed(problem, "Time integration")
     if not problem.systems.alike:
         raise InputError(
             "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "

@@ -76,6 +76,20 @@ def test_a_law_that_does_not_fit_has_wider_intervals():
     assert wrong.errors[0] > 1.1 * right.errors[0]
 
 
+@pytest.mark.parametrize(("samples", "noise"), [(60, 0.05), (100, 0.1), (200, 0.2), (400, 0.2)])
+def test_few_samples_of_a_cycle_and_much_noise(samples, noise):
+    """Noise of both signals relative to their amplitudes; with 48 harmonics of 100 samples kt came out 20 % too low."""
+    found = []
+    for seed in range(8):
+        generator = np.random.default_rng(seed)
+        u, force = (np.tile(one, 4000 // samples) for one in loop_of(np.ones(1), KT, MU, N, 10e-6, samples))
+        u = u + noise * 10e-6 * generator.standard_normal(u.size)
+        force = force + noise * MU * N * generator.standard_normal(u.size)
+        fit = ss.contact_law(ss.ContactRecord(u, force, N), laws="jenkins").fits["jenkins"]
+        found.append([fit.kt / KT, fit.mu / MU])
+    assert np.mean(found, axis=0) == pytest.approx(1.0, abs=0.02)
+
+
 @pytest.mark.parametrize("noise", [0.05, 0.02])
 def test_noise_of_the_displacement_does_not_bias_the_answer(noise):
     """Raw loops with so much of the amplitude have a softer kt; averaged ones stay within 1.5 %, a single smoothed one 3 %."""
@@ -158,7 +172,13 @@ def test_friction_and_energy_over_the_cycles():
     energy = 4.0 * followed * N * (15e-6 - followed * N / KT)
     assert data["energy_measured"].values == pytest.approx(energy, rel=0.02)
     assert data["energy_fitted"].values == pytest.approx(energy, rel=0.02)
-    assert "mu changes from 0.3" in " ".join(found.warnings)
+    (warning,) = (one for one in found.warnings if one.startswith("mu changes"))
+    numbers, values = data["cycle_number"].values, data["cycle_mu"].values
+    first, last = (
+        f"{values[part].mean():.4g} (mean of cycles {numbers[part][0]} to {numbers[part][-1]})"
+        for part in (slice(2), slice(-2, None))
+    )
+    assert warning == f"mu changes from {first} to {last}: one value for all is a mean."
     assert np.all(data["cycle_mu_error"] < 0.02)
 
 

@@ -7,8 +7,11 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.identification.computed_response import FittedTest
+from stickslip.analyses.identification.model_error import above_noise, error_between_tests, independent_one_in
 from stickslip.analyses.identification.response_fit import ResponseFit
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.report.charts import Charts
+from stickslip.report.sections import energies
 from stickslip.solve.continuation import first_point
 from stickslip.starts.space import start_space
 
@@ -199,7 +202,8 @@ def test_what_the_model_does_not_explain_is_said():
     wrong = [ss.MeasuredResponse(t.frequency, t.amplitude, t.force, -t.phase, name=t.name, **again) for t in tests]
     settings = {"harmonics": 3, "samples": 128}
     found = ss.identify_response(one_mass, FREE, wrong, tries=0, evaluations=15, **settings)
-    assert any("The model does not explain the tests" in note for note in found.notes)
+    (note,) = (note for note in found.notes if "The model does not explain the tests" in note)
+    assert "the number of harmonics and the phase (of the displacement, not of the acceleration" in note
     short = ss.identify_response(one_mass, FREE, tests, tries=0, evaluations=2, **settings)
     assert any("stopped before it converged" in note for note in short.notes)
     whole = ss.identify_response(one_mass, FREE, tests, tries=0, **settings)
@@ -224,3 +228,89 @@ def test_wrong_measured_responses(change, words):
     given = {"frequency": [1.0, 2.0, 3.0], "amplitude": 1.0, "force": 1.0} | change
     with pytest.raises(ss.InputError, match=words):
         ss.MeasuredResponse(**given)
+
+
+def test_independent_residuals_stay_so_and_others_are_counted():
+    """Noise; an autoregressive series of correlation 0.7, of which one in (1 + 0.7)/(1 − 0.7) is independent; a smooth misfit."""
+    generator = np.random.default_rng(0)
+    noise = [[generator.standard_normal(41) for _ in range(6)] for _ in range(40)]
+    assert np.mean([independent_one_in(one) == 1.0 for one in noise]) > 0.9
+    assert np.mean([above_noise(one) for one in noise]) == pytest.approx(1.0, abs=0.05)
+    long = generator.standard_normal(20_000)
+    for k in range(1, long.size):
+        long[k] += 0.7 * long[k - 1]
+    assert independent_one_in([long]) == pytest.approx(1.7 / 0.3, rel=0.1)
+    assert above_noise([np.sin(np.linspace(0.0, 6.0, 41)) + 0.01 * generator.standard_normal(41)]) > 10.0
+
+
+def test_the_error_between_tests_is_that_of_their_means():
+    """One shared mean of five tests with offsets of their own: the scatter of their means over √5; their own slopes drop out."""
+    generator = np.random.default_rng(1)
+    offsets, slope = generator.standard_normal(5), np.linspace(-1.0, 1.0, 20)
+    residuals = [np.full(20, offset - offsets.mean()) + 3.0 * slope for offset in offsets]
+    J = np.zeros((20, 6))
+    J[:, 0] = -1.0
+    parts = []
+    for t, r in enumerate(residuals):
+        own = J.copy()
+        own[:, 1 + t] = slope
+        parts.append((r, own, np.array([1 + t])))
+    found = error_between_tests(parts, np.zeros((1, 1)), 1)
+    assert found == pytest.approx([np.std(offsets, ddof=1) / np.sqrt(5.0)])
+
+
+def test_intervals_hold_what_differs_from_test_to_test():
+    """Six tests whose slip limits scatter by 5 %: with independent residuals one in twelve intervals of the limit holds it."""
+    levels, held, widths = (0.3, 0.6, 1.0, 1.5, 2.0, 3.0), [], []
+    names = list(TRUTH)
+    for seed in range(5):
+        loads = 1.0 + 0.05 * np.random.default_rng(seed).standard_normal(6)
+        tests = [measured(force, 10 * seed + k, load=load) for k, (force, load) in enumerate(zip(levels, loads, strict=True))]
+        tests = [replace(test, settings={}) for test in tests]
+        found = ss.identify_response(
+            one_mass, {name: (value, value / 8, 8 * value) for name, value in TRUTH.items()}, tests, tries=0
+        )
+        ends = [[float(found.dataset[end][k]) for end in ("low", "high")] for k in range(3)]
+        held.append([low <= TRUTH[name] <= high for name, (low, high) in zip(names, ends, strict=True)])
+        widths.append(np.log(ends[1][1] / ends[1][0]))
+    assert np.mean(held) > 0.75
+    assert 0.05 < np.mean(widths) < 0.3
+    said = " ".join(found.notes)
+    assert "Residuals go together over" in said
+    assert "such as a wrong contact law, they do not hold" in said
+
+
+def test_noise_above_the_stated_error_is_no_fault_of_the_model():
+    tests = [replace(measured(force, 3, 0.1), error=0.01) for force in (0.3, 1.0, 2.0)]
+    found = ss.identify_response(one_mass, FREE, tests, tries=0, samples=128)
+    assert "The tests scatter more than stated" in " ".join(found.notes)
+    assert "does not explain" not in " ".join(found.notes)
+
+
+def sprung(law, **direction):
+    """One mass on a spring and a contact to ground."""
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=np.array([[0.05]]))
+    place = direction or {"tangential": (ss.between("1.x", "ground"),)}
+    return ss.Problem(structure, (ss.Contact("c", law, **place),), (ss.Force("1.x", 1.0),), ("1.x",))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("cubic", ""), ("gap", "No contact opens or closes at any point"), ("slider", "friction")]
+)
+def test_a_spring_is_no_friction(name, words):
+    """What never slips says nothing of friction only where there is some: a cubic spring has none, nor has a gap."""
+    laws = {
+        "cubic": lambda k: sprung(ss.CubicSpring(k)),
+        "gap": lambda k: sprung(ss.Gap(k, preload=100.0), tangential=(), normal=ss.between("1.x", "ground")),
+        "slider": lambda k: sprung(ss.Macroslip(k, 1.0, normal_load=100.0)),
+    }
+    data = ss.forced_response(laws[name](0.5), FREQUENCIES.tolist(), 0.01, samples=128).dataset
+    test = ss.MeasuredResponse(FREQUENCIES, data["amplitude"].values[0, :, 0], 0.01, quantity="displacement", name="one")
+    found = ss.identify_response(laws[name], {"k": (0.4, 0.1, 2.0)}, [test], tries=0, samples=128)
+    assert found.values["k"] == pytest.approx(0.5, rel=1e-4)
+    assert not found.dataset["slips"].any()
+    assert words in " ".join(found.notes)
+    assert ("friction" in " ".join(found.notes)) == (name == "slider")
+    said = energies({"": ss.forced_response(laws[name](0.5), ss.hertz(0.14, 0.24), 0.01).dataset}, Charts([""]))
+    assert "dissipated in contacts" in said
+    assert "friction" not in said

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork
 from stickslip.outcome import Outcome
+from stickslip.report.nonlinear_modes import failures
 
 RIG = ss.rigs.three_mass_wedge()
 
@@ -133,3 +135,18 @@ def test_a_force_level_beyond_the_mode_is_refused_for_curves_as_for_peaks():
     for ask in (lambda: modes.peaks([50.0]), lambda: modes.response(50.0)):
         with pytest.raises(ss.InputError, match="that of the largest amplitude of the mode"):
             ask()
+
+
+def test_a_force_that_no_amplitude_needs_is_named():
+    """Without viscous damping the friction of one slider holds at most a force of 4μN/π: no larger amplitude will do."""
+    problem = ss.rigs.single_mass(damping=0.0)
+    modes = ss.nonlinear_modes(problem, harmonics=1, samples=64)
+    with pytest.raises(ss.InputError, match="the most that the mode needs at any of its amplitudes") as refused:
+        modes.peaks([1.5])
+    assert "contacts hold no more" in str(refused.value)
+    assert "larger amplitude" not in str(refused.value)
+    assert "contacts hold no more" in failures(with_peaks(modes.dataset, problem, [1.0, 1.5]))[0]
+    with pytest.raises(ss.InputError, match="Compute the mode up to a larger amplitude"):
+        ss.nonlinear_modes(problem, amplitude=(0.5, 3.0), harmonics=1, samples=64).peaks([1.2])
+    with pytest.raises(ss.InputError, match="Compute the mode up to a larger amplitude"):
+        ss.nonlinear_modes(ss.rigs.single_mass(damping=0.02), harmonics=1, samples=64).peaks([100.0])

@@ -74,16 +74,49 @@ def test_the_difference_to_sweeps_is_shown():
     assert table["difference"].abs().max() < 5e-4
 
 
-def quadrature_at(mode: ss.NonlinearModes, levels: list[float]) -> np.ndarray:
-    """Amplitudes of phase resonance at force levels, between the points of the curve by cubics in the logarithms."""
-    table = mode.phase_resonance()
-    return np.exp(PchipInterpolator(np.log(table["force_level"]), np.log(table["amplitude"]))(np.log(levels)))
+def exact_peaks(levels: np.ndarray) -> np.ndarray:
+    """Peak amplitudes of force levels in one harmonic: the largest amplitude that a force reaches at any frequency Ω, where
+    (k + k_eq − Ω²)² + (cΩ + h)² = (F/a)² with h = 4 (1 − 1/a)/(π a) of the slider is smallest over Ω."""
+    amplitude = np.geomspace(0.5, 60.0, 200_001)
+    omega = exact(amplitude)[0]
+    square, h = omega**2, np.where(amplitude > 1.0, 4.0 / (np.pi * amplitude) * (1.0 - 1.0 / amplitude), 0.0)
+    for _ in range(40):
+        slope = -4.0 * omega * (square - omega**2) + 2.0 * (DAMPING * omega + h) * DAMPING
+        omega = omega - slope / (12.0 * omega**2 - 4.0 * square + 2.0 * DAMPING**2)
+    force = amplitude * np.hypot(square - omega**2, DAMPING * omega + h)
+    assert (np.diff(force) > 0.0).all()
+    return np.interp(levels, force, amplitude)
+
+
+def scaled_mass(length: float, mass: float, time: float) -> ss.Problem:
+    """The same mass in other units."""
+    stiffness = mass / time**2
+    structure = ss.Structure(np.array([[mass]]), np.array([[stiffness]]), ("1.x",), C=np.array([[DAMPING * mass / time]]))
+    slider = ss.Contact("slider", ss.Macroslip(stiffness, 1.0, normal_load=stiffness * length), (ss.between("1.x", "ground"),))
+    return ss.Problem(structure, (slider,), (ss.Force("1.x", stiffness * length),), ("1.x",))
+
+
+@pytest.mark.parametrize("units", [(1.0, 1.0, 1.0), (1e3, 1e3, 1e-6), (1.0, 1.0, 1e-4)])
+def test_peaks_between_the_points_are_those_of_the_describing_function(units):
+    levels = np.geomspace(0.1, 1.8, 200)
+    peaks = ss.nonlinear_modes(scaled_mass(*units), harmonics=1, samples=4096).peaks(levels)
+    np.testing.assert_allclose(peaks["amplitude"] / units[0], exact_peaks(levels), rtol=1e-4)
+
+
+def test_peaks_between_the_points_are_those_of_sweeps():
+    """Two levels between those of the points: sweeps of 7 harmonics and 1024 samples."""
+    problem = ss.rigs.single_mass(damping=DAMPING)
+    mode = ss.nonlinear_modes(problem, harmonics=7, samples=1024)
+    swept = ss.forced_response(problem, ss.radians_per_second(0.8, 1.5), [0.845, 0.9], harmonics=7, samples=1024)
+    assert mode.against(swept)["difference"].abs().max() < 2e-4
 
 
 def test_phase_resonance_of_friction_is_the_peak():
     """Friction does not grow with the frequency: the largest amplitude is where the force is in quadrature."""
     mode = ss.nonlinear_modes(ss.rigs.single_mass(damping=DAMPING), harmonics=7)
-    np.testing.assert_allclose(quadrature_at(mode, list(SWEPT)), mode.peaks(list(SWEPT))["amplitude"], rtol=5e-4)
+    table = mode.phase_resonance()
+    some = table[table["force_level"].between(0.1, 2.0)]
+    np.testing.assert_allclose(some["amplitude"], mode.peaks(some["force_level"])["amplitude"], rtol=5e-4)
 
 
 def test_phase_resonance_of_viscous_damping_is_not_the_peak():

@@ -92,7 +92,7 @@ class FittedTest:
         for k, own, evaluation in self._solved(balance):
             self.known[k] = evaluation.point
             found.solved[k] = True
-            found.slips[k] = slips(evaluation)
+            found.slips[k] = slips(own.problem, evaluation)
             slopes = self.slopes(own, evaluation, sides)
             found.per_force[k] = self.per_force(own, evaluation)
             for j, name in enumerate(names):
@@ -160,9 +160,10 @@ class FittedTest:
         return complex(point.omega ** quantity_named(self.test.quantity)[0].order * np.exp(-1j * phase))
 
 
-def slips(evaluation: Evaluation) -> bool:
-    """Whether a contact slips or opens at a solved point."""
-    return bool(np.any(evaluation.unknown == SLIPPING))
+def slips(problem: Problem, evaluation: Evaluation) -> bool:
+    """Whether a contact slips or opens at a solved point; a spring, whose force is unknown at all times, does neither."""
+    could = [c.law.rubs or c.normal is not None for c in problem.contacts for _ in c.direction_names]
+    return bool(np.any((evaluation.unknown == SLIPPING) & np.array(could, dtype=bool)))
 
 
 def _solution(balance: HarmonicBalance, omega: float, force: float, known: Sequence[Point | None]) -> Evaluation | None:

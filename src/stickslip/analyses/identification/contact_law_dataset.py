@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analyses.identification.force_lag import force_lag
 from stickslip.analyses.identification.loop_law import LawFit, energy_of, force_of
-from stickslip.checks import Array, counted
+from stickslip.checks import Array, Index, counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -149,12 +149,18 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
             if abs(last - first) > CHANGE * first:
                 unit, factor = ("", 1.0) if name == "mu" else (" N/um", 1e-6)
                 found.append(
-                    f"{name} changes from {factor * first:.3g} to {factor * last:.3g}{unit} over the cycles: "
-                    "one value for all is a mean."
+                    f"{name} changes from {factor * first:.4g} ({_which(work.numbers[:part])}) to {factor * last:.4g}{unit} "
+                    f"({_which(work.numbers[-part:])}): one value for all is a mean."
                 )
     if work.compared is not work.loops:
         found.append("Friction changes between loops: laws are compared with the load of each loop scaled to its plateau.")
     return found
+
+
+def _which(numbers: Index) -> str:
+    """The cycles of a mean, in words."""
+    first, last = int(numbers[0]), int(numbers[-1])
+    return f"cycle {first}" if first == last else f"mean of cycles {first} to {last}"
 
 
 def _lagging(work: ContactLawWork, fit: LawFit) -> list[str]:

@@ -108,7 +108,7 @@ class EnclosedTest:
             low, high = self._bounds(k, place, amplitude)
             if low is None or high is None:
                 continue
-            found.solved[k], found.slips[k] = True, slips(low.evaluation) or slips(high.evaluation)
+            found.solved[k], found.slips[k] = True, any(slips(base.problem, end.evaluation) for end in (low, high))
             nearest = low if amplitude < low.value else high if amplitude > high.value else None
             if nearest is None:
                 found.per_force[k] = amplitude / place.level
@@ -221,11 +221,22 @@ class Place(AtFrequency):
         At the edge of what a contact can hold nothing changes beyond it, but only there the start state moves with the edge when
         parameters change, as the bound does.
         """
-        gradient = sign * self.value(one.variables)[1]
-        outward = np.where(np.abs(gradient) > FLAT * abs(one.value), np.sign(gradient), 0.0)
+        for variable in range(one.variables.size):
+            values = [self._beside(one, variable, change) for change in (-EDGE, EDGE)]
+            level = [abs(each.value - one.value) <= FLAT * abs(one.value) for each in values]
+            if level[0] != level[1]:
+                one = values[level.index(True)]
+            elif not any(level):
+                best = max(values, key=lambda each: sign * each.value)
+                one = best if sign * (best.value - one.value) > 0.0 else one
+        return one
+
+    def _beside(self, one: Extreme, variable: int, change: float) -> Extreme:
+        """The response of a start state with one variable changed; itself where it has none, or is at the end of the range."""
+        moved = one.variables.copy()
+        moved[variable] = np.clip(moved[variable] + change, -1.0, 1.0)
         with suppress(UnsolvedError):
-            there = self.point(np.clip(one.variables + EDGE * outward, -1.0, 1.0))
-            return there if sign * (there.value - one.value) > -FLAT * abs(one.value) else one
+            return self.point(moved)
         return one
 
     def _solved(self, begin: Bound) -> Extreme | None:

@@ -28,7 +28,7 @@ from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
-from stickslip.runs.work import Arrays, Checkpoint, Progress, Report
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.solve.continuation import first_point
 from stickslip.starts.space import Rules, Sharing, StartSpace, refuse_forgetful, rules_of, start_space
 
@@ -104,7 +104,9 @@ def identify_response(
     least one; the values are a point inside. tries: further starts between the bounds, of which the best is taken.
     leave_one_out: fit again without each test and compare it with what the others predict; its own variables are fitted to it.
 
-    Intervals hold 95 % with errors as large as the residuals; they do not know of errors that all points share.
+    Intervals hold 95 % with errors as large as the residuals. Where these go together along the curves, they count by the number
+    of independent ones, and from three tests on an interval is at least as wide as the tests disagree (cluster-robust errors).
+    So it holds what differs from test to test; what all tests share, such as a wrong contact law, it does not.
     """
     rules_of(rule)
     among("share", share, get_args(Sharing))
@@ -117,12 +119,12 @@ def identify_response(
     )
     settings = (*fit, *search, *fineness_of(harmonics, samples))
     work = ResponseIdentificationWork(maker(problem_of), _parameters(parameters), _tests(tests), *settings)
-    return work.gathered(all_cases(work, checkpoint, 1, progress))
+    return work.finished(all_cases(work, checkpoint, 1, progress), checkpoint, 1, progress)
 
 
 @dataclass(frozen=True, eq=False)
 class ResponseIdentificationWork:
-    """An identification as one case: the fit, with its tests left out one by one if that is asked for."""
+    """An identification as one case, the fit; `finished` then leaves out its tests one by one, if that is asked for."""
 
     problem_of: Callable[..., Problem]
     free: Mapping[str, FreeParameter]
@@ -194,21 +196,29 @@ class ResponseIdentificationWork:
         return start_space(balance, found.evaluation, self.rule, self.share)
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The variables of the fit, and the misfit of each test that was left out."""
+        """The variables of the fit."""
         started = time.process_time()
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
+            most = self.tries + self.evaluations
+            fit.evaluated = lambda count: report(min(count / most, 0.95))
             x = fit.best(self.tries, self.seed, self.evaluations)
             bounds: Arrays = {}
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
-            report(1.0 / (1.0 + len(self.tests) * self.leave_one_out))
-            several_tests = self.leave_one_out and len(self.tests) > 1
-            held_out = _held_out(fit, x, self.evaluations, report) if several_tests else np.full(len(self.tests), np.nan)
-        return {"x": x, "held_out": held_out, "cpu_seconds": np.array(time.process_time() - started), **bounds}
+        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **bounds}
 
-    def gathered(self, results: Sequence[Arrays]) -> ResponseIdentification:
-        """The result of the variables that were found."""
+    def finished(
+        self, results: Sequence[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress
+    ) -> ResponseIdentification:
+        """The result, from that of the fit."""
+        held_out: Sequence[Arrays] = ()
+        if self.leave_one_out and len(self.tests) > 1:
+            held_out = all_cases(HeldOutWork(self, np.asarray(results[0]["x"])), checkpoint, workers, progress)
+        return self.gathered(results, held_out)
+
+    def gathered(self, results: Sequence[Arrays], held_out: Sequence[Arrays] = ()) -> ResponseIdentification:
+        """The result of the variables that were found, and of the tests that were left out."""
         x = np.asarray(results[0]["x"])
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
@@ -216,15 +226,55 @@ class ResponseIdentificationWork:
                 resumed(fit, np.asarray(results[0]["starts"]))
             fit.residuals(x)
             statistics = fit.statistics(x)
-            dataset = dataset_of_fit(fit, x, statistics, np.asarray(results[0]["held_out"]))
+            predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
+            dataset = dataset_of_fit(fit, x, statistics, np.array(predicted))
             notes = self.remarks
             if self.start_states == "bounds":
                 dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
                 notes += tuple(notes_on_bounds(dataset, fit))
             notes += tuple(notes_of_fit(fit, x, statistics, dataset))
+        seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
-        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": float(results[0]["cpu_seconds"])}
+        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds}
         return ResponseIdentification(dataset, self.problem_of, notes)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutWork:
+    """One case for each test: its misfit with the shared parameters of the others; what it has by itself is fitted to it.
+
+    x: the variables of the fit to all tests, from which each begins.
+    """
+
+    whole: ResponseIdentificationWork
+    x: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        (name,) = self.whole.names
+        return tuple(f"{name}, without {test.name}" for test in self.whole.tests)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"without {test.name}" for test in self.whole.tests)
+
+    def prepare(self) -> None:
+        """Nothing: the fit has compiled all."""
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The misfit of a test."""
+        started, x, evaluations = time.process_time(), self.x, self.whole.evaluations
+        with threadpool_limits(1, user_api="blas"):
+            fit = self.whole.fit()
+            shared = [k for k, variable in enumerate(fit.variables) if variable.test < 0]
+            rest = ResponseFit([fit.tests[k] for k in range(len(fit.tests)) if k != case], fit.free, fit.start_deviation)
+            rest.evaluated = lambda count: report(min(count / evaluations, 0.95))
+            fitted = rest.solved(x[[k for k, v in enumerate(fit.variables) if v.test != case]], evaluations)
+            alone = ResponseFit([fit.tests[case]], fit.free, fit.start_deviation)
+            own = [k for k, v in enumerate(fit.variables) if v.test == case]
+            start = np.concatenate([fitted[: len(shared)], x[own]])
+            found = misfit(alone, alone.solved_own(start, len(shared), evaluations), 0)
+        return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
 
 
 def _parameters(parameters: Mapping[str, FreeParameter | tuple[float, float, float]]) -> dict[str, FreeParameter]:
@@ -263,21 +313,3 @@ def _tests(tests: Sequence[MeasuredResponse]) -> list[MeasuredResponse]:
     named = [test if test.name else replace(test, name=f"test {k}") for k, test in enumerate(found, start=1)]
     unique("Names of tests", [test.name for test in named])
     return named
-
-
-def _held_out(fit: ResponseFit, x: Array, evaluations: int, report: Report) -> Array:
-    """Misfit of each test with the shared parameters of the others; what it has by itself is fitted to it."""
-    found = np.full(len(fit.tests), np.nan)
-    shared = [k for k, variable in enumerate(fit.variables) if variable.test < 0]
-    for t in range(len(fit.tests)):
-        report((t + 1.0) / (len(fit.tests) + 1.0))
-        fit.forget()
-        others = [k for k in range(len(fit.tests)) if k != t]
-        rest = ResponseFit([fit.tests[k] for k in others], fit.free, fit.start_deviation)
-        begin = [k for k, v in enumerate(fit.variables) if v.test != t]
-        fitted = rest.solved(x[begin], evaluations)
-        alone = ResponseFit([fit.tests[t]], fit.free, fit.start_deviation)
-        own = [k for k, v in enumerate(fit.variables) if v.test == t]
-        start = np.concatenate([fitted[: len(shared)], x[own]])
-        found[t] = misfit(alone, alone.solved_own(start, len(shared), evaluations), 0)
-    return found

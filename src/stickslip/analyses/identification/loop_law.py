@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from stickslip.checks import Array, fault, not_negative
-from stickslip.contact import dahl
+from stickslip.contact.dahl import Dahl
+from stickslip.contact.dispatch import steady_period
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
 from stickslip.measurement.contact_record import check_ratio, clipped
@@ -126,7 +127,8 @@ def dahl_force(loop: ContactLoop, kt: float, mu: float) -> Array:
     zero, none = np.zeros(u.size), np.zeros((u.size, 0))
     data = ContactData(np.zeros(0), np.array([kt]), np.zeros(1, dtype=np.int64), np.zeros(1))
     found = no_forces(1, u.size, 0)
-    dahl.period(data, PeriodMotion(u, 0.0 * u, zero, limit, zero, zero, 0.0, none, none), found)
+    law = Dahl(kt, mu, normal_load=float(np.mean(np.asarray(loop.normal))))
+    steady_period(law, data, PeriodMotion(u, 0.0 * u, zero, limit, zero, zero, 0.0, none, none), found)
     return np.asarray(found.y[0] + kt * u[0])
 
 

@@ -6,7 +6,7 @@ whose bounds are positive is fitted by its logarithm.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ from scipy.optimize import least_squares
 
 from stickslip.analyses.identification.computed_response import ComputedResponse, FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
+from stickslip.analyses.identification.model_error import FEWEST_TESTS, error_between_tests, independent_one_in
 from stickslip.checks import Array, fault, finite, positive, truth
 
 TINY = 1e-10
@@ -92,13 +93,16 @@ class Variable:
 
 @dataclass(eq=False)
 class ResponseFit:
-    """The least squares of several tests; `start_deviation`: of the start variables' prior."""
+    """The least squares of several tests; `start_deviation`: of the start variables' prior; `evaluated`: called with the number
+    of each evaluation."""
 
     tests: Sequence[FittedTest | EnclosedTest]
     free: Mapping[str, FreeParameter]
     start_deviation: float = 0.5
     _last: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
     computed: list[ComputedResponse | None] = field(default_factory=list)
+    evaluations: int = 0
+    evaluated: Callable[[int], object] = lambda count: None
 
     @cached_property
     def variables(self) -> list[Variable]:
@@ -162,6 +166,8 @@ class ResponseFit:
     def _at(self, x: Array) -> tuple[Array, Array]:
         key = x.tobytes()
         if key not in self._last:
+            self.evaluations += 1
+            self.evaluated(self.evaluations)
             parts = [self._of_test(x, t) for t in range(len(self.tests))]
             parts.append(self._priors(x))
             self._last = {key: (np.concatenate([r for r, _ in parts]), np.concatenate([J for _, J in parts]))}
@@ -290,8 +296,36 @@ class ResponseFit:
         self._last = {}
         return found
 
+    def series(self, x: Array) -> list[Array]:
+        """The residuals of the tests in the order of their frequencies, real and imaginary ones apart."""
+        found, first, residuals = [], 0, self.residuals(x)
+        for model in self.tests:
+            order = np.argsort(np.asarray(model.test.frequency), kind="stable")
+            for _ in range(_rows(model) // order.size):
+                found.append(residuals[first : first + order.size][order])
+                first += order.size
+        return found
+
+    def _between_tests(self, residuals: Array, J: Array) -> Array:
+        """Standard errors of the shared variables by the disagreement of the tests."""
+        ends = np.cumsum([0, *map(_rows, self.tests)])
+        shared = sum(variable.test < 0 for variable in self.variables)
+        held = [v.test for v in self.variables if v.deviation is not None]
+        priors = ends[-1] + np.arange(len(held))
+        parts = []
+        for t in range(len(self.tests)):
+            rows = np.concatenate([np.arange(ends[t], ends[t + 1]), priors[np.array(held, dtype=int) == t]])
+            own = np.array([k for k, variable in enumerate(self.variables) if variable.test == t], dtype=np.int64)
+            parts.append((residuals[rows], J[rows], own))
+        known = J[priors[np.array(held, dtype=int) < 0], :shared]
+        return error_between_tests(parts, known.T @ known, shared)
+
     def statistics(self, x: Array) -> FitStatistics:
-        """Standard errors and correlations at a solution."""
+        """Standard errors and correlations at a solution.
+
+        Residuals that go together along the curves count by the number of independent ones, and errors are then not smaller than
+        those by the disagreement of the tests.
+        """
         residuals, J = self._at(x)
         priors = sum(v.deviation is not None for v in self.variables)
         data = residuals[: residuals.size - priors]
@@ -307,20 +341,27 @@ class ResponseFit:
         freedom = max(data.size - determined, 1.0)
         noise = float(np.sum(data**2) / freedom)
         blind = np.sum(vectors[:, ~known] ** 2, axis=1) > 0.1
-        error = np.where(blind, np.inf, np.sqrt(noise * np.diag(covariance)))
-        return FitStatistics(error, covariance, noise, float(special.stdtrit(freedom, 0.975)), blind)
+        one_in = independent_one_in(self.series(x))
+        quantile = float(special.stdtrit(max(data.size / one_in - determined, 1.0), 0.975))
+        error = np.sqrt(noise * one_in * np.diag(covariance))
+        if one_in > 1.0 and len(self.tests) >= FEWEST_TESTS:
+            between = self._between_tests(residuals, J) * float(special.stdtrit(len(self.tests) - 1, 0.975)) / quantile
+            error[: between.size] = np.maximum(error[: between.size], between)
+        return FitStatistics(np.where(blind, np.inf, error), covariance, noise, quantile, blind, one_in)
 
 
 @dataclass(frozen=True, eq=False)
 class FitStatistics:
     """Standard errors and covariance of the variables; noise: residual variance over that of the stated errors; quantile: of a
-    95 % interval in standard errors; blind: variables that the data say nothing of."""
+    95 % interval in standard errors; blind: variables that the data say nothing of; one_in: of so many residuals one is
+    independent."""
 
     error: Array
     covariance: Array
     noise: float
     quantile: float
     blind: np.ndarray[Any, np.dtype[np.bool_]]
+    one_in: float = 1.0
 
     @property
     def without_curvature(self) -> FitStatistics:
@@ -331,6 +372,11 @@ class FitStatistics:
     def correlation(self) -> Array:
         size = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
         return np.asarray(self.covariance / np.outer(size, size))
+
+
+def _rows(model: FittedTest | EnclosedTest) -> int:
+    """How many residuals a test has."""
+    return int(np.size(model.test.frequency)) * (1 if model.test.phase is None else 2)
 
 
 def _compared(model: FittedTest | EnclosedTest, shown: Any, slopes: Any) -> tuple[Array, Array]:

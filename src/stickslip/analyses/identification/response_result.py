@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.identification.model_error import FEWEST_TESTS, above_noise
 from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
 from stickslip.checks import Array, counted
 from stickslip.measurement.measured_response import MeasuredResponse
@@ -19,6 +20,12 @@ UNCERTAIN = 0.5
 
 CORRELATED = 0.95
 """Correlation from which on two parameters are named as one."""
+
+FEWEST_POINTS = 10
+"""Points of a curve from which its residuals show whether they go together."""
+
+SEEN = 0.5
+"""Residuals in stated errors from which it is said that they go together."""
 
 UNEXPLAINED = 2.0
 """A misfit this many times the median one, and the stated error, is named."""
@@ -117,8 +124,11 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     """What the tests cannot say, in sentences."""
     names = [str(name) for name in dataset["parameter"].values]
     found = []
-    if not np.any(dataset["slips"].values):
+    contacts = [contact for t, model in enumerate(fit.tests) for contact in model.problem(fit.values(x, t)).contacts]
+    if not np.any(dataset["slips"].values) and any(contact.law.rubs for contact in contacts):
         found.append("No contact slips or opens at any point: the responses say nothing of friction coefficients.")
+    elif not np.any(dataset["slips"].values) and any(contact.normal is not None for contact in contacts):
+        found.append("No contact opens or closes at any point: the responses say nothing of gaps.")
     for k, name in enumerate(names):
         value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
         free = fit.free[name]
@@ -138,17 +148,41 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
         how = "by any start state" if {"start_variables", "lower"} & {*dataset} else "by these parameters"
         sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
         found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
-    if np.median(apart / stated) > UNEXPLAINED:
-        found.append(
-            f"The model does not explain the tests: misfit {100.0 * np.median(apart):.2g} % in the median, stated errors "
-            f"{100.0 * np.median(stated):.2g} %. Check quantity, units and the sign of the phase; the intervals mean little."
-        )
+    found += _about_misfit(fit, x, statistics, dataset)
     if fit.unfinished(x):
         found.append("The fit stopped before it converged: raise `evaluations`. The intervals mean little.")
     lost = int(np.sum(np.isfinite(dataset["frequency"].values)) - np.sum(dataset["solved"].values))
     if lost:
         found.append(f"{lost} points have no solution at the identified parameters; they count as wrong by their whole size.")
     return found
+
+
+def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset) -> list[str]:
+    """How the residuals compare with the stated errors, and what the intervals hold of them."""
+    apart, stated = float(np.median(dataset["misfit"].values)), float(np.median([model.test.error for model in fit.tests]))
+    large, series = apart > UNEXPLAINED * stated, fit.series(x)
+    sizes = f"misfit {100.0 * apart:.2g} % in the median, stated errors {100.0 * stated:.2g} %"
+    words = f"The model does not explain the tests: {sizes}. Check quantity, units, the number of harmonics{_about_phase(fit)}"
+    if "lower" in dataset or min(one.size for one in series) < FEWEST_POINTS:
+        return [f"{words}; the intervals mean little."] if large else []
+    if statistics.one_in == 1.0:
+        noise = "From point to point the residuals are independent, as noise is: the intervals hold that."
+        return [f"The tests scatter more than stated: {sizes}. {noise}"] if large else []
+    if not large and np.sqrt(statistics.noise) < SEEN:
+        return []
+    together = f"Residuals go together over {statistics.one_in:.0f} points, at {above_noise(series):.2g} times their noise"
+    held = "The intervals are widened for that"
+    if len(fit.tests) >= FEWEST_TESTS:
+        held += ", by how the tests disagree; an error that all tests share, such as a wrong contact law, they do not hold."
+    else:
+        held += ", but hold only if the model is right."
+    return [f"{words}. {together}. {held}" if large else f"{together}: the model lacks something. {held}"]
+
+
+def _about_phase(fit: ResponseFit) -> str:
+    """What to check of phases, where there are any."""
+    known = any(model.test.phase is not None for model in fit.tests)
+    return " and the phase (of the displacement, not of the acceleration, which is 180° from it)" if known else ""
 
 
 def _repeated(tests: Sequence[MeasuredResponse]) -> list[str]:

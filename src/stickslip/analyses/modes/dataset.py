@@ -13,6 +13,7 @@ from stickslip.analyses.performance.work import stacked
 from stickslip.checks import Array
 from stickslip.contact.point import DIRECTION_NAMES
 from stickslip.curves.mode_curve import ModeCurve
+from stickslip.curves.mode_refine import first_harmonic_pace, pace
 from stickslip.harmonic.balance import Evaluation
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.fourier import complex_harmonics
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _POINT, _OUTPUT, _ROW = ("case", "point"), ("case", "point", "output"), ("case", "point", "contact", "direction")
+_ALONG = "by arc length in ln amplitude, ln frequency and damping ratio"
 VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "mode_number": (("case",), "1", "number of the followed mode of the stuck structure"),
     "case_outcome": (("case",), "1", "outcome of the curve"),
@@ -34,7 +36,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "stuck_damping": (("case",), "1", "damping ratio of the stuck mode"),
     "modal_amplitude": (_POINT, "m kg^0.5", "coordinate of the followed stuck mode at the first harmonic, per unit modal mass"),
     "frequency": (_POINT, "Hz", "natural frequency"),
-    "damping_ratio": (_POINT, "1", "damping ratio, of friction and viscous damping together"),
+    "damping_ratio": (_POINT, "1", "damping ratio, of contacts and viscous damping together"),
     "energy": (_POINT, "J", "mechanical energy: twice the mean kinetic energy"),
     "viscous_work": (_POINT, "J", "energy dissipated per cycle by viscous damping"),
     "energy_residual": (_POINT, "1", "dissipated energy against that of the damping ratio"),
@@ -55,6 +57,10 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "contact_force": ((*_ROW, "harmonic", "part"), "N", "harmonics of contact forces"),
     "contact_motion": ((*_ROW, "harmonic", "part"), "m", "harmonics of contact displacements"),
     "mode_shape": (("case", "point", "dof", "part"), "m", "first harmonic of every degree of freedom"),
+    "amplitude_slope": (_POINT, "1", f"derivative of the logarithm of the modal amplitude, {_ALONG}"),
+    "frequency_slope": (_POINT, "1", f"derivative of the logarithm of the frequency, {_ALONG}"),
+    "damping_slope": (_POINT, "1", f"derivative of the damping ratio, {_ALONG}"),
+    "shape_slope": (("case", "point", "dof", "part"), "m", f"derivative of the mode shape, {_ALONG}"),
 }
 
 INTERNAL = 0.05
@@ -68,6 +74,8 @@ def mode_arrays(balance: ModeBalance, curve: ModeCurve) -> dict[str, NDArray[Any
     for point in curve.points:
         values, strongest = point_values(balance, rows, point.evaluation)
         values |= {"iterations": point.iterations, "active_rows": point.active}
+        values |= dict(zip(("amplitude_slope", "frequency_slope", "damping_slope"), pace(point), strict=True))
+        values["shape_slope"] = _parts(first_harmonic_pace(balance, point))
         places.append(values)
         if strongest is not None:
             met.setdefault(strongest, balance.amplitude_of(point.point))
@@ -156,8 +164,8 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
     return xr.Dataset(data, coords, {"title": problem.title, "study": "", **attrs})
 
 
-TURNED = ("response", "contact_force", "contact_motion", "mode_shape")
-"""The variables with a phase."""
+TURNED = ("response", "contact_force", "contact_motion", "mode_shape", "shape_slope")
+"""The variables with a phase; a slope is turned as its motion is, and remains that of the unturned one."""
 
 
 def with_phase_at(dataset: xr.Dataset, output: int) -> xr.Dataset:

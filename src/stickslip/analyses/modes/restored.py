@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.contact_rows import ContactRows
 from stickslip.checks import InputError
-from stickslip.curves.mode_curve import directed
+from stickslip.curves.mode_refine import directed
 from stickslip.harmonic.balance import Point
 from stickslip.harmonic.fourier import real_harmonics
 from stickslip.harmonic.mode_balance import ModeBalance

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.checks import Array, fault, several
 from stickslip.harmonic.extended_structure import extended_gains
@@ -36,6 +36,18 @@ Complex = NDArray[np.complex128]
 
 FINER = 8
 """Places on a synthesised curve for each interval between two points of the mode."""
+
+SATURATED, LAST = 0.05, 1.2
+"""Growth of ln of the force with ln of the amplitude below which the force is saturated at the end of a curve, and the ratio of
+amplitudes over which it is measured there."""
+
+SATURATION = (
+    "At the end of the curve the force no longer grows with the amplitude: contacts hold no more, and where nothing else damps "
+    "the mode a larger force has no finite peak. Give the structure damping."
+)
+
+CLOSEST = 1e-12
+"""The least arc length between neighbouring points."""
 
 BISECTIONS = 45
 """Halvings of the interval between two points that holds a peak: to rounding."""
@@ -55,6 +67,28 @@ class ModePath:
     amplitude: Array
     force: Complex
     outputs: Complex
+
+    @classmethod
+    def of_points(cls, chosen: xr.Dataset, problem: Problem, followed: Complex, load: Complex) -> tuple[ModePath, Array]:
+        """The points of one case of a dataset, and the derivatives of `columns` by the arc length; followed: stuck shape (n,).
+
+        The phase is that of the followed mode, whose coordinate is real.
+        """
+        system, amplitude = problem.systems.at(1), chosen["modal_amplitude"].to_numpy()
+        shape, slope = (_complex(chosen[name]) / amplitude[:, None] for name in ("mode_shape", "shape_slope"))
+        coordinate = shape @ (system.M @ followed).conj()
+        turn = (coordinate.conj() / np.abs(coordinate))[:, None]
+        rise, bend, damped = (chosen[f"{name}_slope"].to_numpy() for name in ("amplitude", "frequency", "damping"))
+        shape = turn * shape
+        slope = turn * slope - rise[:, None] * shape
+        mass, viscous = (chosen[name].to_numpy() / amplitude**2 for name in ("modal_mass", "modal_damping"))
+        slopes = [2.0 * np.real(np.sum((shape.conj() @ matrix) * slope, axis=1)) for matrix in (system.M, system.C)]
+        omega, zeta = 2.0 * np.pi * chosen["frequency"].to_numpy(), chosen["damping_ratio"].to_numpy()
+        outputs = (shape @ system.outputs.T, slope @ system.outputs.T)
+        mode = cls(omega, zeta, mass, viscous, amplitude, shape.conj() @ load, outputs[0])
+        force = slope.conj() @ load
+        rest = np.stack([bend, slopes[0] / mass, rise, damped, slopes[1], force.real, force.imag], axis=1)
+        return mode, np.concatenate([rest, outputs[1].real, outputs[1].imag], axis=1)
 
     @classmethod
     def of_columns(cls, columns: Array) -> ModePath:
@@ -137,6 +171,11 @@ class OtherModes:
         return found
 
     @property
+    def stuck_shape(self) -> Complex:
+        """Of the followed mode, stuck, at every degree of freedom."""
+        return np.asarray(self.structures.whole[self.structures.key[1]][:, self.followed], dtype=complex)
+
+    @property
     def frequency(self) -> float:
         """Of the followed mode, stuck, rad/s."""
         return float(1.0 / np.sqrt(self.structures.squares[self.structures.key[1]][self.followed]))
@@ -148,9 +187,10 @@ class OtherModes:
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """The forced responses of one mode under one pattern of forces."""
+    """The forced responses of one mode under one pattern of forces; slopes: of the columns of the mode by the arc length."""
 
     mode: ModePath
+    slopes: Array
     others: OtherModes
 
     @classmethod
@@ -160,20 +200,25 @@ class Synthesis:
         chosen = dataset.isel(case=case, point=np.flatnonzero(np.isfinite(dataset["frequency"][case].to_numpy())))
         if chosen.sizes["point"] < 2:
             raise fault("The curve of the mode", "must have two or more points", str(dataset["case_message"][case].item()))
-        load, amplitude = _first_harmonic(loaded), chosen["modal_amplitude"].to_numpy()
-        shape, outputs = (_complex(each) / amplitude[:, None] for each in (chosen["mode_shape"], chosen["response"][:, :, 1]))
-        force = shape.conj() @ load
-        if not np.all(np.abs(force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
+        load = _first_harmonic(loaded)
+        others = OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load)
+        mode, slopes = ModePath.of_points(chosen, loaded, others.stuck_shape, load)
+        shape = _complex(chosen["mode_shape"]) / mode.amplitude[:, None]
+        if not np.all(np.abs(mode.force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
             raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
-        mass, viscous = (chosen[name].to_numpy() / amplitude**2 for name in ("modal_mass", "modal_damping"))
-        omega, zeta = 2.0 * np.pi * chosen["frequency"].to_numpy(), chosen["damping_ratio"].to_numpy()
-        mode = ModePath(omega, zeta, mass, viscous, amplitude, force, outputs)
-        return cls(mode, OtherModes.of(loaded, int(dataset["mode_number"][case]) - 1, load))
+        return cls(mode, slopes, others)
 
     @cached_property
-    def _along(self) -> PchipInterpolator:
-        """The columns of the mode between its points, by monotonic cubics over their numbers."""
-        return PchipInterpolator(np.arange(self.mode.omega.size), self.mode.columns)
+    def _places(self) -> Array:
+        """Where the points are along the curve: arc length in ln a, ln ω and ζ, by chords."""
+        mode = self.mode
+        steps = np.diff(np.stack([np.log(mode.amplitude), np.log(mode.omega), mode.zeta]), axis=1)
+        return np.concatenate([[0.0], np.cumsum(np.maximum(np.linalg.norm(steps, axis=0), CLOSEST))])
+
+    @cached_property
+    def _along(self) -> CubicHermiteSpline:
+        """The columns of the mode between its points, by the cubics that `mode_refine` has made right."""
+        return CubicHermiteSpline(self._places, self.mode.columns, self.slopes)
 
     @cached_property
     def _levels(self) -> Array:
@@ -183,8 +228,10 @@ class Synthesis:
         """Refuse force levels whose peaks lie beyond the curve of the mode."""
         most = self._levels.max()
         if levels.size == 0 or not (levels.min() > 0.0 and levels.max() <= most):
-            rule = f"must be positive and at most {most:.4g}, that of the largest amplitude of the mode"
-            raise fault("force_levels", rule, levels.tolist(), "Compute the mode up to a larger amplitude.")
+            whose, remedy = "that of the largest amplitude of the mode", "Compute the mode up to a larger amplitude."
+            if saturated(self._levels, self.mode.amplitude):
+                whose, remedy = "the most that the mode needs at any of its amplitudes", SATURATION
+            raise fault("force_levels", f"must be positive and at most {most:.4g}, {whose}", levels.tolist(), remedy)
 
     def peaks(self, levels: Array, output: int) -> pd.DataFrame:
         """The peaks of force levels at an output, the highest of each level first."""
@@ -209,7 +256,7 @@ class Synthesis:
 
     def _solved(self, levels: Array, intervals: NDArray[np.intp]) -> Array:
         """Places inside intervals, each from a point to the next one, whose peaks belong to force levels."""
-        low, high = intervals.astype(float), intervals + 1.0
+        low, high = self._places[intervals], self._places[intervals + 1]
         rising = self._levels[intervals + 1] > self._levels[intervals]
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
@@ -234,7 +281,9 @@ class Synthesis:
         import pandas as pd
 
         self._refuse_beyond(np.array([level]))
-        fine = self._along(np.linspace(0.0, self.mode.omega.size - 1.0, FINER * (self.mode.omega.size - 1) + 1))
+        count = self.mode.omega.size
+        numbers = np.linspace(0.0, count - 1.0, FINER * (count - 1) + 1)
+        fine = self._along(np.interp(numbers, np.arange(count), self._places))
         low, high = _sides(ModePath.of_columns(fine), level)
         below, above = np.flatnonzero(np.isfinite(low)), np.flatnonzero(np.isfinite(high))[::-1]
         where = np.concatenate([below, above])
@@ -255,6 +304,15 @@ class Synthesis:
         columns = {"force_level": mode.quadrature, "frequency": mode.omega / (2.0 * np.pi)}
         columns["amplitude"] = mode.amplitude * np.abs(mode.outputs[:, output])
         return pd.DataFrame(columns | {"damping_ratio": mode.zeta})
+
+
+def saturated(levels: Array, amplitudes: Array) -> bool:
+    """Whether the force of the peak no longer grows with the amplitude at the end of a curve; both of its points."""
+    before = np.flatnonzero(amplitudes * LAST <= amplitudes[-1])
+    if not before.size or levels[before[-1]] <= 0.0 or levels[-1] <= 0.0:
+        return False
+    k = before[-1]
+    return bool(np.log(levels[-1] / levels[k]) < SATURATED * np.log(amplitudes[-1] / amplitudes[k]))
 
 
 def _first_harmonic(problem: Problem) -> Complex:

@@ -29,13 +29,15 @@ def with_friction(problem: Problem, mu: float) -> Problem:
 def with_preload_factor(problem: Problem, factor: float) -> Problem:
     """A copy with every static force and every preload of a contact law times a factor; gaps and stiffness stay."""
     positive("preload factor", factor)
-    forces = [replace(force, static=factor * force.static) for force in problem.forces]
+    forces, speed = [replace(force, static=factor * force.static) for force in problem.forces], problem.speed
+    if speed is not None:
+        speed = replace(speed, loads=tuple(replace(load, static=factor * load.static) for load in speed.loads))
 
     def loaded(contact: Contact) -> Contact:
         values = {key: getattr(contact.law, key) for key in PRELOADS if _has(contact.law, key)}
         return _changed(contact, **{key: _times(factor, value) for key, value in values.items()})
 
-    return problem.with_forces(forces).with_contacts(loaded)
+    return replace(problem, forces=tuple(forces), speed=speed).with_contacts(loaded)
 
 
 def with_factors(contact: Contact, factors: Mapping[str, float]) -> Contact:

@@ -1,1 +1,1 @@
-"""Rotating machines: structures over the rotor speed, and the Campbell diagram."""
+"""Rotating machines: structures over the rotor speed, Campbell and interference diagrams."""

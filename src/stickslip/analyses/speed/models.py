@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stickslip.checks import InputError, fault, finite, of_kind
+from stickslip.checks import Array, InputError, fault, finite, of_kind
+from stickslip.loads import BaseMotion, Force
 from stickslip.problem import Problem
+from stickslip.problem.speed import SpeedDependence
 from stickslip.structure.cyclic import CyclicStructure
+from stickslip.structure.matrices import Structure
 
 ProblemAt = Callable[[float], Problem]
+ROUNDING = 1e-12
+"""Difference of the stiffness of two models, relative to it, that is none."""
+
 Models = Mapping[float, Problem] | ProblemAt
 """Problems by speed in rev/min, or a function that makes the problem of a speed."""
 
@@ -85,3 +92,53 @@ def _between(one: Problem, other: Problem, share: float) -> Problem:
         structure = replace(structure, stiffnesses=a.stiffnesses + share * (b.stiffnesses - a.stiffnesses))  # type: ignore[call-arg]
     loads = [replace(f, static=f.static + share * (g.static - f.static)) for f, g in zip(one.forces, other.forces, strict=True)]
     return replace(one, structure=structure, forces=tuple(loads))
+
+
+def synchronous(models: Mapping[float, Problem]) -> Problem:
+    """The problem of two models by speed in rev/min, with stiffness and static loads that go with Ω² (`SpeedDependence`)."""
+    if len(of_kind("models", models, Mapping)) != 2:  # type: ignore[type-abstract]
+        raise fault("models", "must be problems at two speeds, {speed in rev/min: problem}", models)
+    (slow, one), (fast, other) = sorted((finite("models, a speed", speed), problem) for speed, problem in models.items())
+    if slow < 0.0:
+        raise fault("models, a speed", "must not be negative", slow)
+    _refuse_other(of_kind("models, a problem", one, Problem), of_kind("models, a problem", other, Problem), fast)
+    squares = [(2.0 * np.pi * speed / 60.0) ** 2 for speed in (slow, fast)]
+    grown = squares[1] - squares[0]
+    rates = [(g.static - f.static) / grown for f, g in zip(one.forces, other.forces, strict=True)]
+    added = _stiffness(other.structure) - _stiffness(one.structure)
+    added = np.where(np.abs(added).max() > ROUNDING * np.abs(one.structure.K).max(), added / grown, 0.0)
+    return _with_speed(_between(one, other, -squares[0] / grown), added, rates)
+
+
+def at_reference_speed(problem: Problem, speed: float, stiffness_at_rest: Array | None = None) -> Problem:
+    """A problem that holds at one speed in rad/s, with static forces, and K if that at rest is given, that go with Ω²."""
+    rates = [force.static / speed**2 for force in problem.forces]
+    if stiffness_at_rest is None:
+        if not any(rates):
+            raise InputError(
+                "A speed sweep must have something that goes with the speed, but there is neither a static force nor a stiffness "
+                "at rest. Without them the response over a band of frequencies says the same."
+            )
+        added = np.zeros((1, 1))
+    else:
+        added = (problem.structure.K - stiffness_at_rest) / speed**2
+        problem = problem.with_structure(replace(problem.structure, K=stiffness_at_rest))
+    return _with_speed(problem.with_forces([replace(force, static=0.0) for force in problem.forces]), added, rates)
+
+
+def _with_speed(at_rest: Problem, added: NDArray[Any], rates: Sequence[float]) -> Problem:
+    """The problem at rest with K₁ = added, unless it is zero, and static parts of its forces per Ω²."""
+    loads = []
+    for force, rate in zip(at_rest.forces, rates, strict=True):
+        if rate and isinstance(force, BaseMotion):
+            raise fault("The static acceleration of the base", "must be the same at all speeds", "one that goes with the speed")
+        loads += [Force(force.coefficients, static=rate)] if rate else []
+    return replace(at_rest, speed=SpeedDependence(1, added if added.any() else None, tuple(loads)))
+
+
+def _stiffness(structure: Structure) -> NDArray[Any]:
+    """K, of a cyclic structure that of each nodal diameter."""
+    if isinstance(structure, CyclicStructure):
+        assert structure.stiffnesses is not None
+        return structure.stiffnesses
+    return structure.K

@@ -16,7 +16,7 @@ from stickslip.analyses.identification.loop_law import LoopErrors
 from stickslip.checks import counted, fault, nearest
 from stickslip.runs.work import Arrays
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Number, Positive, Table
+from stickslip.study.fields import Column, Number, Positive, Table
 from stickslip.study.units import FORCE, STIFFNESS, Units, in_si
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class ContactLawTable(Table):
         Field(ge=-0.05, le=0.05, description="share of a period by which the force is recorded later than the displacement"),
     ] = 0.0
     columns: Annotated[
-        dict[ColumnName, str | int], Field(description="titles or numbers (from 1) of columns that are not understood")
+        dict[ColumnName, Column], Field(description="titles or numbers (from 1) of columns that are not understood")
     ] = Field(default_factory=dict)
     column_units: Annotated[
         dict[ColumnName, str], Field(description="units of columns, such as um or kN, where the files state none")

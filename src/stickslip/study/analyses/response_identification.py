@@ -16,22 +16,23 @@ from pydantic import Field
 from stickslip.analyses.identification.identify_response import ResponseIdentificationWork
 from stickslip.analyses.identification.response_fit import FreeParameter
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
-from stickslip.checks import MOST, counted, fault, nearest
+from stickslip.checks import MOST, Index, counted, fault, nearest
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.measurement.response_table import read_measured_response
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
-from stickslip.runs.work import Arrays, Work
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analyses.response_variability import RuleOrRules
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
-from stickslip.study.fields import Number, Positive, Seed, Table
+from stickslip.study.fields import Column, Number, Positive, Seed, Table
 from stickslip.study.tables import Ends
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
+ColumnName = Literal["frequency", "amplitude", "real", "imaginary", "phase", "force"]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
 
@@ -43,6 +44,23 @@ class ResponseIdentificationTable(Table):
         Literal["displacement", "velocity", "acceleration"] | None,
         Field(description="that was measured; as the titles of the files say unless given"),
     ] = None
+    force: Annotated[
+        list[Positive],
+        Field(description="force level of each curve, N, or one for all, where the files have no column of it"),
+    ] = Field(default_factory=list)
+    phase_of: Annotated[
+        Literal["displacement", "quantity"] | None,
+        Field(description="what a column of phases is of; the displacement unless given, for responses per force the quantity"),
+    ] = None
+    columns: Annotated[
+        dict[ColumnName, Column], Field(description="titles or numbers (from 1) of columns that are not understood")
+    ] = Field(default_factory=dict)
+    column_units: Annotated[
+        dict[ColumnName, str], Field(description="units of columns, such as mm/N or deg, where the files state none")
+    ] = Field(default_factory=dict)
+    most_points: Annotated[
+        int, Field(ge=3, le=MOST, description="points of a curve that are used at most, every so many; each is solved many times")
+    ] = 1000
     output: Annotated[str | None, Field(description="name of the output that was measured; the first unless given")] = None
     held: Annotated[
         Literal["force", "response"], Field(description="what each computed point takes as measured; the other is computed")
@@ -51,7 +69,10 @@ class ResponseIdentificationTable(Table):
         dict[str, Three],
         Field(description="[start, low, high] of arguments of the rig, SI; instead of factors for such a problem"),
     ] = Field(default_factory=dict)
-    kt: Annotated[Ends | None, Field(description="[low, high] of a factor on the tangential stiffness of every contact")] = None
+    kt: Annotated[
+        Ends | None,
+        Field(description="[low, high] of a factor on kt of every contact; the fit starts at 1 if that is between, else midway"),
+    ] = None
     kn: Annotated[Ends | None, Field(description="of a factor on the normal stiffness")] = None
     mu: Annotated[Ends | None, Field(description="of a factor on the friction coefficient")] = None
     preload: Annotated[Ends | None, Field(description="of a factor on every static force and preload")] = None
@@ -96,25 +117,46 @@ class ResponseIdentificationTable(Table):
 
 def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParameter]:
     """The free parameters by name, arguments of a rig or factors."""
-    factors = {name: (1.0, *ends) for name in FACTORS if (ends := getattr(table, name)) is not None}
-    found = factors | {name: tuple(values) for name, values in table.rig.items()}
-    if not found:
+    factors = {name: ends for name in FACTORS if (ends := getattr(table, name)) is not None}
+    if not factors and not table.rig:
         raise fault("response_identification", f"must give bounds of {', '.join(FACTORS)}, or arguments of the rig", "none")
     if both := sorted({*factors} & {*table.rig}):
         raise fault(", ".join(both), "must be a factor or an argument of the rig", "both")
     for name in table.each_test:
-        if name not in found:
-            raise fault("each_test", f"must name some of {', '.join(found)}", name)
-    for name, (start, low, high) in found.items():
+        if name not in {**factors, **table.rig}:
+            raise fault("each_test", f"must name some of {', '.join({**factors, **table.rig})}", name)
+    if {*table.each_test} == {*factors, *table.rig}:
+        raise fault("each_test", "must leave out one that all tests have in common", table.each_test)
+    for name, (low, high) in factors.items():
+        if low >= high:
+            raise fault(name, "must be [low, high], the lower end first", [low, high])
+    for name, (start, low, high) in table.rig.items():
         if not low <= start <= high or low == high:
-            what = (
-                "[low, high] with 1 between them" if name in factors else "[start, low, high] with the start between the others"
-            )
-            raise fault(name, f"must be {what}", [low, high] if name in factors else [start, low, high])
+            raise fault(name, "must be [start, low, high] with the start between the others", [start, low, high])
     if table.settings and len(table.settings) != len(table.files):
         raise fault("settings", f"must be one for each of {counted(len(table.files), 'file')}", len(table.settings))
+    found = {name: (start_between(1.0, low, high), low, high) for name, (low, high) in factors.items()}
+    found |= {name: (start, low, high) for name, (start, low, high) in table.rig.items()}
     own = table.each_test
     return {name: FreeParameter(start, low, high, name in own) for name, (start, low, high) in found.items()}
+
+
+def start_between(present: float, low: float, high: float) -> float:
+    """Where a search between bounds starts: at the present value, or in the middle where the bounds do not hold that."""
+    if low < present < high:
+        return present
+    return float(np.sqrt(low * high)) if low > 0.0 else 0.5 * (low + high)
+
+
+def about_columns(table: ResponseIdentificationTable) -> list[dict[str, Any]]:
+    """How each file is read: arguments of `read_measured_response`."""
+    about: dict[str, Any] = {"quantity": table.quantity, "phase_of": table.phase_of}
+    about |= {"columns": {str(key): which for key, which in table.columns.items()}}
+    about |= {"units": {str(key): unit for key, unit in table.column_units.items()}}
+    if table.force and len(table.force) not in (1, len(table.files)):
+        raise fault(f"[{TABLE}]: force", f"must be one, or one for each of {counted(len(table.files), 'file')}", table.force)
+    levels = table.force if len(table.force) == len(table.files) else table.force * len(table.files)
+    return [about | {"force": level} for level in levels] if levels else [dict(about) for _ in table.files]
 
 
 def names_of(files: Sequence[str]) -> list[str]:
@@ -165,6 +207,12 @@ def _known_settings(table: ResponseIdentificationTable, rig: str) -> None:
             raise fault(f"[{TABLE}]: settings", "must not name what is free", name)
 
 
+def _at_points(test: MeasuredResponse, points: Index) -> MeasuredResponse:
+    frequency, amplitude, force = (np.asarray(one)[points] for one in (test.frequency, test.amplitude, test.force))
+    phase = None if test.phase is None else np.asarray(test.phase)[points]
+    return replace(test, frequency=frequency, amplitude=amplitude, force=force, phase=phase)
+
+
 @dataclass(frozen=True, eq=False)
 class ResponseIdentificationPlan(Plan):
     """Curves, and what is fitted to them."""
@@ -180,6 +228,7 @@ class ResponseIdentificationPlan(Plan):
         sweep, table = sweep_of(asked), ResponseIdentificationTable.model_validate(asked.tables[TABLE])
         names = list(sweep.problem.output_names)
         _known_settings(table, asked.rig[0])
+        about_columns(table)
         if table.output is not None and table.output not in names:
             raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", table.output)
         if table.rig and not asked.rig[0]:
@@ -201,26 +250,33 @@ class ResponseIdentificationPlan(Plan):
     def tests(self) -> list[MeasuredResponse]:
         """The curves, each with its settings."""
         table, names = self.table, list(self.sweep.problem.output_names)
-        about: dict[str, Any] = {
-            "quantity": table.quantity,
-            "held": table.held,
-            "error": table.error,
-            "of_largest": table.of_largest,
-        }
+        about: dict[str, Any] = {"held": table.held, "error": table.error, "of_largest": table.of_largest}
         about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
         about["output"] = 0 if table.output is None else names.index(table.output)
-        files, titles = table.files, names_of(table.files)
-        tests = [read_measured_response(self.folder / f, name=title, **about) for f, title in zip(files, titles, strict=True)]
+        each = zip(table.files, names_of(table.files), about_columns(table), strict=True)
+        tests = [read_measured_response(self.folder / file, name=name, **about, **how) for file, name, how in each]
         own = table.settings or [{} for _ in tests]
         return [replace(test, settings=settings) for test, settings in zip(tests, own, strict=True)]
 
     def _inside(self, test: MeasuredResponse) -> MeasuredResponse:
+        """A test at its points in the band."""
         found = self.sweep.forced_response().frequencies
         frequency = np.asarray(test.frequency)
-        kept = (frequency >= min(found)) & (frequency <= max(found))
-        frequency, amplitude, force = (np.asarray(one)[kept] for one in (test.frequency, test.amplitude, test.force))
-        phase = None if test.phase is None else np.asarray(test.phase)[kept]
-        return replace(test, frequency=frequency, amplitude=amplitude, force=force, phase=phase)
+        inside = np.flatnonzero((frequency >= min(found)) & (frequency <= max(found)))
+        if inside.size < 3:
+            what = f"Points of {test.name} in the band of [sweep], {min(found):.6g} to {max(found):.6g} Hz,"
+            raise fault(what, "must be three at least", inside.size, "Is the unit of the frequency right?")
+        return _at_points(test, inside)
+
+    def _thinned(self, test: MeasuredResponse) -> MeasuredResponse:
+        """A test at `most_points` points at most, every so many; its notes say so."""
+        count = np.size(test.frequency)
+        every = -(-count // self.table.most_points)
+        if every == 1:
+            return test
+        thinned = _at_points(test, np.arange(0, count, every))
+        words = f"{np.size(thinned.frequency)} of {count} points of {test.name} are used, one in {every}: most_points says other."
+        return replace(thinned, notes=(*test.notes, words))
 
     @cached_property
     def work(self) -> ResponseIdentificationWork:
@@ -232,6 +288,7 @@ class ResponseIdentificationPlan(Plan):
         tests = [self._inside(test) for test in all_tests]
         count, kept = (sum(np.size(test.frequency) for test in some) for some in (all_tests, tests))
         words = f"{count - kept} of {count} points lie outside the band of [sweep] and are not used."
+        tests = [self._thinned(test) for test in tests]
         return ResponseIdentificationWork(
             problem_of,
             free,
@@ -246,7 +303,7 @@ class ResponseIdentificationPlan(Plan):
             evaluations=table.evaluations,
             harmonics=base.harmonics,
             samples=base.samples,
-            remarks=(words,) if kept < count else (),
+            remarks=(*dict.fromkeys(note for test in tests for note in test.notes), *((words,) if kept < count else ())),
         )
 
     @property
@@ -255,6 +312,12 @@ class ResponseIdentificationPlan(Plan):
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         return self.work.gathered(results[""]).dataset
+
+    def searched(
+        self, results: Mapping[str, Sequence[Arrays]], checkpoint: Checkpoint, workers: Workers, progress: Progress
+    ) -> xr.Dataset:
+        """The result, with the tests left out one by one."""
+        return self.work.finished(results[""], checkpoint, workers, progress).dataset
 
 
 TABLE = "response_identification"

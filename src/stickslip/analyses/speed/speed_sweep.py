@@ -1,0 +1,220 @@
+"""Speed sweep: forced response over the rotor speed, excited by engine orders, stiffness and pulls going with the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
+from stickslip.analyses.speed.models import synchronous
+from stickslip.analyses.work_parts import StateOfFields
+from stickslip.checks import Array, InputError, between, fault, several, unique, vector
+from stickslip.disks.tuned import TunedDisk
+from stickslip.outcome import Outcome
+from stickslip.peaks.search import TOLERANCE
+from stickslip.problem import Problem
+from stickslip.results.result import Result
+from stickslip.runs.cases import all_cases
+from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+GRID = 1001
+"""Speeds of the envelope."""
+
+PEAK = ("peak_speed", "peak_frequency", "peak_amplitude", "peak_max_abs", "peak_loss_factor")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpeedSweep(Result, figure="speed_sweep:over_speed", peaks="speed_sweep:peaks_over_speed"):
+    """Curves over the rotor speed, one for each engine order and force level.
+
+    dataset, axes (engine_order, case, ...): speed [rev/min], frequency [Hz], outcome (…, point), amplitude (…, point, output) [m]
+    of the first harmonic, loss_factor; peak_speed, peak_frequency, peak_amplitude and others (…, peak, output), highest first;
+    free_amplitude, stuck_amplitude (…, linear_point, output) over linear_speed; envelope (case, envelope_speed, output): the
+    largest of all engine orders. responses: the `ForcedResponse` of each engine order, whose frequencies stand for speeds.
+    """
+
+    dataset: xr.Dataset
+    responses: Mapping[int, ForcedResponse]
+
+    def peaks(self) -> pd.DataFrame:
+        """All peaks: engine order, force level, output, speed [rev/min], frequency [Hz], amplitude and largest value in time
+        [m], loss factor."""
+        return peak_table(self.dataset)
+
+    def with_stability(self, highest: float | None = None) -> SpeedSweep:
+        """A copy whose dataset says which points are stable, as `ForcedResponse.with_stability` does; at constant speed each."""
+        return _joined({order: response.with_stability(highest) for order, response in self.responses.items()})
+
+
+def speed_sweep(
+    models: Problem | Mapping[float, Problem],
+    speed: tuple[float, float],
+    engine_orders: int | Sequence[int] | None = None,
+    force: float | Sequence[float] = 1.0,
+    harmonics: int | Sequence[int] | Literal["auto"] = 5,
+    samples: int = 256,
+    *,
+    workers: Workers = 1,
+    checkpoint: Checkpoint | None = None,
+    progress: Progress = lambda fraction, text: None,
+) -> SpeedSweep:
+    """Steady response to engine orders EO over the rotor speed Ω, ω = EO Ω, by harmonic balance.
+
+    M q̈ + C q̇ + (K₀ + Ω² K₁) q + Bᵀ f(B q) = p₀ + Ω² p₁ + p(EO Ω t), with exact derivatives by Ω, followed through folds.
+    models: {speed in rev/min: problem} at two speeds, which differ in stiffness and static loads; K₁ and p₁ follow from them. Or
+    a problem with `speed` (`SpeedDependence`). speed: (first, last), rev/min, swept in this order. engine_orders: several have
+    one curve each; a tuned disk meets the nodal diameter of each. force: levels that multiply every harmonic force.
+    harmonics, samples, workers, checkpoint, progress: as for `forced_response`. Damping is that of the model of the lowest speed,
+    M and contacts are the same at all speeds. Coriolis terms are neglected.
+    """
+    progress(0.0, "preparing")
+    work = SpeedSweepWork.of(models, speed, engine_orders, force, harmonics, samples)
+    return work.gathered(all_cases(work, checkpoint, workers, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedSweepWork(StateOfFields):
+    """The force levels of all engine orders as independent cases, one engine order after the other."""
+
+    parts: tuple[ForcedResponseWork, ...]
+
+    @classmethod
+    def of(
+        cls,
+        models: Problem | Mapping[float, Problem],
+        speed: tuple[float, float],
+        engine_orders: int | Sequence[int] | None,
+        force: float | Sequence[float],
+        harmonics: int | Sequence[int] | Literal["auto"],
+        samples: int,
+        tolerance: float = 2e-3,
+        peak_tolerance: float = TOLERANCE,
+    ) -> SpeedSweepWork:
+        """The work of the arguments of `speed_sweep`, checked."""
+        ends = [float(value) for value in vector("speed", speed, 2)]
+        if min(ends) <= 0.0 or ends[0] == ends[1]:
+            raise fault("speed", "must be (first, last) in rev/min, positive and different", tuple(ends))
+        problem = models if isinstance(models, Problem) else synchronous(models)
+        if problem.speed is None:
+            raise InputError("The problem must have `speed`, or be given as {speed in rev/min: problem} at two speeds.")
+        given = problem.speed.engine_order if engine_orders is None else engine_orders
+        orders = [between("engine_orders", order, 1) for order in several("engine_orders", np.atleast_1d(given).tolist())]
+        unique("engine_orders", orders)
+        if not orders:
+            raise fault("engine_orders", "must hold at least one", "none")
+        parts = []
+        for order in orders:
+            band = Band(*(order * end / 60.0 for end in ends))
+            how = force, harmonics, samples, tolerance, peak_tolerance
+            parts.append(ForcedResponseWork.of(excited(problem, order), band, *how))
+        return cls(tuple(parts))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(f"engine order {_order(part.problem)}, {name}" for part in self.parts for name in part.names)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(f"engine order {_order(part.problem)}, {words}" for part in self.parts for words in part.words)
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from disk."""
+        self.parts[0].prepare()
+
+    def solve(self, case: int, report: Report) -> Arrays:
+        """The curve of one engine order and force level."""
+        part, own = divmod(case, len(self.parts[0].levels))
+        return self.parts[part].solve(own, report)
+
+    def gathered(self, results: Sequence[Arrays]) -> SpeedSweep:
+        """The sweep of all curves."""
+        count = len(self.parts[0].levels)
+        return _joined(
+            {_order(part.problem): part.gathered(results[k * count : (k + 1) * count]) for k, part in enumerate(self.parts)}
+        )
+
+
+def excited(problem: Problem, order: int) -> Problem:
+    """The problem under an engine order; of a tuned disk its pattern too."""
+    assert problem.speed is not None
+    under = replace(problem, speed=replace(problem.speed, engine_order=order))
+    return under.with_engine_order(order % under.sectors) if isinstance(under, TunedDisk) else under
+
+
+def _order(problem: Problem) -> int:
+    assert problem.speed is not None
+    return problem.speed.engine_order
+
+
+def _joined(responses: Mapping[int, ForcedResponse]) -> SpeedSweep:
+    """The curves of all engine orders over the speed."""
+    import xarray as xr
+
+    orders = list(responses)
+    parts = [_over_speed(response.dataset, order) for order, response in responses.items()]
+    longest = {dim: max(part.sizes[dim] for part in parts) for dim in ("point", "peak", "linear_point")}
+    padded = [part.pad({dim: (0, size - part.sizes[dim]) for dim, size in longest.items()}) for part in parts]
+    about = {"units": "1", "long_name": "engine order of the excitation"}
+    axis = xr.DataArray(orders, dims="engine_order", name="engine_order", attrs=about)
+    joined = xr.concat(padded, axis, combine_attrs="drop_conflicts")
+    joined["outcome"] = joined["outcome"].fillna(0).astype(np.int8)
+    if "stability" in joined:
+        joined["stability"] = joined["stability"].fillna(0).astype(np.int8)
+    first = next(iter(responses.values())).dataset
+    attrs = {name: first.attrs[name] for name in ("title", "study", "harmonics", "samples", "stickslip_version", "file_format")}
+    attrs |= {"cpu_seconds": sum(response.dataset.attrs["cpu_seconds"] for response in responses.values())}
+    speeds, values = _envelope(joined)
+    joined = joined.assign_coords(envelope_speed=("envelope_speed", speeds, {"units": "rev/min", "long_name": "rotor speed"}))
+    about = {"units": "m", "long_name": "largest amplitude of all engine orders"}
+    joined["envelope"] = ("case", "envelope_speed", "output"), values, about
+    return SpeedSweep(joined.assign_attrs(attrs | {"analysis": "speed_sweep"}), responses)
+
+
+def _over_speed(dataset: xr.Dataset, order: int) -> xr.Dataset:
+    """What a sweep keeps of a response, with speeds beside its frequencies."""
+    kept = ["frequency", "outcome", "amplitude", "loss_factor", "peak_frequency", "peak_amplitude", "peak_max_abs"]
+    kept += ["peak_loss_factor", "linear_frequency", "free_amplitude", "stuck_amplitude", "case_outcome", "case_message"]
+    kept += [name for name in ("stability", "multiplier", "peak_stability") if name in dataset]
+    part = dataset[kept]
+    part = part.rename({dataset["linear_frequency"].dims[0]: "linear_point"}) if "linear_point" not in part.dims else part
+    part = part.reset_coords([name for name in ("frequency", "linear_frequency") if name in part.coords])
+    for name, frequency in (("speed", "frequency"), ("peak_speed", "peak_frequency"), ("linear_speed", "linear_frequency")):
+        about = {"units": "rev/min", "long_name": "rotor speed"}
+        part[name] = part[frequency].dims, 60.0 / order * part[frequency].values, about
+    return part
+
+
+def _envelope(joined: xr.Dataset) -> tuple[Array, Array]:
+    """The largest amplitude of all engine orders at speeds of a grid that holds all peaks, (case, speed, output)."""
+    speed, amplitude = joined["speed"].values, joined["amplitude"].values
+    tops = joined["peak_speed"].values
+    ends = np.nanmin(speed), np.nanmax(speed)
+    grid = np.unique(np.concatenate([np.linspace(*ends, GRID), tops[np.isfinite(tops)]]))
+    found = np.full((speed.shape[1], grid.size, amplitude.shape[-1]), np.nan)
+    for e, case in np.ndindex(speed.shape[:2]):
+        solved = joined["outcome"].values[e, case] == Outcome.CONVERGED
+        at, sizes = speed[e, case, solved], amplitude[e, case, solved]
+        for k in range(at.size - 1):
+            low, high = sorted((at[k], at[k + 1]))
+            inside = np.flatnonzero((grid >= low) & (grid <= high))
+            share = (grid[inside] - at[k]) / (at[k + 1] - at[k]) if high > low else np.ones(inside.size)
+            values = sizes[k] + share[:, None] * (sizes[k + 1] - sizes[k])
+            found[case, inside] = np.fmax(found[case, inside], values)
+    return grid, found
+
+
+def peak_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """The peaks of a sweep, highest first."""
+    table = dataset[list(PEAK)].to_dataframe().reset_index().dropna(subset=["peak_frequency"])
+    table = table.rename(columns={name: name.removeprefix("peak_") for name in PEAK})
+    table["force_level"] = dataset["force_level"].values[table["case"]]
+    columns = ["engine_order", "force_level", "output", "speed", "frequency", "amplitude", "max_abs", "loss_factor"]
+    return table.sort_values(["force_level", "output", "amplitude"], ascending=[True, True, False], ignore_index=True)[columns]

@@ -1,0 +1,81 @@
+"""The command `compile`: all kernels ahead of their first use, for images and clusters.
+
+A kernel is compiled for the types of its first call. The smallest cases of each analysis make these calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from stickslip.cli.app import guarded
+from stickslip.console import progress, say
+
+if TYPE_CHECKING:
+    from stickslip.problem import Problem
+
+
+@guarded
+def compile_kernels(ctx: typer.Context) -> None:
+    """Compile all numerical kernels now and keep them on disk, instead of at their first use."""
+    import time
+
+    began = time.monotonic()
+    compile_all()
+    say(f"All kernels are compiled, in {time.monotonic() - began:.0f} s.")
+
+
+def compile_all() -> None:
+    """Run the smallest cases of each analysis."""
+    cases = small_cases()
+    with progress("Compiling") as report:
+        for number, (name, case) in enumerate(cases.items()):
+            report(number / len(cases), name)
+            case()
+
+
+def small_cases() -> dict[str, Callable[[], Any]]:
+    """The analyses by name, each with a problem of a few rows, of which one holds every law with kernels of its own."""
+    import numpy as np
+
+    import stickslip as ss
+    from stickslip.analyses.identification.loop_law import ContactLoop, dahl_force
+    from stickslip.dampers import in_phase
+    from stickslip.platforms.relaxation import elements_of, relaxed_cycle
+    from stickslip.rigs import laboratory_damper, single_mass
+
+    mass, damper, motion = single_mass(), laboratory_damper(45.0, 50.0, (0.40, 0.22, 0.32)), in_phase(30e-6)
+    band, laws, loop = ss.Band(0.15, 0.25), mass_with_laws(), np.sin(np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False))
+    return {
+        "forced response": lambda: ss.forced_response(mass, band, 1.0, harmonics=3, samples=64).with_stability().at([0.16]),
+        "contact laws": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
+        "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
+        "controlled response": lambda: ss.controlled_response(mass, band, 0.5, harmonics=3, samples=64),
+        "nonlinear mode": lambda: ss.nonlinear_modes(mass, 1, (0.1, 3.0), harmonics=3, samples=64),
+        "time": lambda: ss.time_response(laws, 0.17, steps_per_period=100, harmonics=3, periods=3),
+        "damper cycle": lambda: ss.damper_cycle(damper, motion, steps=64),
+        "damper cycle in time": lambda: ss.damper_cycle(damper, motion, steps=64, method=ss.Newmark(), frequency=50.0),
+        "harmonic cycle": lambda: ss.harmonic_cycle(damper, motion, 50.0, 3, 64),
+        "contact law": lambda: dahl_force(ContactLoop(1e-6 * loop, 10.0 * loop, 50.0), 1e7, 0.5),
+        "bounds": lambda: ss.response_bounds(mass, [0.17], 1.0, points=2, cloud=4, starts=1, harmonics=3, samples=64),
+        "identification": lambda: relaxed_cycle(elements_of(damper), 50.0, motion.samples(64)),
+    }
+
+
+def mass_with_laws() -> Problem:
+    """A mass in space on springs to ground, with a contact of each law that has kernels of its own."""
+    import numpy as np
+
+    import stickslip as ss
+
+    structure = ss.Structure(np.eye(3), np.diag([1.0, 1.2, 2.0]), ("1.x", "1.y", "1.z"), C=0.02 * np.eye(3))
+    along, across, closing = {"1.x": 1.0}, {"1.y": 1.0}, {"1.z": 1.0}
+    contacts = (
+        ss.Contact("disc", ss.FrictionDisc(kt=1.0, mu=0.5, kn=1.0, preload=0.5), (along, across), closing),
+        ss.Contact("dahl", ss.Dahl(kt=0.5, mu=0.5, normal_load=0.2), (along,)),
+        ss.Contact("tanh", ss.TanhCoulomb(mu=0.5, v0=1.0, normal_load=0.2), (across,)),
+        ss.Contact("cubic", ss.CubicSpring(0.1), (along,)),
+    )
+    return ss.Problem(structure, contacts, (ss.Force("1.x", 0.5), ss.Force("1.z", 0.2)), ("1.x",), "A mass with all laws")

@@ -1,0 +1,89 @@
+"""What a user sees while kernels are compiled: a bar in a terminal, else one sentence in the log."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import sys
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+FIRST_PROBLEM = 100
+"""About as many kernels as a first forced response compiles; the bar starts with this length and grows with what comes."""
+
+TITLE = "Compiling kernels, once on this machine"
+
+SENTENCE = "stickslip compiles its kernels, once on this machine: about a minute for the first problem. They are kept on disk."
+
+
+class CompilationNotice:
+    """Counts compiled kernels on a bar, which is there as long as one is being compiled.
+
+    command_bar: that of a command which shows its own progress; a terminal has room for one.
+    """
+
+    def __init__(self) -> None:
+        self.command_bar: Progress | None = None
+        self._bar: Progress | None = None
+        self._task: TaskID | None = None
+        self._depth, self._done, self._said = 0, 0, False
+
+    def begin(self) -> None:
+        """A kernel is being compiled."""
+        self._depth += 1
+        if self._depth == 1:
+            self._show()
+
+    def end(self) -> None:
+        """A kernel is compiled."""
+        self._depth, self._done = self._depth - 1, self._done + 1
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, completed=self._done, total=max(FIRST_PROBLEM, self._done + 1))
+            if self._depth == 0:
+                self._hide()
+
+    def _show(self) -> None:
+        if self.command_bar is None and not _terminal():
+            if not self._said:
+                logging.getLogger("stickslip").warning(SENTENCE)
+            self._said = True
+            return
+        self._bar = self.command_bar or _own_bar()
+        if self._bar is not None:
+            self._task = self._bar.add_task(TITLE, total=max(FIRST_PROBLEM, self._done + 1), completed=self._done)
+
+    def _hide(self) -> None:
+        assert self._bar is not None
+        assert self._task is not None
+        with suppress(KeyError):
+            self._bar.remove_task(self._task)
+        if self._bar is not self.command_bar:
+            self._bar.stop()
+        self._bar = self._task = None
+
+
+NOTICE = CompilationNotice()
+"""That of this process."""
+
+
+def _terminal() -> bool:
+    """Whether a bar can be shown: on a terminal, by the process that the user started."""
+    return multiprocessing.parent_process() is None and sys.stderr is not None and sys.stderr.isatty()
+
+
+def _own_bar() -> Progress | None:
+    """A bar on the error stream; none where another library shows one."""
+    from rich.console import Console
+    from rich.errors import LiveError
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}"), TimeElapsedColumn()
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    try:
+        bar.start()
+    except LiveError:
+        return None
+    return bar

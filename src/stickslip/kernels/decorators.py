@@ -1,0 +1,25 @@
+"""What turns a function into a compiled kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def kernel(function: _Function) -> _Function:
+    """A compiled function that Python calls; what is compiled is kept for later processes."""
+    return numba.njit(cache=True, no_cfunc_wrapper=True)(function)  # type: ignore[call-overload, no-any-return]
+
+
+def inner(function: _Function) -> _Function:
+    """A compiled function that other kernels call; without what Python would need to call it, which is a fifth of the work."""
+    return numba.njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)  # type: ignore[call-overload, no-any-return]
+
+
+def inlined(function: _Function) -> _Function:
+    """A function written into the kernels that call it, instead of compiled by itself."""
+    return numba.njit(inline="always")(function)  # type: ignore[return-value]

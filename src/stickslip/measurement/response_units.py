@@ -1,0 +1,64 @@
+"""Units of measured responses: frequency, force, phase, and motions, by themselves or per force."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+DEGREE = np.pi / 180.0
+UNITS: dict[str, dict[str, float]] = {
+    "frequency": {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / np.pi},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "µm/s": 1e-6, "μm/s": 1e-6},
+    "acceleration": {"m/s2": 1.0, "m/s²": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "mm/s²": 1e-3, "mm/s^2": 1e-3, "g": 9.80665},
+    "force": {"n": 1.0, "kn": 1e3, "mN": 1e-3, "MN": 1e6, "1": 1.0},
+    "phase": {"rad": 1.0, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE},
+}
+"""Units of a column in Hz, m, m/s, m/s², N or rad."""
+
+MOTIONS = ("displacement", "velocity", "acceleration")
+BY_MASS = {"s2/kg": "displacement", "s^2/kg": "displacement", "s²/kg": "displacement", "s/kg": "velocity", "1/kg": "acceleration"}
+"""The same per force in base units: 1 N is 1 kg m/s²."""
+
+_PER_FORCE = re.compile(r"(.+)/\(?(k?n|mN|MN)\)?", re.IGNORECASE)
+_PER_PRODUCT = re.compile(r"(.+)/\((?:(k?n)(s(?:2|²|\^2)?)|(s(?:2|²|\^2)?)(k?n))\)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class ResponseUnit:
+    """What a unit is of, its factor to SI, and whether it is per force: mm/N, (m/s^2)/N, g/N, m/(N s²), 1/kg."""
+
+    kind: str
+    factor: float
+    per_force: bool = False
+
+
+def response_unit(text: str) -> ResponseUnit | None:
+    """The unit that a text names, or None."""
+    unit = re.sub(r"[\s·*]", "", text)
+    if found := _single(unit):
+        return ResponseUnit(*found)
+    if unit.lower() in BY_MASS:
+        return ResponseUnit(BY_MASS[unit.lower()], 1.0, True)
+    if match := _PER_PRODUCT.fullmatch(unit):
+        length, force, time, time_2, force_2 = match.groups()
+        motion, force = f"{length}/{time or time_2}", force or force_2
+    elif match := _PER_FORCE.fullmatch(unit):
+        motion, force = match.group(1).strip("()"), match.group(2)
+    else:
+        return None
+    above, below = _single(motion), _single(force)
+    if above is None or below is None or above[0] not in MOTIONS:
+        return None
+    return ResponseUnit(above[0], above[1] / below[1], True)
+
+
+def _single(unit: str) -> tuple[str, float] | None:
+    """Kind and factor of a unit that is not per force; mN is not MN."""
+    for spelling in (unit, unit.lower()):
+        for kind, known in UNITS.items():
+            if spelling in known:
+                return kind, known[spelling]
+    return None

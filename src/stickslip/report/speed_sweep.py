@@ -1,0 +1,99 @@
+"""Presentation of speed sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.checks import counted
+from stickslip.outcome import Outcome
+from stickslip.plots.files import Figures
+from stickslip.plots.speed_sweep import over_speed, peaks_over_speed
+from stickslip.report.numbers import hertz
+from stickslip.report.presentation import Presentation
+from stickslip.results.view import length_text, level_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+MOST = 12
+"""Curves with a sentence each."""
+
+
+def sentences(dataset: xr.Dataset) -> list[str]:
+    """The highest peak of the first output for each engine order and force level."""
+    places = list(np.ndindex(dataset["outcome"].shape[:2]))
+    lines = [_highest(dataset, e, case) for e, case in places[:MOST]]
+    return [*lines, *([f"{MOST} of {len(places)} curves; all stand in the report"] if len(places) > MOST else [])]
+
+
+def _name(dataset: xr.Dataset, e: int, case: int) -> str:
+    return f"engine order {int(dataset['engine_order'].values[e])}, {level_text(dataset, case)}"
+
+
+def _highest(dataset: xr.Dataset, e: int, case: int) -> str:
+    name, output = _name(dataset, e, case), str(dataset["output"].values[0])
+    solved = dataset["outcome"].values[e, case] == Outcome.CONVERGED
+    if not solved.any():
+        return f"{name}: no point was found"
+    if dataset.sizes["peak"] and np.isfinite(dataset["peak_speed"].values[e, case, 0, 0]):
+        speed, frequency, size = (
+            float(dataset[f"peak_{key}"].values[e, case, 0, 0]) for key in ("speed", "frequency", "amplitude")
+        )
+        return f"{name}: {output} {length_text(size)} at {speed:.5g} rev/min ({hertz(frequency)} Hz)"
+    sizes = np.where(solved, dataset["amplitude"].values[e, case, :, 0], -np.inf)
+    k = int(np.argmax(sizes))
+    speed = float(dataset["speed"].values[e, case, k])
+    return f"{name}: no resonance in the range; {output} at most {length_text(float(sizes[k]))}, at {speed:.5g} rev/min"
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """A sentence for each curve that did not arrive."""
+    outcomes = dataset["case_outcome"].values
+    return [
+        f"{_name(dataset, e, case)}: {dataset['case_message'].values[e, case]}"
+        for e, case in np.argwhere(outcomes != Outcome.CONVERGED)
+    ]
+
+
+def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
+    """All peaks, and every point of every curve."""
+    import pandas as pd
+
+    outputs = [str(name) for name in dataset["output"].values]
+    peaks, points = [], []
+    for e, case in np.ndindex(dataset["outcome"].shape[:2]):
+        first = {
+            "engine order": int(dataset["engine_order"].values[e]),
+            "force level": float(dataset["force_level"].values[case]),
+        }
+        for k, o in np.argwhere(np.isfinite(dataset["peak_speed"].values[e, case])):
+            place = e, case, k, o
+            row: dict[str, object] = {**first, "output": outputs[o], "speed [rev/min]": dataset["peak_speed"].values[place]}
+            row |= {
+                "frequency [Hz]": dataset["peak_frequency"].values[place],
+                "amplitude [m]": dataset["peak_amplitude"].values[place],
+            }
+            peaks.append(row | {"loss factor": dataset["peak_loss_factor"].values[place]})
+        for k in np.flatnonzero(dataset["outcome"].values[e, case] == Outcome.CONVERGED):
+            row = {
+                **first,
+                "speed [rev/min]": dataset["speed"].values[e, case, k],
+                "frequency [Hz]": dataset["frequency"].values[e, case, k],
+            }
+            row |= {f"{name} [m]": dataset["amplitude"].values[e, case, k, o] for o, name in enumerate(outputs)}
+            points.append(row)
+    count = counted(dataset.sizes["engine_order"], "engine order")
+    return {"peaks": pd.DataFrame(peaks), f"amplitude over the speed, {count}": pd.DataFrame(points)}
+
+
+def figures(dataset: xr.Dataset) -> Figures:
+    """Curves over the speed, and their peaks."""
+    found: Figures = {"speed_sweep": over_speed}
+    return {**found, "speed_sweep_peaks": peaks_over_speed} if dataset.sizes["peak"] else found
+
+
+PRESENTATION = Presentation("Speed sweep", sentences, failures, figures, tables)

@@ -1,0 +1,148 @@
+"""Speed sweep in a study: the table [speed_sweep], engine orders over a range of rotor speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field, Tag
+
+from stickslip.analyses.speed.models import at_reference_speed
+from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
+from stickslip.checks import Array, InputError, counted, fault, unique
+from stickslip.disks.tuned import TunedDisk
+from stickslip.models.read import read_content
+from stickslip.problem import Problem
+from stickslip.runs.work import Arrays, Work
+from stickslip.study.analyses.forced_response import sweep_of
+from stickslip.study.analysis import Asked, Kind, Plan, Sweep
+from stickslip.study.fields import Number, Positive, Table, by_form
+from stickslip.study.units import STIFFNESS
+from stickslip.units import Band
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Order = Annotated[int, Field(ge=1, le=10_000)]
+
+
+class SpeedSweepTable(Table):
+    """Engine orders EO excite with ω = EO Ω; stiffness and static forces go with the square of the rotor speed Ω."""
+
+    speed: Annotated[list[Positive], Field(min_length=2, max_length=2, description="[first, last] rotor speed, rev/min")]
+    engine_orders: Annotated[list[Order], Field(min_length=1, description="EO, one curve each")]
+    reference_speed: Annotated[
+        Positive, Field(description="speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²")
+    ]
+    stiffness_at_rest: (
+        Annotated[
+            Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")],
+            by_form(),
+            Field(description="K at speed 0, in the order of `dofs`, or a file .npz or .mat; constant unless given"),
+        ]
+        | None
+    ) = None
+
+
+def checked(table: SpeedSweepTable) -> None:
+    """What the model of the table cannot check."""
+    if table.speed[0] == table.speed[1]:
+        raise fault("speed", "must have two different ends", table.speed)
+    unique("engine_orders", table.engine_orders)
+
+
+def band_of(table: SpeedSweepTable) -> Band:
+    """The frequencies of the excitation, Hz."""
+    low, high = min(table.speed), max(table.speed)
+    return Band(min(table.engine_orders) * low / 60.0, max(table.engine_orders) * high / 60.0)
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedSweepPlan(Plan):
+    """A curve for each engine order and force level."""
+
+    sweep: Sweep
+    table: SpeedSweepTable
+    problem: Problem
+
+    @classmethod
+    def of(cls, asked: Asked) -> SpeedSweepPlan:
+        """The plan of a study."""
+        sweep, table = sweep_of(asked), SpeedSweepTable.model_validate(asked.tables["speed_sweep"])
+        at_rest = _stiffness_at_rest(table, sweep.problem, asked)
+        problem = at_reference_speed(sweep.problem, 2.0 * pi * table.reference_speed / 60.0, at_rest)
+        return cls(sweep, table, problem)
+
+    @property
+    def summary(self) -> str:
+        orders = counted(len(self.table.engine_orders), "engine order")
+        return f"{self.sweep.summary}; {orders} from {self.table.speed[0]:g} to {self.table.speed[1]:g} rev/min"
+
+    @cached_property
+    def work(self) -> SpeedSweepWork:
+        sweep, table = self.sweep, self.table
+        ends = table.speed[0], table.speed[1]
+        how = sweep.harmonics, sweep.samples, sweep.tolerance, sweep.peak_tolerance
+        return SpeedSweepWork.of(self.problem, ends, table.engine_orders, sweep.force_levels, *how)
+
+    @property
+    def works(self) -> Mapping[str, Work]:
+        return {"": self.work}
+
+    @property
+    def content(self) -> str:
+        return self.problem.fingerprint
+
+    def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
+        return self.work.gathered(results[""]).dataset
+
+
+def _stiffness_at_rest(table: SpeedSweepTable, problem: Problem, asked: Asked) -> Array | None:
+    """K at rest in SI, (n, n)."""
+    given = table.stiffness_at_rest
+    if given is None:
+        return None
+    if isinstance(problem, TunedDisk):
+        raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", "a tuned disk", "Use ss.speed_sweep in Python.")
+    if asked.rig[0]:
+        raise fault("[speed_sweep]: stiffness_at_rest", "must go with matrices", f"rig {asked.rig[0]!r}, which brings its own")
+    K = _read(asked.folder / given) if isinstance(given, str) else np.array(given, dtype=float)
+    size = problem.structure.size
+    if K.shape != (size, size):
+        raise fault("[speed_sweep]: stiffness_at_rest", f"must have the shape of K, {(size, size)}", K.shape)
+    rotations = [dof for dof in problem.structure.dofs if dof.rpartition(".")[2].startswith("r")]
+    if rotations and asked.units.system.length != "m":
+        raise InputError(
+            "[speed_sweep]: stiffness_at_rest must be of displacements alone where lengths are not in m, but the structure has "
+            f"the rotation {rotations[0]!r}. Write the study in m, or use ss.speed_sweep in Python."
+        )
+    return np.asarray(K * asked.units.factor(STIFFNESS))
+
+
+def _read(path: Path) -> Array:
+    matrices = read_content(path, {})[0].matrices
+    found = matrices.get("K", next(iter(matrices.values())) if len(matrices) == 1 else None)
+    if found is None:
+        raise fault(
+            "[speed_sweep]: stiffness_at_rest", "must be a file with a matrix K", f"{path.name} with {', '.join(matrices)}"
+        )
+    dense = found.toarray() if hasattr(found, "toarray") else found
+    return np.asarray(dense, dtype=float)
+
+
+TABLE = "speed_sweep"
+KINDS = {
+    TABLE: Kind(
+        SpeedSweepPlan.of,
+        TABLE,
+        {TABLE: SpeedSweepTable},
+        required=(TABLE,),
+        checks={TABLE: checked},
+        band=lambda tables: band_of(SpeedSweepTable.model_validate(tables[TABLE])) if TABLE in tables else None,
+    )
+}

@@ -1,0 +1,33 @@
+"""The command `compile` leaves no kernel for later."""
+
+import subprocess
+import sys
+
+import pytest
+
+LEFT = """
+import importlib, numba, pkgutil, stickslip
+from pathlib import Path
+from numba.core.dispatcher import Dispatcher
+from stickslip.cli.compile_kernels import compile_all
+
+compile_all()
+names = [each.name for each in pkgutil.walk_packages(stickslip.__path__, "stickslip.") if "__main__" not in each.name]
+found = {each for name in names for each in vars(importlib.import_module(name)).values() if isinstance(each, Dispatcher)}
+chosen = [each for each in found if "no_cpython_wrapper" not in each.targetoptions]
+called = [each for each in chosen if each.targetoptions.get("inline") != "always"]
+# Of kernels that others call alone, a process with a full cache reads none: what lies in the cache is compiled.
+kept = {path.name.partition("-")[0] for path in Path(numba.config.CACHE_DIR).rglob("*.nbi")}
+left = [each.py_func for each in called if not each.signatures]
+print(len(called), *(each.__name__ for each in left if f"{each.__module__.rpartition('.')[2]}.{each.__name__}" not in kept))
+"""
+
+ONLY_TESTS_CALL = {"_pulled", "add_product_sums", "add_run", "start_intercept"}
+
+
+@pytest.mark.slow
+def test_every_kernel_that_python_calls_is_compiled():
+    ended = subprocess.run([sys.executable, "-c", LEFT], capture_output=True, text=True, check=True)
+    count, *left = ended.stdout.split()
+    assert int(count) > 30
+    assert set(left) <= ONLY_TESTS_CALL
