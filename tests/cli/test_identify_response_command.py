@@ -1,10 +1,8 @@
 """`stickslip identify-response`: from measured curves to parameters in one command, and what it refuses."""
 
 import re
-import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest

@@ -249,7 +249,7 @@ def say_kept(run: Run, count: int) -> None:
     elif run.resume:
         say(f"No completed curves in {run.folder}: starting from the beginning.")
     elif count:
-        warn(f"Computing again what an interrupted run left ({counted(count, 'completed curve')}). Stop and add --resume to use it.")
+        warn(f"Not used: {counted(count, 'completed curve')} of an interrupted run. Stop and add --resume to use what is kept.")
 
 
 @contextmanager
@@ -259,7 +259,8 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
         yield
     except (KeyboardInterrupt, OSError, MemoryError):
         if len(kept):
-            warn(f"Kept {counted(len(kept), 'completed curve')} in {kept.folder}; run the same command with --resume to continue.")
+            curves = counted(len(kept), "completed curve")
+            warn(f"Kept {curves} in {kept.folder}; run the same command with --resume to continue.")
         raise
 
 
