@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import stickslip
+from stickslip import forced_response, nonlinear_modes, radians_per_second
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.kernels import compiled, separate
 from stickslip.kernels.cache import FOLDERS
+from stickslip.kernels.results import Boxed
 from stickslip.kernels.views import view, view_of
 from stickslip.rigs import single_mass
 
@@ -108,6 +110,29 @@ def test_a_kernel_that_is_not_compiled_or_called_with_other_types_says_so():
         called_before_it_is_compiled(EXAMPLE, 0.5)
     with pytest.raises(numba.TypingError, match="weighted takes"):
         called_with_other_types(EXAMPLE)
+
+
+def python_would_run(kind):
+    """Whether numba runs Python code to make an object of a type."""
+    if isinstance(kind, numba.types.BaseTuple):
+        return isinstance(kind, numba.types.BaseNamedTuple) or any(python_would_run(each) for each in kind)
+    return isinstance(kind, numba.types.Array)
+
+
+def test_results_for_python_are_boxed():
+    """Ctrl-C would end the process where numba makes the result; this reads the types of all kernels compiled so far."""
+    response = forced_response(single_mass(), radians_per_second(0.8, 1.6), 1.0, harmonics=3)
+    response.with_stability()
+    response.verify_in_time(0, 0, steps_per_period=64)
+    nonlinear_modes(single_mass(), amplitude=(0.5, 2.0), harmonics=3)
+    seen = 0
+    for module in [module for name, module in sys.modules.items() if name.startswith("stickslip.")]:
+        for name, found in vars(module).items():
+            if isinstance(found, numba.core.dispatcher.Dispatcher) and not found.targetoptions.get("no_cpython_wrapper"):
+                for signature in found.nopython_signatures:
+                    assert not python_would_run(signature.return_type), f"{module.__name__}.{name}: return boxed(...)"
+                    seen += isinstance(signature.return_type, Boxed)
+    assert seen > 5
 
 
 def arrays_in(value):

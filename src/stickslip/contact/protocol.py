@@ -18,7 +18,7 @@ from numba import float64, int64, typeof
 
 from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import inner
 
 NOT_PERIODIC = -1
 """In place of a state: the law found no periodic force."""
@@ -96,7 +96,7 @@ def contact_data(table: ContactTable, c: int) -> ContactData:
     return ContactData(table.parameter[table.parameter_first[c] : table.parameter_first[c + 1]], kt, kind, value)
 
 
-@kernel
+@inner
 def no_forces(directions: int, samples: int, columns: int) -> PeriodForces:
     """Zeros to be filled for so many samples; columns = 0: without derivatives."""
     return PeriodForces(

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.checks import Array, Index
 from stickslip.harmonic.receptance import Complex
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import boxed, inner, kernel
 
 
 class ExtendedStructure(NamedTuple):
@@ -36,7 +36,7 @@ class ExtendedStructure(NamedTuple):
     extended: int
 
 
-@kernel
+@inner
 def extended_gains(structure: ExtendedStructure, omega: float, zeta: float) -> Complex:
     """D⁻¹ of every harmonic, (H+1, m, m), or its diagonal (H+1, 1, m); at harmonic 1 with the row and column of the followed mode
     replaced by those of the identity."""
@@ -63,6 +63,12 @@ def extended_gains(structure: ExtendedStructure, omega: float, zeta: float) -> C
                 matrix[j, followed] = matrix[followed, j] = 0.0
         gains[h] = _inverse(matrix)
     return gains
+
+
+@kernel
+def extended_gains_called(structure: ExtendedStructure, omega: float, zeta: float) -> Complex:
+    """`extended_gains` for calls from Python."""
+    return boxed(extended_gains(structure, omega, zeta))
 
 
 @inner
@@ -150,7 +156,7 @@ def seen(structure: ExtendedStructure, state: Complex) -> Array:
     return motion
 
 
-@kernel
+@inner
 def coordinates(structure: ExtendedStructure, gains: Complex, forces: Array, omega: float, amplitude: float) -> Complex:
     """Coordinates η (m, H+1) under the constant loads and λ, with the followed mode at its amplitude."""
     load = -received(structure, forces)
@@ -158,6 +164,12 @@ def coordinates(structure: ExtendedStructure, gains: Complex, forces: Array, ome
         load[:, 0] += structure.static
     _follow(structure, omega, amplitude, load)
     return _by_harmonic(gains, load)
+
+
+@kernel
+def coordinates_called(structure: ExtendedStructure, gains: Complex, forces: Array, omega: float, amplitude: float) -> Complex:
+    """`coordinates` for calls from Python."""
+    return boxed(coordinates(structure, gains, forces, omega, amplitude))
 
 
 @inner
@@ -213,7 +225,7 @@ def coordinates_slope(
     by = slopes(structure, gains, state, omega, zeta, amplitude)
     for part in range(3):
         found += amounts[part] * by[part]
-    return found
+    return boxed(found)
 
 
 @inner

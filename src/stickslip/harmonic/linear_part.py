@@ -21,7 +21,7 @@ from stickslip.harmonic.receptance import (
     receptance,
 )
 from stickslip.harmonic.resonances import Resonances
-from stickslip.kernels import compiled, kernel
+from stickslip.kernels import boxed, compiled, kernel
 from stickslip.kernels.views import view
 from stickslip.problem import Problem
 from stickslip.problem.systems import HarmonicSystems, Wave
@@ -100,31 +100,31 @@ class LinearPart:
 @kernel
 def _motion(given: Modes, harmonics: int, forces: Array, omega: float, level: float) -> Array:
     modes = view(given)
-    return motion(modes, frequency_gains(modes, omega, harmonics), forces, omega, level)
+    return boxed(motion(modes, frequency_gains(modes, omega, harmonics), forces, omega, level))
 
 
 @kernel
 def _slope(given: Modes, harmonics: int, forces: Array, omega: float, level: float, by_level: bool) -> Array:
     modes = view(given)
-    return motion_slope(modes, frequency_gains(modes, omega, harmonics), forces, omega, level, by_level)
+    return boxed(motion_slope(modes, frequency_gains(modes, omega, harmonics), forces, omega, level, by_level))
 
 
 @kernel
 def _change(given: Modes, harmonics: int, forces: Array, omega: float) -> Array:
     modes = view(given)
-    return change(modes, frequency_gains(modes, omega, harmonics), forces, omega)
+    return boxed(change(modes, frequency_gains(modes, omega, harmonics), forces, omega))
 
 
 @kernel
 def _receptance(given: Modes, omega: float, harmonics: int, rows: Index, columns: Index) -> Array:
     modes = view(given)
-    return receptance(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), rows)
+    return boxed(receptance(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), rows))
 
 
 @kernel
 def _pulled(given: Modes, omega: float, weighted: Array, columns: Index) -> Array:
     modes, harmonics = view(given), (weighted.shape[1] - 1) // 2
-    return pulled(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), weighted)
+    return boxed(pulled(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), weighted))
 
 
 def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> dict[int, States]:

@@ -18,7 +18,7 @@ from stickslip.contact.table import contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point, constant_size
 from stickslip.harmonic.decoupling import DIAGONAL, stuck_modes
-from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates, coordinates_slope
+from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
 from stickslip.harmonic.fourier import fourier, real_harmonics
 from stickslip.harmonic.iteration import FREE
 from stickslip.harmonic.mode_iteration import ModeSystem
@@ -140,7 +140,7 @@ class ModeBalance(HarmonicBalance):
         point, structure = evaluation.point, self.mode_system.structure
         forces = np.ascontiguousarray(point.forces[: self.rows])
         return np.asarray(
-            coordinates(structure, evaluation.state.gains, forces, self.omega_of(point), float(np.exp(point.level)))
+            coordinates_called(structure, evaluation.state.gains, forces, self.omega_of(point), float(np.exp(point.level)))
         )
 
     def first_harmonic_slope(self, evaluation: Evaluation, forces: Array, rate: float) -> NDArray[np.complex128]:

@@ -14,7 +14,7 @@ from stickslip.harmonic import iteration, mode_iteration
 from stickslip.harmonic.contact_forces import compile_contact_forces
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.mode_iteration import ModeSystem
-from stickslip.kernels import compiled, kernel
+from stickslip.kernels import boxed, compiled, kernel
 from stickslip.kernels.views import view
 
 AnySystem = System | ModeSystem
@@ -81,13 +81,13 @@ def _tangent(system: Any, state: Any, omega: Any, level: Any, by_level: Any, bor
 @kernel
 def _evaluate_called(system: AnySystem, forces: Array, omega: float, level: float) -> State:
     """`evaluate` for calls from Python."""
-    return evaluate(view(system), forces, omega, level)
+    return boxed(evaluate(view(system), forces, omega, level))
 
 
 @kernel
 def _factorise_called(system: AnySystem, state: State, omega: float, level: float, border: Border) -> Bordered:
     """`factorise` for calls from Python."""
-    return factorise(view(system), state, omega, level, border)
+    return boxed(factorise(view(system), state, omega, level, border))
 
 
 @kernel
@@ -95,13 +95,13 @@ def _newton_step_called(
     system: AnySystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float, float]:
     """`newton_step` for calls from Python."""
-    return newton_step(view(system), state, omega, level, border, short, bordered)
+    return boxed(newton_step(view(system), state, omega, level, border, short, bordered))
 
 
 @kernel
 def _tangent_called(system: AnySystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """`tangent` for calls from Python."""
-    return tangent(view(system), state, omega, level, by_level, bordered)
+    return boxed(tangent(view(system), state, omega, level, by_level, bordered))
 
 
 def compile_parts(system: AnySystem) -> None:

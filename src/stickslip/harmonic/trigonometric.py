@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import boxed, inner, kernel
 
 CANDIDATES = 4
 """How many of the best samples are refined."""
@@ -52,4 +52,4 @@ def largest_absolute(motion: Array) -> tuple[float, Array]:
         gradient[2 * h - 1], gradient[2 * h] = np.cos(h * place), np.sin(h * place)
     if series(motion, place)[0] < 0.0:
         gradient = -gradient
-    return largest, gradient
+    return boxed((largest, gradient))

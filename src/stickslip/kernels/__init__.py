@@ -4,8 +4,9 @@ Begin with `decorators`: `kernel` for functions that Python calls, `inner` and `
 kernel that many others call is `separate`; it sees the tables of its caller through a `view`.
 """
 
-from stickslip.kernels import cache, passes, results
-from stickslip.kernels.decorators import inlined, inner, kernel
+from stickslip.kernels import cache, passes
+from stickslip.kernels.decorators import inlined, inner, kernel, uncompiled
+from stickslip.kernels.results import boxed
 from stickslip.kernels.separate import compiled, separate
 
-__all__ = ["cache", "compiled", "inlined", "inner", "kernel", "passes", "results", "separate"]
+__all__ = ["boxed", "cache", "compiled", "inlined", "inner", "kernel", "passes", "separate", "uncompiled"]

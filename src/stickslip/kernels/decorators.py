@@ -23,3 +23,8 @@ def inner(function: _Function) -> _Function:
 def inlined(function: _Function) -> _Function:
     """A function written into the kernels that call it, instead of compiled by itself."""
     return numba.njit(inline="always")(function)  # type: ignore[return-value]
+
+
+def uncompiled(function: _Function) -> _Function:
+    """The Python function behind a kernel, for a call that need not be fast."""
+    return function.py_func  # type: ignore[attr-defined, no-any-return]

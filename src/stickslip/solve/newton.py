@@ -11,7 +11,7 @@ from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
-from stickslip.kernels import inlined, inner, kernel
+from stickslip.kernels import boxed, inlined, inner, kernel
 from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers, zero_numbers
 from stickslip.kernels.views import view
 
@@ -137,7 +137,7 @@ def _newton(
         if not near:
             bordered = factorise(system, state, omega, level, border)
         direction = tangent(system, state, omega, level, border.by_level, bordered)
-    return _Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
+    return boxed(_Found(first.w, state, omega, level, bordered, direction, done, converged, singular))
 
 
 @inner

@@ -14,7 +14,7 @@ from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, SLIP, STICK, friction_period, landing_shares
 from stickslip.contact.protocol import PeriodForces, PeriodMotion, contact_data, no_forces
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import boxed, inner, kernel
 from stickslip.time.contact_law import slip_limit
 
 BISECTIONS = 44
@@ -181,7 +181,7 @@ def contact_path(
                 still[table.friction_first[a] : table.friction_first[b]] = 1.0
             if table.stiffness[table.friction_first[a]] > 0.0:
                 count = _law_changes(table, c, forces, u, v, instants, elements, states, count)
-    return count, still, last
+    return boxed((count, still, last))
 
 
 @inner

@@ -17,7 +17,7 @@ from stickslip.checks import Array, Index
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.period import OPEN, STICK
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import boxed, inner, kernel
 from stickslip.stability.law_tangent import Tangent, landing_rates, law_tangent, no_tangent
 from stickslip.stability.modes import BlockModes
 from stickslip.time.contact_law import slip_limit
@@ -237,7 +237,7 @@ def period_map(table: ContactTable, modes: BlockModes, path: Path, columns: Inde
     result[:size] = x
     for i in range(columns.size):
         result[size + i] = memory[columns[i]]
-    return result
+    return boxed(result)
 
 
 @inner

@@ -52,7 +52,7 @@ class Slopes(NamedTuple):
     work: Array
 
 
-@kernel
+@inner
 def no_slopes(rows: int) -> Slopes:
     """Slopes to be filled."""
     return Slopes(np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows), np.zeros(rows))

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.contact.law import SLIDERS
 from stickslip.contact.table import ContactTable
-from stickslip.kernels import inlined, kernel
+from stickslip.kernels import boxed, inlined, inner, kernel, uncompiled
 from stickslip.time.contact_law import ContactState, Earlier, Slopes, contact_law, no_slopes
 from stickslip.time.contact_step import solve_contacts
 from stickslip.time.model import StepMatrices
@@ -56,7 +56,7 @@ class PeriodWork(NamedTuple):
     failed: int
 
 
-@kernel
+@inner
 def _times(matrix: Array, vector: Array) -> Array:
     """matrix · vector, a diagonal matrix being stored as one column."""
     if matrix.shape[1] == 1 and vector.size != 1:
@@ -70,7 +70,7 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     Motions too fast for the step (m < h²) and massless ones start without acceleration.
     """
     contacts = state.contacts
-    slopes = no_slopes(contacts.w.size)
+    slopes = uncompiled(no_slopes)(contacts.w.size)
     contacts.w[:] = matrices.shape @ state.motion
     drift = matrices.shape @ state.velocity
     before = Earlier(contacts.intercept.copy(), contacts.w.copy(), contacts.limit.copy(), drift, 0.0, True)
@@ -78,7 +78,7 @@ def settle(table: ContactTable, matrices: StepMatrices, loads: Loads, state: Sta
     contacts.forces[:] = slopes.target
     state.forces_before[:] = slopes.target
     force = loads.static + loads.harmonic @ loads.rows[0] - matrices.receiver @ contacts.forces - state.motion
-    force -= _times(matrices.damping, state.velocity)
+    force -= uncompiled(_times)(matrices.damping, state.velocity)
     resolved = matrices.mass >= matrices.step**2
     state.acceleration[:] = np.where(resolved, force / np.where(resolved, matrices.mass, 1.0), 0.0)
 
@@ -114,7 +114,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
             if used >= 0:
                 break
         if used < 0:
-            return PeriodWork(given, viscous, iterations, n)
+            return boxed(PeriodWork(given, viscous, iterations, n))
         iterations += used
         pushed = matrices.receiver @ contacts.forces
         change = _times(matrices.inverse, right - (1.0 - force_weight) * pushed)
@@ -126,7 +126,7 @@ def march_period(table: ContactTable, matrices: StepMatrices, loads: Loads, stat
         given += step * float(np.sum(shaken * state.velocity))
         viscous += step * float(np.sum(resistance * state.velocity))
         _record(table, matrices, state, before, slopes, column, history)
-    return PeriodWork(given, viscous, iterations, -1)
+    return boxed(PeriodWork(given, viscous, iterations, -1))
 
 
 @inlined

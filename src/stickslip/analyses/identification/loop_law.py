@@ -23,6 +23,7 @@ from stickslip.contact.dahl import Dahl
 from stickslip.contact.dispatch import steady_period
 from stickslip.contact.period import OFFSET, friction_period
 from stickslip.contact.protocol import ContactData, PeriodMotion, no_forces
+from stickslip.kernels import uncompiled
 from stickslip.measurement.contact_record import check_ratio, clipped
 
 IWAN_ELEMENTS = 24
@@ -126,7 +127,7 @@ def dahl_force(loop: ContactLoop, kt: float, mu: float) -> Array:
     u, limit = np.fft.irfft(spectrum, np.size(loop.displacement))[None], mu * np.asarray(loop.normal)
     zero, none = np.zeros(u.size), np.zeros((u.size, 0))
     data = ContactData(np.zeros(0), np.array([kt]), np.zeros(1, dtype=np.int64), np.zeros(1))
-    found = no_forces(1, u.size, 0)
+    found = uncompiled(no_forces)(1, u.size, 0)
     law = Dahl(kt, mu, normal_load=float(np.mean(np.asarray(loop.normal))))
     steady_period(law, data, PeriodMotion(u, 0.0 * u, zero, limit, zero, zero, 0.0, none, none), found)
     return np.asarray(found.y[0] + kt * u[0])

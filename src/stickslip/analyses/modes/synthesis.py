@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.checks import Array, fault, several
-from stickslip.harmonic.extended_structure import extended_gains
+from stickslip.harmonic.extended_structure import extended_gains_called
 from stickslip.harmonic.mode_balance import ModalStructures
 from stickslip.loads import Force
 from stickslip.problem import Problem
@@ -157,7 +157,7 @@ class OtherModes:
         structure = self.structures.extended(self.followed, 1)
         found = np.empty((omega.size, self.outputs), dtype=complex)
         for n, each in enumerate(omega):
-            gains = extended_gains(structure, float(each), 0.0)[1]
+            gains = extended_gains_called(structure, float(each), 0.0)[1]
             found[n] = rows @ (gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
         return found
 
@@ -166,7 +166,7 @@ class OtherModes:
         structure = self.structures.extended(self.followed, 1)
         found = np.empty(omega.size)
         for n, each in enumerate(omega):
-            gains = extended_gains(structure, float(each), 0.0)[1]
+            gains = extended_gains_called(structure, float(each), 0.0)[1]
             found[n] = np.linalg.norm(gains[0] * self.load if gains.shape[0] == 1 else gains @ self.load)
         return found
 
