@@ -11,8 +11,8 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def kernel(function: _Function) -> _Function:
-    """A compiled function that Python calls; what is compiled is kept for later processes."""
-    return numba.njit(cache=True, no_cfunc_wrapper=True)(function)  # type: ignore[call-overload, no-any-return]
+    """A compiled function that Python calls, without holding Python's lock; what is compiled is kept for later processes."""
+    return numba.njit(cache=True, no_cfunc_wrapper=True, nogil=True)(function)  # type: ignore[call-overload, no-any-return]
 
 
 def inner(function: _Function) -> _Function:
