@@ -177,8 +177,8 @@ def test_a_lost_curve_without_damping_or_of_a_body_that_friction_alone_holds_say
 
 
 def test_a_response_without_bound_has_no_peak_and_blames_no_friction():
-    """An undamped mass at a gap: at large amplitudes its natural frequency is 2 · 1 · 2/(1 + 2) = 4/3, whatever the force. The curve
-    went on among numbers of rounding, with 54 "peaks" of up to 2e16 m."""
+    """An undamped mass at a gap: at large amplitudes its natural frequency is 2 · 1 · 2/(1 + 2) = 4/3, whatever the force. The
+    curve went on among numbers of rounding, with 54 "peaks" of up to 2e16 m."""
     gap = ss.Contact("gap", ss.Gap(3.0, gap=1.0), normal=ss.between("1.x", "ground"))
     structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",))
     problem = ss.Problem(structure, (gap,), (ss.Force("1.x", 0.025),), ("1.x",))
