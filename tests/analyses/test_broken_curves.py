@@ -176,6 +176,21 @@ def test_a_lost_curve_without_damping_or_of_a_body_that_friction_alone_holds_say
     assert "no damping" not in floating
 
 
+def test_a_response_without_bound_has_no_peak_and_blames_no_friction():
+    """An undamped mass at a gap: at large amplitudes its natural frequency is 2 · 1 · 2/(1 + 2) = 4/3, whatever the force. The
+    curve went on among numbers of rounding, with 54 "peaks" of up to 2e16 m."""
+    gap = ss.Contact("gap", ss.Gap(3.0, gap=1.0), normal=ss.between("1.x", "ground"))
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",))
+    problem = ss.Problem(structure, (gap,), (ss.Force("1.x", 0.025),), ("1.x",))
+    response = ss.forced_response(problem, ss.radians_per_second(0.7, 1.6), harmonics=9, samples=64)
+    message = str(response.dataset.case_message.values[0])
+    assert message.startswith("The response grows without bound.")
+    assert message.count("The structure has no damping") == 1
+    assert "friction" not in message
+    assert response.peaks().empty
+    assert response.dataset.sizes["point"] < 500
+
+
 @pytest.mark.parametrize("force", [0.1, 1.0, 5.0])
 def test_a_body_that_drifts_ends_the_curve_at_once(force):
     """A free mass on a sliding one, in slip: its mean is anywhere. The curve went 8000 points along that family of solutions."""

@@ -9,12 +9,15 @@ from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip import rigs
+from stickslip.analyses import stability
+from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.cli import app
 from stickslip.plots.response_curves import response_curves
 from stickslip.report.conclusions import headline
 from stickslip.report.failures import warnings_of
 from stickslip.report.responses import sentences, tables
-from stickslip.stability.multipliers import Stability
+from stickslip.results.stability import stability_sentences
+from stickslip.stability.multipliers import PeriodMap, Stability
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +54,39 @@ def test_changes_over_two_periods_are_at_frequencies_of_the_excitation():
     assert [np.abs(turns / fold - 1.0).min() for fold in folds] == pytest.approx(np.zeros(folds.size), abs=2e-3)
     changes = [each.with_stability().dataset.stability_change_frequency.values[0] for each in (one, two)]
     assert changes[1] == pytest.approx(changes[0], rel=1e-5)
+
+
+def test_no_change_where_rounding_moves_multipliers_about_the_unit_circle():
+    """One mass without damping, held by a slider that sticks: every multiplier lies on the unit circle but for rounding."""
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=1.0, normal_load=1.0), (ss.between("1.x", "ground"),))
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 0.4),), ("1.x",))
+    result = ss.forced_response(problem, ss.radians_per_second(0.7, 1.6)).with_stability()
+    verdict = result.dataset.stability.values
+    assert {int(Stability.STABLE), int(Stability.UNDECIDED)} <= set(verdict[verdict > 0])
+    assert not np.any(verdict == Stability.UNSTABLE)
+    assert not np.any(np.isfinite(result.dataset.stability_change_frequency.values))
+
+
+def test_undecided_points_between_a_stable_and_an_unstable_one_hide_no_change(duffing):
+    """With the points beside both folds undecided, the folds are found still."""
+    dataset, near = duffing.dataset, np.zeros(duffing.dataset.sizes["point"], dtype=bool)
+    verdict = dataset.stability.values.copy()
+    for flip in np.flatnonzero(np.diff(verdict[0])):
+        near[flip : flip + 2] = True
+    verdict[0, near] = Stability.UNDECIDED
+    values = {"stability": verdict, "multiplier": dataset.multiplier.values @ [1.0, 1.0j]}
+    solved = SolvedPoints(dataset, duffing.problem)
+    changes = stability._changes(dataset, values, 0, solved, stability.leading_of(solved, PeriodMap(solved.balance)))
+    assert [change.kind for change in changes] == [stability.Instability.FOLD] * 2
+    assert [change.frequency for change in changes] == pytest.approx(dataset.stability_change_frequency.values[0], rel=1e-6)
+
+
+def test_many_changes_are_counted_not_listed(duffing):
+    many = {name: duffing.dataset[name][:, [0] * 9] for name in ("stability_change", "stability_change_frequency")}
+    text = "\n".join(stability_sentences(duffing.dataset.drop_dims("change").assign(many)))
+    assert text.count("fold at") == 6
+    assert "... (9 in all)" in text
 
 
 def test_the_size_of_the_multiplier_says_what_the_flag_says(duffing):

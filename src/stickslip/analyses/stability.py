@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
@@ -18,7 +20,7 @@ from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.view import measure_in, nearest_point
 from stickslip.solve.interpolation import Interpolation
-from stickslip.stability.multipliers import TIMES_ERROR, Multipliers, PeriodMap, Stability
+from stickslip.stability.multipliers import ROUNDING, TIMES_ERROR, Multipliers, PeriodMap, Stability
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -161,12 +163,18 @@ def leading_of(points: SolvedPoints | AllSectors, map_: PeriodMap) -> Callable[[
 def _changes(
     dataset: xr.Dataset, values: dict[str, Any], case: int, points: SolvedPoints, leading: Callable[[Evaluation], complex]
 ) -> list[Change]:
-    """The changes along a curve, in the order of travel: between each two points on different sides of the unit circle."""
+    """The changes along a curve, in the order of travel: between each stable and unstable point with none but undecided ones
+    between them, in the step nearest to the unstable one that crosses the unit circle."""
     converged = np.flatnonzero(dataset["outcome"].values[case] == Outcome.CONVERGED)
     frequency, multiplier = dataset["frequency"].values[case, converged], values["multiplier"][case, converged]
-    resolved = values["multiplier_resolved"][case, converged] == 1
-    crossings = np.flatnonzero(np.diff(np.abs(multiplier) > 1.0) & resolved[1:] & resolved[:-1])
-    if not crossings.size:
+    verdict = values["stability"][case, converged]
+    decided = np.flatnonzero((verdict == Stability.STABLE) | (verdict == Stability.UNSTABLE))
+    crossings = []
+    for first, last in pairwise(decided):
+        if verdict[first] != verdict[last]:
+            steps = first + np.flatnonzero(np.diff(_excess(multiplier[first : last + 1]) > 0.0))
+            crossings.append(steps[0] if verdict[first] == Stability.UNSTABLE else steps[-1])
+    if not crossings:
         return []
     curve = Interpolation(points.balance, points.converged(case), LOCATED)
     found = []
@@ -174,6 +182,11 @@ def _changes(
         place, outside = _located(curve, k, complex(multiplier[k]), complex(multiplier[k + 1]), leading)
         found.append(Change(place, _kind(outside, _turns(frequency, k))))
     return found
+
+
+def _excess(multipliers: NDArray[np.complex128]) -> Array:
+    """How far multipliers lie outside the unit circle, beyond what rounding makes of those of modes without damping."""
+    return np.asarray(np.abs(multipliers) - 1.0 - ROUNDING)
 
 
 def _located(
@@ -187,7 +200,7 @@ def _located(
     """
     ends, multipliers, omegas = [0.0, 1.0], [first, last], list(curve.omegas[k : k + 2])
     for count in range(MOST_SOLVED):
-        a, b = (abs(each) - 1.0 for each in multipliers)
+        a, b = _excess(np.array(multipliers))
         if min(abs(a), abs(b)) <= LOCATED or ends[1] - ends[0] <= LOCATED:
             break
         share = 0.5 if count % 3 == 2 else min(max(a / (a - b), 0.05), 0.95)
@@ -196,9 +209,9 @@ def _located(
         if evaluation is None:
             break
         found = leading(evaluation)
-        side = 0 if (abs(found) > 1.0) == (abs(multipliers[0]) > 1.0) else 1
+        side = 0 if (_excess(np.array(found)) > 0.0) == (a > 0.0) else 1
         ends[side], multipliers[side], omegas[side] = fraction, found, evaluation.point.omega
-    a, b = (abs(each) - 1.0 for each in multipliers)
+    a, b = _excess(np.array(multipliers))
     omega = omegas[0] + a / (a - b) * (omegas[1] - omegas[0])
     return curve.balance.hertz(float(omega)), multipliers[0] if a > 0.0 else multipliers[1]
 

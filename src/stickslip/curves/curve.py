@@ -26,7 +26,7 @@ ARRIVED = "The curve reached the end of the band."
 SWEEP = 0.3
 """Share of the work that is the sweep, about; the rest is the search for its peaks."""
 
-UNDAMPED = "The structure has no damping: where nothing slips its response is infinite at a resonance."
+UNDAMPED = "The structure has no damping: where contacts take no energy its response is infinite at a resonance."
 
 LISTED = 4
 """Frequencies named in a message."""
@@ -165,7 +165,7 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
             f" {counted(len(unsolved), 'place')} beside peaks could not be solved, near {_listed_in_hertz(balance, unsolved)}; "
         )
         message += "a peak there may be higher than reported."
-        message += "" if balance.problem.C.any() else f" {UNDAMPED}"
+        message += "" if balance.problem.C.any() or UNDAMPED in message else f" {UNDAMPED}"
     highest = tuple(
         _highest(in_time, balance.rows + output, peaks.points) for output, peaks in zip(outputs, largest, strict=True)
     )

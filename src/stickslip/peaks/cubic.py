@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import copysign, sqrt
 from typing import NamedTuple
 
 
@@ -38,15 +38,19 @@ class Cubic(NamedTuple):
         discriminant = linear * linear - 4.0 * square * self.da
         if square == 0.0 or discriminant <= 0.0:
             return []
-        turns = sorted((-linear + sign * sqrt(discriminant)) / (2.0 * square) for sign in (-1.0, 1.0))
+        outer = -0.5 * (linear + copysign(sqrt(discriminant), linear))
+        turns = sorted((outer / square, self.da / outer))
         return turns if turns[0] > 0.0 and turns[1] < 1.0 else []
 
     @property
     def trough(self) -> float:
-        """Fraction of the lowest place of a cubic that falls and rises again."""
+        """Fraction of the lowest place of a cubic that falls, or is level, at its beginning and rises at its end."""
         square, linear = self._bend
-        # The root that the slope crosses upwards, in the form that loses no digits for a small square term.
-        return -2.0 * self.da / (linear + sqrt(linear * linear - 4.0 * square * self.da))
+        # The root that the slope crosses upwards, in the form that subtracts no two numbers of one sign. Where the linear term is
+        # not positive, the square one is, since the slope rises.
+        root = sqrt(max(linear * linear - 4.0 * square * self.da, 0.0))
+        fraction = (root - linear) / (2.0 * square) if linear <= 0.0 else -2.0 * self.da / (linear + root)
+        return min(fraction, 1.0)
 
     @property
     def lowest(self) -> float:

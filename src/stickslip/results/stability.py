@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.checks import Array, counted
+from stickslip.checks import Array, counted, first_of
 from stickslip.results.view import level_text, points
 
 if TYPE_CHECKING:
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 UNSTABLE = 2
 """The flag of an unstable point."""
+
+LISTED = 6
+"""Changes of stability of a curve that are listed."""
 
 
 def has_stability(dataset: xr.Dataset) -> bool:
@@ -56,7 +59,8 @@ def stability_sentences(dataset: xr.Dataset) -> list[str]:
         counts = [int(np.count_nonzero(flags[case] == flag)) for flag in (1, UNSTABLE, 3)]
         found = np.isfinite(frequencies[case])
         kinds = words(changes, changes.values[case, found])
-        places = ", ".join(f"{kind} at {hertz:.6g} Hz" for kind, hertz in zip(kinds, frequencies[case, found], strict=True))
+        each = [f"{kind} at {hertz:.6g} Hz" for kind, hertz in zip(kinds, frequencies[case, found], strict=True)]
+        places = first_of(each, LISTED)
         undecided = f", {counts[2]} undecided" if counts[2] else ""
         where = f"; {places}" if places else ""
         lines.append(f"  {level_text(dataset, case)}: {counts[0]} points stable, {counts[1]} unstable{undecided}{where}")

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Parameter
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
@@ -29,6 +31,11 @@ STANDING_STEPS = 300
 
 STILL = 1e-6
 """Share of a step up to which everything but the means stands still."""
+
+INFINITE = "The response grows without bound."
+
+GROWN = 100.0
+"""Growth of the vibration within `STILL` of the frequency, after which nothing bounds the response of an undamped structure."""
 
 MET = 1e-7
 """Arc length within which a curve is back at a point; below the smallest step."""
@@ -84,13 +91,14 @@ class _Tracer:
         self.end = end
         self.direction = 1.0 if end > self.start else -1.0
         self.steps = Steps(balance, parameter, abs(end - self.start) / 10.0, control)
+        self.undamped = parameter == "omega" and not balance.problem.C.any()
 
     def points(self, first: Correction) -> Iterator[CurvePoint]:
         current = self.steps.starting_point(first, self.direction)
         yield current
         bend: tuple[Array, float, float] | None = None
         mark, renewal, drifting = current, 64, 0
-        place, standing = current.point.value(self.parameter), 0
+        place, standing, size = current.point.value(self.parameter), 0, _vibration(current)
         for count in range(self.steps.control.points):
             if self._remaining(current) <= 0.0:
                 return
@@ -107,8 +115,12 @@ class _Tracer:
             yield current
             if drifting == DRIFT_STEPS:
                 raise LostCurveError(DRIFTS)
-            place, standing = (place, standing + 1) if abs(value - place) < STILL * self.steps.scale else (value, 0)
-            if standing == STANDING_STEPS:
+            if abs(value - place) >= STILL * self.steps.scale:
+                place, standing, size = value, 0, _vibration(current)
+            standing += 1
+            if self.undamped and _vibration(current) > GROWN * size:
+                raise LostCurveError(INFINITE)
+            if standing > STANDING_STEPS:
                 raise LostCurveError(STANDS_STILL)
             if self._meets(mark, current):
                 raise LostCurveError(CLOSED)
@@ -139,3 +151,8 @@ class _Tracer:
     def _last_point(self, current: CurvePoint, following: CurvePoint) -> CurvePoint:
         """The point at the end of the band, exactly, between the last two."""
         return solve_at(self.steps.balance, current, following, self.parameter, self.end)
+
+
+def _vibration(point: CurvePoint) -> float:
+    """The largest harmonic of a point, the mean left out."""
+    return float(np.abs(point.evaluation.w[:, 1:]).max(initial=0.0))
