@@ -98,6 +98,19 @@ def test_hyst_files_of_single_cycles_are_read_without_options(tmp_path, version)
     assert cycles.energy[2] == pytest.approx(1.1 * 4.0 * MU * N * (AMPLITUDE - MU * N / KT), rel=2e-3)
 
 
+@pytest.mark.parametrize("names", [("run_1.txt", "run_2.txt"), ("run_9.txt", "run_30.txt"), ("a.txt", "b.txt")])
+def test_cycles_of_several_files_of_many_are_numbered_on(tmp_path, names):
+    """The number in the name of a file is that of the file then, not of a cycle."""
+    for name in names:
+        (tmp_path / name).write_text(HEAD + rows(TIME, 1e6 * U, FORCE))
+    records = ss.read_contact_records([tmp_path / name for name in names], normal_load=N)
+    assert contact_cycles(records).numbers.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert contact_cycles([ss.ContactRecord(U, FORCE, N), ss.ContactRecord(U, FORCE, N, number=100)]).numbers.tolist() == [
+        *range(1, 5),
+        *range(100, 104),
+    ]
+
+
 def test_vectors_of_a_matlab_file_are_known_by_name(tmp_path):
     io.savemat(tmp_path / "a.mat", {"time": TIME, "displacement_um": 1e6 * U, "force_N": FORCE})
     (record,) = ss.read_contact_records(tmp_path / "a.mat", normal_load=N)

@@ -54,8 +54,9 @@ flat top of a computed loop is then no sign of a clipped sensor."""
 @dataclass(frozen=True, eq=False)
 class ContactRecord:
     """Record of one contact: displacement (n,) [m], friction force (n,) [N], normal load [N], a number or (n,), and time (n,)
-    [s]; without time the samples are equally spaced. name: for messages. number: that of the first cycle. notes: what was
-    assumed or noticed in reading, one sentence each.
+    [s]; without time the samples are equally spaced. name: for messages. notes: what was assumed or noticed in reading, one
+    sentence each. number: that of its first cycle in the test; unless given, its cycles go on after those of the record before.
+    file_number: that in the name of its file, the number of the cycle where every record holds one alone.
 
     Refused: values that are not finite, signals that are constant, a clipped force, time that does not increase, and
     displacement or force of an impossible size, which wrong units give.
@@ -66,8 +67,9 @@ class ContactRecord:
     normal: Array | float
     time: Array | None = None
     name: str = "record"
-    number: int = 1
+    number: int | None = None
     notes: tuple[str, ...] = ()
+    file_number: int | None = None
 
     def __post_init__(self) -> None:
         size = np.size(self.displacement)
@@ -175,7 +177,8 @@ def read_contact_records(
     ...} where the file does not state them, or states wrong ones.
 
     Without any unit the force is taken for N, and the displacement for that one of m, mm and µm which makes it between 0.5 µm
-    and 0.5 mm peak to peak; a note says so. With several files the last number in the name of each is its cycle number.
+    and 0.5 mm peak to peak; a note says so. Several files come in the order of the last numbers in their names. Where each holds
+    one cycle, that is its cycle number; else the cycles of each go on after those of the file before.
     Raises `InputError` for files that are missing, unreadable or without the columns, and what `ContactRecord` refuses.
     """
     paths = [Path(files)] if isinstance(files, str | Path) else [Path(file) for file in files]
@@ -188,10 +191,10 @@ def read_contact_records(
         for key in given or {}:
             if key not in QUANTITIES:
                 raise fault(what, f"must name {', '.join(QUANTITIES)}", key, nearest(key, QUANTITIES))
-    tables, numbers = _tables(paths), _cycle_numbers(paths)
+    tables, numbers = _tables(paths), _file_numbers(paths)
     places = [_places(table, columns or {}) for table in tables]
     assumed = _assumed_units(tables, places, units or {})
-    order = sorted(range(len(paths)), key=lambda i: numbers[i])
+    order = sorted(range(len(paths)), key=lambda i: numbers[i] or i)
     return tuple(_record(tables[i], places[i], normal_load, (units or {}, assumed), numbers[i]) for i in order)
 
 
@@ -202,13 +205,13 @@ def _tables(paths: Sequence[Path]) -> list[NumberTable]:
     return [read[path] if path in read else text_table(path) for path in paths]
 
 
-def _cycle_numbers(paths: Sequence[Path]) -> list[int]:
-    """The last number in the name of each file, where they all have one and no two the same; else the order of the files."""
+def _file_numbers(paths: Sequence[Path]) -> Sequence[int | None]:
+    """The last number in the name of each of several files, where they all have one and no two the same."""
     found = [re.findall(r"\d+", path.stem) for path in paths]
     numbers = [int(one[-1]) for one in found if one]
     if len(paths) > 1 and len(numbers) == len(paths) and len(set(numbers)) == len(paths):
         return numbers
-    return list(range(1, len(paths) + 1))
+    return [None] * len(paths)
 
 
 def _record(
@@ -216,7 +219,7 @@ def _record(
     places: Mapping[str, int],
     normal_load: float | None,
     units: tuple[Mapping[str, str], Mapping[str, str]],
-    number: int,
+    number: int | None,
 ) -> ContactRecord:
     """The record of a table; units: those that are given, and those that are assumed where the file states none."""
     notes, (given, assumed) = list(table.notes), units
@@ -240,7 +243,8 @@ def _record(
     elif np.all(values["normal"] <= 0.0) and np.any(values["normal"] < 0.0):
         normal = -values["normal"]
         notes.append("The sign of the normal load is turned: pressing is positive.")
-    return ContactRecord(values["displacement"], values["force"], normal, values.get("time"), table.name, number, tuple(notes))
+    signals = (values["displacement"], values["force"], normal, values.get("time"))
+    return ContactRecord(*signals, table.name, notes=tuple(notes), file_number=number)
 
 
 def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, int]:
