@@ -166,9 +166,8 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     if harmonics is not None and harmonics > most:
         notes.append(f"Cycles of {shortest} samples are smoothed to {most} harmonics, not {harmonics}.")
     count = min(most, harmonics or _enough(several[0], spans[0], most))
-    cuts, open_loops = _closed(
-        [_cut(*each, count, number) for *each, number in zip(several, spans, _first_numbers(several, spans), strict=True)]
-    )
+    numbered = zip(several, spans, _first_numbers(several, spans), strict=True)
+    cuts, open_loops = _closed([_cut(record, span, count, number) for record, span, number in numbered])
     notes += open_loops
     found = np.array([cycle for cut in cuts for cycle in cut.cycles])
     removed = _counted(several, cuts) + _drifts(cuts)
