@@ -325,7 +325,7 @@ def clipped(test, level):
 @pytest.mark.parametrize("over", [0.9, 0.6])
 def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
     """One point at the resonance of the largest level, 10 % or 40 % too low, with noise of 1 %: the fit follows it."""
-    tests = [replace(measured(force, 3, frequencies=FREQUENCIES[::2]), phase=None) for force in (0.3, 1.0, 2.0)]
+    tests = [replace(measured(force, 3), phase=None) for force in (0.3, 1.0, 2.0)]
     top = int(np.argmax(tests[0].amplitude))
     amplitude = np.array(tests[0].amplitude)
     amplitude[top] *= over
