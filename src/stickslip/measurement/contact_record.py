@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.checks import LARGEST, Array, existing, fault, nearest, positive
+from stickslip.checks import LARGEST, Array, counted, existing, fault, nearest, positive
 from stickslip.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
 from stickslip.measurement.records import LONGEST_CLIP, UNITS, longest_run, to_si
 
@@ -49,6 +49,11 @@ LOADS_AGREE = 0.02
 SMOOTH = 3.0
 """Median third difference of a signal, relative to that of a sine of its amplitude, up to which it is free of noise: the
 flat top of a computed loop is then no sign of a clipped sensor."""
+
+
+RESOLVED = 1.5
+"""Median third difference of a signal in steps of its converter up to which its noise is below its resolution: rounding alone
+leaves 0.9. Its extreme level then repeats without clipping."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +140,7 @@ def _checked(what: str, values: Array | float, size: int, single: bool) -> Array
     bad = np.flatnonzero(~(np.abs(array) < LARGEST))
     if bad.size:
         remedy = "Cut these rows out."
-        raise fault(what, "must be finite", f"not so in {bad.size} rows, first in row {bad[0] + 1}", remedy)
+        raise fault(what, "must be finite", f"not so in {counted(bad.size, 'row')}, first in row {bad[0] + 1}", remedy)
     if not single and np.ptp(array) == 0.0:
         raise fault(what, "must vary", f"constant at {array[0]:g}", "Is the channel connected, and the column the right one?")
     return array
@@ -155,6 +160,11 @@ def clipped(what: str, values: Array) -> tuple[str, ...]:
     turns = max(int(np.count_nonzero(np.diff(np.sign(values - values.mean())))), 1)
     sine = 0.5 * float(np.ptp(values)) * (np.pi * turns / values.size) ** 3
     sentence = f"{longest} samples in a row at {extreme:.6g}"
+    step = float(np.min(np.diff(np.unique(values))))
+    if third.size and np.median(third) <= RESOLVED * step:
+        return (
+            f"{what}: {sentence}. Its noise is below its resolution of {step:.3g}, so that this may be a clipped sensor or none.",
+        )
     if third.size and np.median(third) > SMOOTH * sine:
         raise fault(what, "must not be clipped", sentence, "Choose a larger range of the sensor and measure again.")
     return (f"{what}: {sentence}. A clipped sensor looks so, and a computed loop; a clipped one gives too low a friction.",)
@@ -235,6 +245,8 @@ def _record(
         if unit is None:
             unit = assumed[name]
             notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
+            if name == "displacement":
+                notes += _other_unit(unit, float(np.ptp(table.numbers[:, index])))
         values[name] = table.numbers[:, index] * to_si(f"The unit of {name} in {table.name}", unit, QUANTITIES[name])
     normal: Array | float = values.get("normal", np.zeros(0))
     if normal_load is not None:
@@ -305,6 +317,16 @@ def _assumed_units(
         span = max(spans, default=0.0)
         found["displacement"] = _unit_of_motion(tables[0].name, span)
     return found
+
+
+def _other_unit(assumed: str, span: float) -> list[str]:
+    """What else a range of displacement without a unit may be, and how far kt would then be another."""
+    if assumed != "um" or not span < LARGEST_MOTION * 1e3:
+        return []
+    return [
+        f"If its {span:.4g} um peak to peak are mm, as on a tribometer, kt is a thousandth of what is found: "
+        "state it, units={'displacement': 'mm'} (--unit displacement=mm)."
+    ]
 
 
 def _unit_of_motion(file: str, span: float) -> str:
