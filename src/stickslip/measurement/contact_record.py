@@ -162,7 +162,8 @@ def clipped(what: str, values: Array) -> tuple[str, ...]:
     sentence = f"{longest} samples in a row at {extreme:.6g}"
     step = float(np.min(np.diff(np.unique(values))))
     if third.size and np.median(third) <= RESOLVED * step:
-        return (f"{what}: {sentence}. Its noise is below its resolution, {step:.3g}: a clipped sensor looks so, and a plateau.",)
+        words = f"Its noise is below its resolution, {step:.3g}: a plateau looks so, and a clipped sensor."
+        return (f"{what}: {sentence}. {words}",)
     if third.size and np.median(third) > SMOOTH * sine:
         raise fault(what, "must not be clipped", sentence, "Choose a larger range of the sensor and measure again.")
     return (f"{what}: {sentence}. A clipped sensor looks so, and a computed loop; a clipped one gives too low a friction.",)
