@@ -116,3 +116,18 @@ def test_ctrl_c_while_many_files_are_read_and_fitted(tmp_path):
     assert process.returncode == console.INTERRUPTED, output + errors
     assert errors.strip() == "Interrupted; no file is incomplete."
     assert not [path for path in out.rglob("*") if path.is_file()]
+
+
+def test_an_interrupted_overwriting_run_leaves_no_report_of_other_results(record, tmp_path, monkeypatch):
+    """The report of the results before is gone when the new ones are written."""
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "report.html").write_text("old")
+    seen = []
+
+    def interrupted(dataset, path):
+        seen.append((path.parent / "report.html").exists())
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stickslip.study.run.save", interrupted)
+    command("contact-law", record, "--normal-load", 100, "--law", "jenkins", "--out", tmp_path / "out", "--overwrite")
+    assert seen == [False]

@@ -98,6 +98,19 @@ def test_hyst_files_of_single_cycles_are_read_without_options(tmp_path, version)
     assert cycles.energy[2] == pytest.approx(1.1 * 4.0 * MU * N * (AMPLITUDE - MU * N / KT), rel=2e-3)
 
 
+@pytest.mark.parametrize("names", [("run_1.txt", "run_2.txt"), ("run_9.txt", "run_30.txt"), ("a.txt", "b.txt")])
+def test_cycles_of_several_files_of_many_are_numbered_on(tmp_path, names):
+    """The number in the name of a file is that of the file then, not of a cycle."""
+    for name in names:
+        (tmp_path / name).write_text(HEAD + rows(TIME, 1e6 * U, FORCE))
+    records = ss.read_contact_records([tmp_path / name for name in names], normal_load=N)
+    assert contact_cycles(records).numbers.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert contact_cycles([ss.ContactRecord(U, FORCE, N), ss.ContactRecord(U, FORCE, N, number=100)]).numbers.tolist() == [
+        *range(1, 5),
+        *range(100, 104),
+    ]
+
+
 def test_vectors_of_a_matlab_file_are_known_by_name(tmp_path):
     io.savemat(tmp_path / "a.mat", {"time": TIME, "displacement_um": 1e6 * U, "force_N": FORCE})
     (record,) = ss.read_contact_records(tmp_path / "a.mat", normal_load=N)
@@ -127,7 +140,7 @@ BAD = {
     "kN as N": (table(force=1e-3 * FORCE), {}, "0.0004.*Is a unit wrong.*force in kN it would be 0.4"),
     "mN as N": (table(force=1e3 * FORCE), {}, "Is a unit wrong.*in mN"),
     "metres": (table(u=1e6 * U), {}, "must vary by 10 nm to 10 mm.*unit"),
-    "NaN": (table(force=with_nan(FORCE)), {}, "must be finite, but is 'not so in 1 rows, first in row 8'"),
+    "NaN": (table(force=with_nan(FORCE)), {}, "must be finite, but is 'not so in 1 row, first in row 8'"),
     "no force": ("time [s],displacement [um]\n" + rows(TIME, 1e6 * U), {}, "must hold force.*columns="),
     "no load": (table(), {"normal_load": None}, "normal load of record.txt must be known.*--normal-load"),
     "one way": (table(u=np.linspace(0.0, 1e-5, U.size)), {}, "must reverse.*right column"),
@@ -302,3 +315,21 @@ def test_a_loop_that_does_not_close_is_left_out():
     assert found.kt == pytest.approx(KT, rel=0.02)
     assert not any("changes" in warning for warning in found.warnings)
     assert contact_cycles(records[1:]).notes == ()
+
+
+@pytest.mark.parametrize(("step", "noise"), [(0.5, 0.1), (2.0, 0.2)])
+def test_a_coarse_converter_is_not_taken_for_a_clipped_sensor(step, noise):
+    """The plateau of a slider is one level of it, as long as its noise is below the resolution."""
+    generator = np.random.default_rng(0)
+    force = FORCE + noise * generator.standard_normal(U.size)
+    coarse = ss.ContactRecord(U, np.round(force / step) * step, N)
+    assert all("below its resolution" in note for note in coarse.notes)
+    with pytest.raises(InputError, match="must not be clipped"):
+        ss.ContactRecord(U, np.clip(force, -0.8 * MU * N, 0.8 * MU * N), N)
+
+
+def test_a_displacement_that_may_be_in_mm_says_so(tmp_path):
+    (tmp_path / "a.txt").write_text("time [s],displacement,force [N]\n" + rows(TIME, 2e5 * U, FORCE))
+    (record,) = ss.read_contact_records(tmp_path / "a.txt", normal_load=N)
+    assert np.ptp(record.displacement) == pytest.approx(4e-6, rel=0.02)
+    assert "um peak to peak are mm, as on a tribometer, kt is a thousandth" in " ".join(record.notes)

@@ -166,7 +166,8 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     if harmonics is not None and harmonics > most:
         notes.append(f"Cycles of {shortest} samples are smoothed to {most} harmonics, not {harmonics}.")
     count = min(most, harmonics or _enough(several[0], spans[0], most))
-    cuts, open_loops = _closed([_cut(record, span, count) for record, span in zip(several, spans, strict=True)])
+    numbered = zip(several, spans, _first_numbers(several, spans), strict=True)
+    cuts, open_loops = _closed([_cut(record, span, count, number) for record, span, number in numbered])
     notes += open_loops
     found = np.array([cycle for cut in cuts for cycle in cut.cycles])
     removed = _counted(several, cuts) + _drifts(cuts)
@@ -192,6 +193,16 @@ def contact_cycles(records: ContactRecord | Sequence[ContactRecord], harmonics: 
     return ContactCycles(
         u, force, normal, np.where(lost, 0.0, error), numbers, period, own, tuple(removed), tuple(dict.fromkeys(notes))
     )
+
+
+def _first_numbers(records: Sequence[ContactRecord], spans: Sequence[Array]) -> list[int]:
+    """The number of the first cycle of each record."""
+    found, alone, following = [], all(span.size == 2 for span in spans), 1
+    for record, span in zip(records, spans, strict=True):
+        own = record.file_number if record.number is None and alone else record.number
+        found.append(following if own is None else own)
+        following = found[-1] + span.size - 1
+    return found
 
 
 def _repeated(records: Sequence[ContactRecord]) -> list[str]:
@@ -257,8 +268,8 @@ def _left(record: ContactRecord, span: Array, harmonics: int) -> float:
     return float(sum(np.sum(one[0] ** 2) for one in _cut(record, span[: MOST_LOOKED_AT + 1], harmonics).residuals))
 
 
-def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
-    """The cycles of a record, without those that differ in period or load from the others."""
+def _cut(record: ContactRecord, span: Array, harmonics: int, number: int = 1) -> _Cut:
+    """The cycles of a record, of which the first has a number, without those that differ in period or load from the others."""
     places = np.arange(record.displacement.size, dtype=float)
     clock = places if record.time is None else record.time
     ends = np.interp(span, places, clock) if span[-1] <= places[-1] else span
@@ -290,7 +301,7 @@ def _cut(record: ContactRecord, span: Array, harmonics: int) -> _Cut:
     first = cycles[0][0]
     if len(periods) == 1 or np.sum(first[2::2] * np.arange(1, harmonics + 1)) < 0.0:  # not an upward passage at its beginning
         cycles = [_from_middle(cycle) for cycle in cycles]
-    numbers = [record.number + int(k) for k in np.flatnonzero(sound)]
+    numbers = [number + int(k) for k in np.flatnonzero(sound)]
     outside = places.size - int(sum(part.size for part in parts))
     span_of_drift = drift * (clock[parts[kept[-1]][-1]] - clock[parts[kept[0]][0]])
     return _Cut(cycles, numbers, list(periods[sound]), residuals, forces, int(np.count_nonzero(~sound)), outside, span_of_drift)

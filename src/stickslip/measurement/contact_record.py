@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.checks import LARGEST, Array, existing, fault, nearest, positive
+from stickslip.checks import LARGEST, Array, counted, existing, fault, nearest, positive
 from stickslip.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
 from stickslip.measurement.records import LONGEST_CLIP, UNITS, longest_run, to_si
 
@@ -51,11 +51,17 @@ SMOOTH = 3.0
 flat top of a computed loop is then no sign of a clipped sensor."""
 
 
+RESOLVED = 1.5
+"""Median third difference of a signal in steps of its converter up to which its noise is below its resolution: rounding alone
+leaves 0.9. Its extreme level then repeats without clipping."""
+
+
 @dataclass(frozen=True, eq=False)
 class ContactRecord:
     """Record of one contact: displacement (n,) [m], friction force (n,) [N], normal load [N], a number or (n,), and time (n,)
-    [s]; without time the samples are equally spaced. name: for messages. number: that of the first cycle. notes: what was
-    assumed or noticed in reading, one sentence each.
+    [s]; without time the samples are equally spaced. name: for messages. notes: what was assumed or noticed in reading, one
+    sentence each. number: that of its first cycle in the test; unless given, its cycles go on after those of the record before.
+    file_number: that in the name of its file, the number of the cycle where every record holds one alone.
 
     Refused: values that are not finite, signals that are constant, a clipped force, time that does not increase, and
     displacement or force of an impossible size, which wrong units give.
@@ -66,8 +72,9 @@ class ContactRecord:
     normal: Array | float
     time: Array | None = None
     name: str = "record"
-    number: int = 1
+    number: int | None = None
     notes: tuple[str, ...] = ()
+    file_number: int | None = None
 
     def __post_init__(self) -> None:
         size = np.size(self.displacement)
@@ -133,7 +140,7 @@ def _checked(what: str, values: Array | float, size: int, single: bool) -> Array
     bad = np.flatnonzero(~(np.abs(array) < LARGEST))
     if bad.size:
         remedy = "Cut these rows out."
-        raise fault(what, "must be finite", f"not so in {bad.size} rows, first in row {bad[0] + 1}", remedy)
+        raise fault(what, "must be finite", f"not so in {counted(bad.size, 'row')}, first in row {bad[0] + 1}", remedy)
     if not single and np.ptp(array) == 0.0:
         raise fault(what, "must vary", f"constant at {array[0]:g}", "Is the channel connected, and the column the right one?")
     return array
@@ -153,6 +160,10 @@ def clipped(what: str, values: Array) -> tuple[str, ...]:
     turns = max(int(np.count_nonzero(np.diff(np.sign(values - values.mean())))), 1)
     sine = 0.5 * float(np.ptp(values)) * (np.pi * turns / values.size) ** 3
     sentence = f"{longest} samples in a row at {extreme:.6g}"
+    step = float(np.min(np.diff(np.unique(values))))
+    if third.size and np.median(third) <= RESOLVED * step:
+        words = f"Its noise is below its resolution, {step:.3g}: a plateau looks so, and a clipped sensor."
+        return (f"{what}: {sentence}. {words}",)
     if third.size and np.median(third) > SMOOTH * sine:
         raise fault(what, "must not be clipped", sentence, "Choose a larger range of the sensor and measure again.")
     return (f"{what}: {sentence}. A clipped sensor looks so, and a computed loop; a clipped one gives too low a friction.",)
@@ -175,7 +186,8 @@ def read_contact_records(
     ...} where the file does not state them, or states wrong ones.
 
     Without any unit the force is taken for N, and the displacement for that one of m, mm and µm which makes it between 0.5 µm
-    and 0.5 mm peak to peak; a note says so. With several files the last number in the name of each is its cycle number.
+    and 0.5 mm peak to peak; a note says so. Several files come in the order of the last numbers in their names. Where each holds
+    one cycle, that is its cycle number; else the cycles of each go on after those of the file before.
     Raises `InputError` for files that are missing, unreadable or without the columns, and what `ContactRecord` refuses.
     """
     paths = [Path(files)] if isinstance(files, str | Path) else [Path(file) for file in files]
@@ -188,10 +200,10 @@ def read_contact_records(
         for key in given or {}:
             if key not in QUANTITIES:
                 raise fault(what, f"must name {', '.join(QUANTITIES)}", key, nearest(key, QUANTITIES))
-    tables, numbers = _tables(paths), _cycle_numbers(paths)
+    tables, numbers = _tables(paths), _file_numbers(paths)
     places = [_places(table, columns or {}) for table in tables]
     assumed = _assumed_units(tables, places, units or {})
-    order = sorted(range(len(paths)), key=lambda i: numbers[i])
+    order = sorted(range(len(paths)), key=lambda i: numbers[i] or i)
     return tuple(_record(tables[i], places[i], normal_load, (units or {}, assumed), numbers[i]) for i in order)
 
 
@@ -202,13 +214,13 @@ def _tables(paths: Sequence[Path]) -> list[NumberTable]:
     return [read[path] if path in read else text_table(path) for path in paths]
 
 
-def _cycle_numbers(paths: Sequence[Path]) -> list[int]:
-    """The last number in the name of each file, where they all have one and no two the same; else the order of the files."""
+def _file_numbers(paths: Sequence[Path]) -> Sequence[int | None]:
+    """The last number in the name of each of several files, where they all have one and no two the same."""
     found = [re.findall(r"\d+", path.stem) for path in paths]
     numbers = [int(one[-1]) for one in found if one]
     if len(paths) > 1 and len(numbers) == len(paths) and len(set(numbers)) == len(paths):
         return numbers
-    return list(range(1, len(paths) + 1))
+    return [None] * len(paths)
 
 
 def _record(
@@ -216,7 +228,7 @@ def _record(
     places: Mapping[str, int],
     normal_load: float | None,
     units: tuple[Mapping[str, str], Mapping[str, str]],
-    number: int,
+    number: int | None,
 ) -> ContactRecord:
     """The record of a table; units: those that are given, and those that are assumed where the file states none."""
     notes, (given, assumed) = list(table.notes), units
@@ -232,6 +244,8 @@ def _record(
         if unit is None:
             unit = assumed[name]
             notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
+            if name == "displacement":
+                notes += _other_unit(unit, float(np.ptp(table.numbers[:, index])))
         values[name] = table.numbers[:, index] * to_si(f"The unit of {name} in {table.name}", unit, QUANTITIES[name])
     normal: Array | float = values.get("normal", np.zeros(0))
     if normal_load is not None:
@@ -240,7 +254,8 @@ def _record(
     elif np.all(values["normal"] <= 0.0) and np.any(values["normal"] < 0.0):
         normal = -values["normal"]
         notes.append("The sign of the normal load is turned: pressing is positive.")
-    return ContactRecord(values["displacement"], values["force"], normal, values.get("time"), table.name, number, tuple(notes))
+    signals = (values["displacement"], values["force"], normal, values.get("time"))
+    return ContactRecord(*signals, table.name, notes=tuple(notes), file_number=number)
 
 
 def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, int]:
@@ -301,6 +316,16 @@ def _assumed_units(
         span = max(spans, default=0.0)
         found["displacement"] = _unit_of_motion(tables[0].name, span)
     return found
+
+
+def _other_unit(assumed: str, span: float) -> list[str]:
+    """What else a range of displacement without a unit may be, and how far kt would then be another."""
+    if assumed != "um" or not span < LARGEST_MOTION * 1e3:
+        return []
+    return [
+        f"If its {span:.4g} um peak to peak are mm, as on a tribometer, kt is a thousandth of what is found: "
+        "state it, units={'displacement': 'mm'} (--unit displacement=mm)."
+    ]
 
 
 def _unit_of_motion(file: str, span: float) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import Array, among, fault, of_kind, positive, storable, truth, vector, whole
+from stickslip.measurement.records import longest_run
 
 Held = Literal["force", "response"]
 
@@ -84,3 +85,18 @@ class MeasuredResponse:
         """Standard error of `per_force` (n,)."""
         size = np.abs(self.per_force)
         return np.asarray(self.error * (np.full(size.shape, size.max()) if self.of_largest else size))
+
+
+def flat_top(test: MeasuredResponse) -> list[str]:
+    """A sentence where neighbouring points have the largest amplitude of a test to the last digit, as a clipped sensor shows it,
+    while other neighbours differ; none where the response is held."""
+    amplitude = np.asarray(test.amplitude)[np.argsort(np.asarray(test.frequency), kind="stable")]
+    top = amplitude == amplitude.max()
+    longest, others = longest_run(top), longest_run((np.diff(amplitude) == 0.0) & ~top[1:])
+    if test.held == "response" or longest <= max(1, others + 1):
+        return []
+    limited = "" if np.ptp(np.asarray(test.force)) == 0.0 else ", and a response that the controller limits"
+    return [
+        f"{longest} points of {test.name} in a row have the largest {test.quantity}, {amplitude.max():.6g}, to the last digit: "
+        f"a clipped sensor looks so{limited}. Clipped points make the damping too high: leave them out."
+    ]

@@ -99,6 +99,7 @@ class Run:
             search = (checkpoint, self.workers, progress)
             dataset = plan.searched(own, *search) if isinstance(plan, SearchingPlan) else plan.dataset(own)
             datasets[name] = stamped(dataset).assign_attrs(attributes)
+            (self.folder / "report.html").unlink(missing_ok=True)  # an interrupted run leaves no report of other results
             save(datasets[name], self.folder / name / "results.nc")
         return datasets
 

@@ -10,6 +10,7 @@ from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.model_error import above_noise, error_between_tests, independent_one_in
 from stickslip.analyses.identification.response_fit import ResponseFit
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.measurement.measured_response import flat_top
 from stickslip.report.charts import Charts
 from stickslip.report.sections import energies
 from stickslip.solve.continuation import first_point
@@ -314,3 +315,44 @@ def test_a_spring_is_no_friction(name, words):
     said = energies({"": ss.forced_response(laws[name](0.5), ss.hertz(0.14, 0.24), 0.01).dataset}, Charts([""]))
     assert "dissipated in contacts" in said
     assert "friction" not in said
+
+
+def clipped(test, level):
+    """The points of a test above a level at that level, as of a saturated sensor."""
+    return replace(test, amplitude=np.minimum(test.amplitude, level))
+
+
+@pytest.mark.parametrize("over", [0.9, 0.6])
+def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
+    """One point at the resonance of the largest level, 10 % or 40 % too low, with noise of 1 %: the fit follows it."""
+    tests = [replace(measured(force, 3), phase=None) for force in (0.3, 1.0, 2.0)]
+    top = int(np.argmax(tests[0].amplitude))
+    amplitude = np.array(tests[0].amplitude)
+    amplitude[top] *= over
+    settings = {"tries": 0, "samples": 128, "harmonics": 3}
+    sound = ss.identify_response(one_mass, FREE, tests, **settings)
+    assert not np.any(sound.dataset["apart"])
+    assert "miss" not in " ".join(sound.notes)
+    found = ss.identify_response(one_mass, FREE, [replace(tests[0], amplitude=amplitude), *tests[1:]], **settings)
+    marked = np.argwhere(found.dataset["apart"].values > 0.0)
+    assert marked.tolist() == [[0, top]]
+    said = " ".join(found.notes)
+    assert f"1 point of {tests[0].name} misses the fit to the others: at {np.asarray(tests[0].frequency)[top]:.5g} Hz" in said
+    assert "clipped" in said
+    assert "as noise is" not in said
+    assert found.dataset["value_without"].values == pytest.approx(sound.dataset["value"].values, rel=0.02)
+    assert float(found.dataset["missed"].values[0, top]) == pytest.approx(over - 1.0, abs=0.04)
+
+
+def test_a_flat_top_is_said():
+    """Equal largest amplitudes of neighbours; not where others are equal too, nor where the response is held."""
+    test = measured(1.0, 3, frequencies=FREQUENCIES[::2])
+    assert flat_top(test) == []
+    flat = clipped(test, float(np.sort(test.amplitude)[-3]))
+    (said,) = flat_top(flat)
+    assert "3 points of 1 in a row have the largest displacement" in said
+    coarse = clipped(replace(test, amplitude=np.round(test.amplitude / 0.5) * 0.5 + 0.5), 99.0)
+    assert flat_top(coarse) == []
+    assert flat_top(replace(flat, held="response")) == []
+    found = ss.identify_response(one_mass, {"kt": (0.5, 0.1, 3.0)}, [flat], tries=0, samples=128)
+    assert said in found.notes

@@ -171,7 +171,8 @@ def _lagging(work: ContactLawWork, fit: LawFit) -> list[str]:
     late = "late" if shown.lag > 0.0 else "early"
     return [
         f"The force comes {abs(shown.lag):.2%} of a period too {late} for a contact, which sticks at each reversal: with it in "
-        f"time the {fit.law} law has kt = {1e-6 * shown.kt:.4g} N/um. Record both with one filter, or give lag = {shown.lag:.4f}."
+        f"time the {fit.law} law has kt = {1e-6 * shown.kt:.4g} N/um. A force that is saturated looks "
+        f"the same. Record both with one filter, or give lag = {shown.lag:.4f}."
     ]
 
 

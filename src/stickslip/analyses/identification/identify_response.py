@@ -19,12 +19,13 @@ from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
+from stickslip.analyses.identification.outlying import fitted_without
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
 from stickslip.checks import Array, InputError, among, between, fault, numbers, of_kind, positive, seed_of, several, truth, unique
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, attribute
-from stickslip.measurement.measured_response import MeasuredResponse
+from stickslip.measurement.measured_response import MeasuredResponse, flat_top
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
@@ -196,7 +197,7 @@ class ResponseIdentificationWork:
         return start_space(balance, found.evaluation, self.rule, self.share)
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The variables of the fit."""
+        """The variables of the fit; and where points of tests lie apart from it, those without these points."""
         started = time.process_time()
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
@@ -206,6 +207,9 @@ class ResponseIdentificationWork:
             bounds: Arrays = {}
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
+            else:
+                apart = fitted_without(fit, x, self.evaluations)
+                bounds = {"x_without": apart.x, "apart": apart.errors, "missed": apart.missed}
         return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **bounds}
 
     def finished(
@@ -227,8 +231,8 @@ class ResponseIdentificationWork:
             fit.residuals(x)
             statistics = fit.statistics(x)
             predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
-            dataset = dataset_of_fit(fit, x, statistics, np.array(predicted))
-            notes = self.remarks
+            dataset = dataset_of_fit(fit, x, statistics, np.array(predicted), results[0])
+            notes = (*dict.fromkeys(note for test in self.tests for note in (*test.notes, *flat_top(test))), *self.remarks)
             if self.start_states == "bounds":
                 dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
                 notes += tuple(notes_on_bounds(dataset, fit))

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import special
 from scipy.optimize import least_squares
 
@@ -94,7 +95,7 @@ class Variable:
 @dataclass(eq=False)
 class ResponseFit:
     """The least squares of several tests; `start_deviation`: of the start variables' prior; `evaluated`: called with the number
-    of each evaluation."""
+    of each evaluation; `left_out`: of each test, points (n,) whose residuals count as zero."""
 
     tests: Sequence[FittedTest | EnclosedTest]
     free: Mapping[str, FreeParameter]
@@ -103,6 +104,7 @@ class ResponseFit:
     computed: list[ComputedResponse | None] = field(default_factory=list)
     evaluations: int = 0
     evaluated: Callable[[int], object] = lambda count: None
+    left_out: Sequence[NDArray[np.bool_]] = ()
 
     @cached_property
     def variables(self) -> list[Variable]:
@@ -197,7 +199,11 @@ class ResponseFit:
                 slopes[:, places[name][0]] = factor * shown
         if "start" in places:
             slopes[:, places["start"]] = chain * found.by_start
-        return _compared(model, shown, slopes)
+        apart, rows = _compared(model, shown, slopes)
+        if self.left_out:
+            kept = np.tile(~self.left_out[t], apart.size // self.left_out[t].size)
+            apart, rows = apart * kept, rows * kept[:, None]
+        return apart, rows
 
     def found(self, t: int) -> ComputedResponse:
         """The computed response of a test where residuals were last evaluated."""
@@ -305,6 +311,23 @@ class ResponseFit:
                 found.append(residuals[first : first + order.size][order])
                 first += order.size
         return found
+
+    def parted(self, residuals: Array) -> list[Array]:
+        """Residuals of each test, (1, points), or where phases are known (2, points) of real and imaginary parts."""
+        ends = np.cumsum([0, *map(_rows, self.tests)])
+        return [
+            residuals[first:last].reshape(-1, np.size(model.test.frequency))
+            for model, first, last in zip(self.tests, ends[:-1], ends[1:], strict=True)
+        ]
+
+    @property
+    def rows(self) -> list[int]:
+        """How many residuals a point of each test has."""
+        return [1 if model.test.phase is None else 2 for model in self.tests]
+
+    def without(self, marks: Sequence[NDArray[np.bool_]]) -> ResponseFit:
+        """The fit without marked points of each test."""
+        return replace(self, left_out=marks, _last={})
 
     def _between_tests(self, residuals: Array, J: Array) -> Array:
         """Standard errors of the shared variables by the disagreement of the tests."""

@@ -33,7 +33,8 @@ class ContactLawTable(Table):
     files: Annotated[
         list[str],
         Field(
-            min_length=1, description="records (text or .mat), of many cycles or one each; the last number of a name is its cycle"
+            min_length=1,
+            description="records (text or .mat), of many cycles or one each, in the order of the last numbers of names",
         ),
     ]
     normal_load: Annotated[Positive | None, FORCE, Field(description="in place of a column of it in the files")] = None

@@ -303,7 +303,7 @@ class ResponseIdentificationPlan(Plan):
             evaluations=table.evaluations,
             harmonics=base.harmonics,
             samples=base.samples,
-            remarks=(*dict.fromkeys(note for test in tests for note in test.notes), *((words,) if kept < count else ())),
+            remarks=(words,) if kept < count else (),
         )
 
     @property
