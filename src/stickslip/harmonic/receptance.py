@@ -21,6 +21,9 @@ REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE, BLOCK_FIRST, BLOCK_SECOND, WAVE_F
 
 Complex = NDArray[np.complex128]
 
+BLOCK = 64
+"""Columns of loads that are taken together."""
+
 
 class Modes(NamedTuple):
     """States with gains: motion = shape · Γ(s) · (receiverᵀ forces).
@@ -191,13 +194,31 @@ def modal_states(modes: Modes, omega: float, gains: Complex, load: Array, by_ome
 
 
 @inner
+def respond_to_each(modes: Modes, h: int, s: complex, gains: Complex, cosine: Array, sine: Array) -> None:
+    """Loads on the states of harmonic h, cosine and sine part (states, k), become Γ(s) times these; sine is read for h > 0 only."""
+    size, first, count = modes.kind.size, modes.first[h], modes.last[h] - modes.first[h]
+    load, state = zero_complex(size, BLOCK), zero_complex(size, BLOCK)
+    for begin in range(0, cosine.shape[1], BLOCK):
+        width = min(BLOCK, cosine.shape[1] - begin)
+        for j in range(count):
+            for c in range(width):
+                load[first + j, c] = complex(cosine[j, begin + c], -sine[j, begin + c] if h > 0 else 0.0)
+        _respond(modes, h, s, gains, load, state)
+        for j in range(count):
+            for c in range(width):
+                cosine[j, begin + c] = state[first + j, c].real
+                if h > 0:
+                    sine[j, begin + c] = -state[first + j, c].imag
+
+
+@inner
 def _one_structure(modes: Modes) -> bool:
     """Whether all harmonics that are balanced, as the first is, see the same states."""
     return bool(modes.last[1] - modes.first[1] == modes.kind.size)
 
 
 @inner
-def _seen(modes: Modes, state: Array) -> Array:
+def seen(modes: Modes, state: Array) -> Array:
     """Motion (rows, 2H+1) of states (m, 2H+1)."""
     if _one_structure(modes):
         found = empty_table(modes.shape.shape[0], state.shape[1])
@@ -262,7 +283,7 @@ def _polynomial_slope(powers: Array, omega: float) -> Array:
 @inner
 def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
     """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
-    return _seen(modes, modal_states(modes, omega, gains, _load(modes, forces, omega, level), False))
+    return seen(modes, modal_states(modes, omega, gains, _load(modes, forces, omega, level), False))
 
 
 @inner
@@ -274,7 +295,7 @@ def motion_slope(modes: Modes, gains: Complex, forces: Array, omega: float, leve
         grown = _polynomial_slope(modes.static, omega)
         add(grown, level, _polynomial_slope(modes.dynamic, omega))
         add(slope, 1.0, modal_states(modes, omega, gains, grown, False))
-    return _seen(modes, slope)
+    return seen(modes, slope)
 
 
 @inner
@@ -282,7 +303,7 @@ def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
     """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ (contact rows, 2H+1)."""
     load = np.dot(modes.receiver.T, forces)
     scale(load, -1.0)
-    return _seen(modes, modal_states(modes, omega, gains, load, False))
+    return seen(modes, modal_states(modes, omega, gains, load, False))
 
 
 @inner
