@@ -25,6 +25,7 @@ from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
+from stickslip.harmonic.transposed import solve_transposed
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
 
@@ -167,6 +168,12 @@ class Factors:
             newton_parts.solve(self.system, self.bordered, solutions)
         else:
             lu_solve(self.bordered.lu, self.bordered.pivots, solutions)
+        return solutions
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Solutions (k, rows) with the transpose of the matrix for several right-hand sides (k, rows)."""
+        solutions = np.array(right, order="C")
+        solve_transposed(self.system, self.bordered, solutions)
         return solutions
 
 

@@ -48,7 +48,7 @@ FREE = Control(-1, 0, 1.0)
 """No amplitude is held: the force level is given."""
 
 SMALLER, ON_FORCES, ON_STATES = range(3)
-"""On what Newton's linear system is solved: the unknowns of λ, the states of the structure, or whichever takes fewer operations."""
+"""What Newton's linear system is solved for: the unknowns of λ, the states of the structure, or whichever takes less work."""
 
 
 class System(NamedTuple):
@@ -301,15 +301,21 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
 @inner
 def factorised(matrix: Array, offsets: Index, mask: NDArray[np.bool_]) -> Bordered:
     """The factors of a matrix on the unknowns of λ themselves."""
-    pivots, none, gains = lu_factor(matrix), empty_blocks(0, 0, 0), np.empty((0, 0, 0), dtype=np.complex128)
-    sign = orientation(matrix, pivots)
+    pivots = lu_factor(matrix)
+    return _on_forces(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+
+
+@inner
+def _on_forces(matrix: Array, pivots: NDArray[np.int32], offsets: Index, mask: NDArray[np.bool_], sign: float) -> Bordered:
+    none, gains = empty_blocks(0, 0, 0), np.empty((0, 0, 0), dtype=np.complex128)
     return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), none, none, none, gains, 0.0)
 
 
 @inner
 def no_factors() -> Bordered:
     """What stands for factors where nothing was factorised."""
-    return factorised(empty_table(0, 0), zero_numbers(0), np.empty((0, 0), dtype=np.bool_))
+    mask = np.empty((0, 0), dtype=np.bool_)
+    return _on_forces(empty_table(0, 0), np.empty(0, dtype=np.int32), zero_numbers(0), mask, 0.0)
 
 
 @inner

@@ -49,11 +49,22 @@ def lu_factor(matrix: Array) -> NDArray[np.int32]:
 @kernel
 def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
     """Overwrite right-hand sides (k, N) with the solutions of A x = b."""
-    transposed = np.array([_TRANSPOSED], dtype=np.uint8)
+    _solve(lu, pivots, right, _TRANSPOSED)
+
+
+@inner
+def lu_solve_transposed(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
+    """Overwrite right-hand sides (k, N) with the solutions of Aᵀ x = b."""
+    _solve(lu, pivots, right, _AS_IT_IS)
+
+
+@inner
+def _solve(lu: Array, pivots: NDArray[np.int32], right: Array, flag: int) -> None:
+    form = np.array([flag], dtype=np.uint8)
     size, count = np.array([lu.shape[0]], dtype=np.int32), np.array([right.shape[0]], dtype=np.int32)
     info = np.zeros(1, dtype=np.int32)
     _dgetrs(
-        transposed.ctypes,
+        form.ctypes,
         size.ctypes,
         count.ctypes,
         lu.ctypes,

@@ -195,7 +195,7 @@ def modal_states(modes: Modes, omega: float, gains: Complex, load: Array, by_ome
 
 @inner
 def respond_to_each(modes: Modes, h: int, s: complex, gains: Complex, cosine: Array, sine: Array) -> None:
-    """Loads on the states of harmonic h, cosine and sine part (states, k), become Γ(s) times these; sine is read for h > 0 only."""
+    """Loads on the states of harmonic h, cosine and sine part (states, k), become Γ(s) times these; sine matters for h > 0 only."""
     size, first, count = modes.kind.size, modes.first[h], modes.last[h] - modes.first[h]
     load, state = zero_complex(size, BLOCK), zero_complex(size, BLOCK)
     for begin in range(0, cosine.shape[1], BLOCK):
@@ -350,8 +350,13 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
 @inner
 def pulled(modes: Modes, driven: Array, weighted: Array) -> Array:
     """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
-    state = np.dot(modes.shape.T, weighted)
-    result = zero_table(driven.shape[3], weighted.shape[1])
+    return pulled_by_states(modes, driven, np.dot(modes.shape.T, weighted))
+
+
+@inner
+def pulled_by_states(modes: Modes, driven: Array, state: Array) -> Array:
+    """−stateᵀ Γ receiverᵀ as (columns, 2H+1): how a sum of states, weighted by state (m, 2H+1), depends on λ of driven rows."""
+    result = zero_table(driven.shape[3], state.shape[1])
     for h in range(driven.shape[2]):
         a, b = max(2 * h - 1, 0), 2 * h
         for j in range(modes.first[h], modes.last[h]):
