@@ -212,7 +212,7 @@ class HarmonicBalance:
             self.dropped,
             np.linalg.norm(powers, axis=(1, 2)),
             1e-3 * constant_size(problem, table) + np.finfo(float).tiny,
-            np.zeros(2, dtype=np.int64),
+            np.zeros(3, dtype=np.int64),
             FREE,
             SMALLER,
         )

@@ -55,7 +55,8 @@ class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
     stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; load_size
-    (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and factorisations were made, counted on;
+    (powers of ω,), least_scale: of residuals; effort (3,): how many evaluations and factorisations were made, and multiplications of the
+    latter, counted on;
     control: the amplitude that the force level holds, if any; form: SMALLER, ON_FORCES or ON_STATES.
     """
 
@@ -285,6 +286,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         active, moved, place = moved_rows(normal, partner, state.unknown)
         driven = driven_states(system.modes, state.gains, omega, active)
         G = receptance(system.modes, driven, moved)
+        system.effort[2] += G.size * system.modes.kind.size
         blocks = (state.own, state.coupling, state.cross)
         newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
         _push(system, state, offsets, by, matrix[:size, size])
@@ -295,6 +297,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         if held:
             _push(system, state, offsets, raised, matrix[:size, size + 1])
             _pull(system.kept, offsets, active, pulled(system.modes, driven, weight), matrix[size + 1])
+    system.effort[2] += matrix.shape[0] ** 3 // 3
     return factorised(matrix, offsets, mask)
 
 
@@ -353,7 +356,7 @@ def _factorised_on_states(
         _push(system, state, offsets, raised, columns[1])
     normal, partner = system.table.loading_row, system.table.partner_row
     blocks = (state.own, state.coupling, state.cross)
-    modal_matrix(modes, state.gains, omega, kept, offsets, normal, partner, *blocks, matrix)
+    system.effort[2] += modal_matrix(modes, state.gains, omega, kept, offsets, normal, partner, *blocks, matrix)
     for n in range(1 + held):
         forces = zero_table(mask.shape[0], mask.shape[1])
         spread(mask, columns[n], forces)
@@ -363,6 +366,7 @@ def _factorised_on_states(
     if held:
         in_line(modes, kept, starts, np.dot(modes.shape.T, weight), -1.0, matrix[size + 1, :size])
     pivots = lu_factor(matrix)
+    system.effort[2] += matrix.shape[0] ** 3 // 3
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, *blocks, state.gains, omega)
 
 

@@ -79,10 +79,10 @@ def modal_matrix(
     coupling: Array,
     cross: Array,
     matrix: Array,
-) -> None:
-    """Add I + Γ receiverᵀ E shape to matrix[:M, :M], zeros before."""
+) -> int:
+    """Add I + Γ receiverᵀ E shape to matrix[:M, :M], zeros before; the number of multiplications of contact rows."""
     starts = state_places(modes, kept)
-    size, rows = starts[-1], normal.size
+    size, rows, multiplications = starts[-1], normal.size, 0
     for begin in range(0, rows, ROWS):
         for k in range(kept.size):
             i, width = kept[k], starts[k + 1] - starts[k]
@@ -101,6 +101,7 @@ def modal_matrix(
                     _add_row(modes, kept, starts, cross[r, i], partner[r], turned[count])
                 count += 1
             if count and width:
+                multiplications += count * width * size
                 add_product(taken[:count], turned[:count], matrix[starts[k] :])
     k = 0
     while k < kept.size:
@@ -111,3 +112,4 @@ def modal_matrix(
         k = sine + 1
     for k in range(size):
         matrix[k, k] += 1.0
+    return multiplications
