@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from harmonic.plate import plate
 from harmonic.problems import everything
 from harmonic.test_linear_part import CASES as DAMPINGS
 from harmonic.test_linear_part import critically_damped
 
+from bench.plate import plate
 from stickslip.contact.period import HELD
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition
 from stickslip.harmonic.iteration import ON_FORCES, ON_STATES, Control
@@ -33,7 +33,7 @@ CASES = {
     "wedge": (three_mass_wedge(0.3), 2 * np.pi * 222.0, 1.0),
     "chain": (chain_varying_load(), 0.2419, 1.0),
     "disk": (lumped_blisk(), 935.0, 1.0),
-    "friction disc": (plate(12, 12, "disc"), 1.15, 1.0),
+    "friction disc": (plate(12, 12, "friction disc"), 1.15, 1.0),
     "macroslip": (plate(12, 12, "macroslip"), 1.15, 1.0),
 }
 
@@ -62,7 +62,7 @@ def conditions(evaluation, omega: float) -> list[PathCondition]:
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("name", CASES)
 def test_steps_directions_and_determinants_are_the_same(name, held):
-    """Four iterates from the stuck state, under conditions on frequency, level and arc length, with and without a held amplitude."""
+    """Four iterates from the stuck state, for given frequency, level and arc length, with and without a held amplitude."""
     problem, omega, level = CASES[name]
     balance = HarmonicBalance(problem, 3, 48)
     if held:
@@ -142,7 +142,7 @@ def test_the_smaller_system_is_chosen(nodes, on_states):
 
 def work(nodes: int) -> tuple[int, float, int, int]:
     """Unknowns, and of a factorisation multiplications, numbers kept and the rows of the matrix."""
-    balance = HarmonicBalance(plate(nodes, 12, "disc"), 3, 48)
+    balance = HarmonicBalance(plate(nodes, 12, "friction disc"), 3, 48)
     evaluation = balance.evaluate(balance.stuck_point(1.15, 1.0))
     before = balance.system.effort[2]
     bordered = balance.factorise(evaluation, fixed("omega", 1.15)).bordered

@@ -324,7 +324,9 @@ def no_factors() -> Bordered:
 @inner
 def _on_states(system: System, offsets: Index) -> bool:
     """Whether the matrix on the states takes fewer multiplications than that on N unknowns of λ: M³/3 + N M² against N³/3."""
-    unknowns, states = float(offsets[-1]), float(state_places(system.modes, system.kept)[-1])
+    unknowns, states, modes = float(offsets[-1]), 0.0, system.modes
+    for i in system.kept:
+        states += modes.last[(i + 1) // 2] - modes.first[(i + 1) // 2]
     if system.form != SMALLER:
         return system.form == ON_STATES and unknowns > 0.0
     return states * states * (states / 3.0 + unknowns / system.kept.size) < unknowns**3 / 3.0
