@@ -149,6 +149,6 @@ number. Each row is a process of its own; the points are the first of a curve at
 {markdown(head, rows)}
 
 Where slipping directions outnumber the modes, Newton's linear system is solved on the modes: its matrix has
-{found["modes"]} (2H + 1) = {found["modes"] * 7} rows however many nodes slip, and the contacts enter it by sums over the nodes. Below
-about half as many nodes as modes the matrix of the slipping directions is the smaller one. The choice is made at every iteration.
+{found["modes"]} (2H + 1) = {found["modes"] * 7} rows however many nodes slip, and the contacts enter it by sums over the nodes.
+With fewer nodes, here 100, the matrix of the slipping directions takes less work. The choice is made at every iteration.
 """

@@ -140,6 +140,16 @@ def test_the_smaller_system_is_chosen(nodes, on_states):
     assert factors.pivots.size == (12 * 7 if on_states else factors.size) + 1
 
 
+@pytest.mark.parametrize("name", ["undamped", "general damping", "gyroscopic", "critical damping"])
+def test_complex_modes_take_no_more_rows_than_real_ones(name):
+    """Six degrees of freedom, twice as many states where C couples the modes; 7 columns."""
+    problem, omega, level = CASES[name]
+    balance = solved_on(HarmonicBalance(problem, 3, 48), ON_STATES)
+    evaluation = balance.evaluate(balance.stuck_point(omega, level))
+    assert balance.system.modes.kind.size == (6 if name == "undamped" else 12)
+    assert balance.factorise(evaluation, fixed("omega", omega)).pivots.size == 6 * 7 + 1
+
+
 def work(nodes: int) -> tuple[int, float, int, int]:
     """Unknowns, and of a factorisation multiplications, numbers kept and the rows of the matrix."""
     balance = HarmonicBalance(plate(nodes, 12, "friction disc"), 3, 48)

@@ -14,7 +14,16 @@ from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
-from stickslip.harmonic.modal_matrix import from_line, in_line, modal_matrix, state_places, states_of
+from stickslip.harmonic.modal_matrix import (
+    coordinates,
+    driven_by,
+    from_line,
+    in_line,
+    modal_matrix,
+    motion_of,
+    places,
+    weights_on,
+)
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import (
     NO_MODES,
@@ -29,7 +38,6 @@ from stickslip.harmonic.receptance import (
     pulled,
     receptance,
     scale,
-    seen,
 )
 from stickslip.kernels import inner, separate
 from stickslip.kernels.arrays import empty_blocks, empty_line, empty_table, zero_numbers, zero_table
@@ -55,8 +63,7 @@ class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
     stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; load_size
-    (powers of ω,), least_scale: of residuals; effort (3,): how many evaluations and factorisations were made, and multiplications of the
-    latter, counted on;
+    (powers of ω,), least_scale: of residuals; effort (3,): evaluations, factorisations and their multiplications, counted on;
     control: the amplitude that the force level holds, if any; form: SMALLER, ON_FORCES or ON_STATES.
     """
 
@@ -264,7 +271,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     columns = state.forces.shape[1]
     offsets, mask = unknown_entries(state.unknown, system.kept, columns)
     on_states = _on_states(system, offsets)
-    size = state_places(system.modes, system.kept)[-1] if on_states else offsets[-1]
+    size = places(system.modes, system.kept)[-1] if on_states else offsets[-1]
     held = system.control.row >= 0
     matrix = zero_table(size + 1 + held, size + 1 + held)
     matrix[size, size] = border.slope
@@ -324,9 +331,10 @@ def no_factors() -> Bordered:
 @inner
 def _on_states(system: System, offsets: Index) -> bool:
     """Whether the matrix on the states takes fewer multiplications than that on N unknowns of λ: M³/3 + N M² against N³/3."""
-    unknowns, states, modes = float(offsets[-1]), 0.0, system.modes
+    unknowns, states = float(offsets[-1]), 0.0
     for i in system.kept:
-        states += modes.last[(i + 1) // 2] - modes.first[(i + 1) // 2]
+        first, last = coordinates(system.modes, (i + 1) // 2)
+        states += last - first
     if system.form != SMALLER:
         return system.form == ON_STATES and unknowns > 0.0
     return states * states * (states / 3.0 + unknowns / system.kept.size) < unknowns**3 / 3.0
@@ -348,7 +356,7 @@ def _factorised_on_states(
     """The matrix on the states with its borders put beside it, factorised; by: dw by the parameter; weight (rows, 2H+1) and
     raised: those of a held amplitude and of its level."""
     modes, kept = system.modes, system.kept
-    starts, held = state_places(modes, kept), system.control.row >= 0
+    starts, held = places(modes, kept), system.control.row >= 0
     size = starts[-1]
     columns = zero_table(1 + held, offsets[-1])
     _push(system, state, offsets, by, columns[0])
@@ -362,11 +370,11 @@ def _factorised_on_states(
     for n in range(1 + held):
         forces = zero_table(mask.shape[0], mask.shape[1])
         spread(mask, columns[n], forces)
-        in_line(modes, kept, starts, states_of(modes, state.gains, omega, forces), 1.0, matrix[:size, size + n])
+        in_line(modes, kept, starts, driven_by(modes, state.gains, omega, forces), 1.0, matrix[:size, size + n])
     if border.weight.shape[0]:
-        in_line(modes, kept, starts, np.dot(modes.shape.T, border.weight), -1.0, matrix[size, :size])
+        in_line(modes, kept, starts, weights_on(modes, border.weight), -1.0, matrix[size, :size])
     if held:
-        in_line(modes, kept, starts, np.dot(modes.shape.T, weight), -1.0, matrix[size + 1, :size])
+        in_line(modes, kept, starts, weights_on(modes, weight), -1.0, matrix[size + 1, :size])
     pivots = lu_factor(matrix)
     system.effort[2] += matrix.shape[0] ** 3 // 3
     return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, *blocks, state.gains, omega)
@@ -379,18 +387,18 @@ def solve(system: System, bordered: Bordered, right: Array) -> None:
         lu_solve(bordered.lu, bordered.pivots, right)
         return
     modes, kept, borders = system.modes, system.kept, bordered.columns.shape[0]
-    starts, size = state_places(modes, kept), bordered.offsets[-1]
+    starts, size = places(modes, kept), bordered.offsets[-1]
     states, columns = starts[-1], bordered.mask.shape[1]
     normal, partner = system.table.loading_row, system.table.partner_row
     line, pushed_by = empty_table(1, states + borders), empty_line(size)
     for each in right:
         forces = zero_table(bordered.mask.shape[0], columns)
         spread(bordered.mask, each, forces)
-        in_line(modes, kept, starts, states_of(modes, bordered.gains, bordered.omega, forces), 1.0, line[0])
+        in_line(modes, kept, starts, driven_by(modes, bordered.gains, bordered.omega, forces), 1.0, line[0])
         for n in range(borders):
             line[0, states + n] = each[size + n]
         lu_solve(bordered.lu, bordered.pivots, line)
-        moved = seen(modes, from_line(modes, kept, starts, line[0], columns))
+        moved = motion_of(modes, from_line(modes, kept, starts, line[0], columns))
         blocks = (bordered.own, bordered.coupling, bordered.cross)
         pushed(bordered.offsets, kept, normal, partner, *blocks, moved, pushed_by)
         for n in range(borders):

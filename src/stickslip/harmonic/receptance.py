@@ -38,6 +38,8 @@ class Modes(NamedTuple):
     or (0, 0) where none is. first, last (H+1,): the states of each harmonic, all of them unless harmonics see structures of
     their own; none of a harmonic that is not balanced, which so has no motion. order (H+1,): k of s = i k ω at which a harmonic
     responds: itself, or 1 for a mean whose stiffness goes with the speed.
+    basis (rows, n), output, input (n, m): motion = basis output Γ inputᵀ basisᵀ λ by fewer coordinates n than states; (0, 0)
+    where there are not fewer, or harmonics see structures of their own.
     """
 
     shape: Array
@@ -53,13 +55,18 @@ class Modes(NamedTuple):
     first: Index
     last: Index
     order: Index
+    basis: Array
+    output: Array
+    input: Array
 
 
 _LINE, _SQUARE, _PLACES = np.empty(0), np.empty((0, 0)), np.empty(0, dtype=np.int64)
 
 _POWERS = np.empty((0, 0, 0))
 
-NO_MODES = Modes(_SQUARE, _SQUARE, _POWERS, _POWERS, _PLACES, _LINE, _LINE, _LINE, _PLACES, _SQUARE, _PLACES, _PLACES, _PLACES)
+_STATES = _SQUARE, _SQUARE, _POWERS, _POWERS, _PLACES, _LINE, _LINE, _LINE, _PLACES, _SQUARE, _PLACES, _PLACES, _PLACES
+
+NO_MODES = Modes(*_STATES, _SQUARE, _SQUARE, _SQUARE)
 """None at all, whose types are those of all."""
 
 
@@ -195,7 +202,7 @@ def modal_states(modes: Modes, omega: float, gains: Complex, load: Array, by_ome
 
 @inner
 def respond_to_each(modes: Modes, h: int, s: complex, gains: Complex, cosine: Array, sine: Array) -> None:
-    """Loads on the states of harmonic h, cosine and sine part (states, k), become Γ(s) times these; sine matters for h > 0 only."""
+    """Loads on the states of harmonic h, cosine and sine part (states, k), become Γ(s) times these; for h = 0 only the cosine."""
     size, first, count = modes.kind.size, modes.first[h], modes.last[h] - modes.first[h]
     load, state = zero_complex(size, BLOCK), zero_complex(size, BLOCK)
     for begin in range(0, cosine.shape[1], BLOCK):
@@ -209,6 +216,28 @@ def respond_to_each(modes: Modes, h: int, s: complex, gains: Complex, cosine: Ar
                 cosine[j, begin + c] = state[first + j, c].real
                 if h > 0:
                     sine[j, begin + c] = -state[first + j, c].imag
+
+
+@inner
+def respond_in_basis(modes: Modes, h: int, s: complex, gains: Complex, cosine: Array, sine: Array) -> None:
+    """The same for loads on the coordinates of the basis, (n, k), which become output Γ(s) inputᵀ times these."""
+    size, states = modes.input.shape
+    load, state = zero_complex(states, size), zero_complex(states, size)
+    for j in range(states):
+        for c in range(size):
+            load[j, c] = modes.input[c, j]
+    _respond(modes, h, s, gains, load, state)
+    real, imaginary = empty_table(states, size), empty_table(states, size)
+    for j in range(states):
+        for c in range(size):
+            real[j, c], imaginary[j, c] = state[j, c].real, state[j, c].imag
+    real, imaginary = np.dot(modes.output, real), np.dot(modes.output, imaginary)
+    a, b = np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
+    cosine[:] = np.dot(real, a)
+    if h > 0:
+        cosine += np.dot(imaginary, b)
+        sine[:] = np.dot(real, b)
+        sine -= np.dot(imaginary, a)
 
 
 @inner
