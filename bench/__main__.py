@@ -17,6 +17,7 @@ from channel import Side
 from explorer import explorer
 from growth import grow
 from headline import headline
+from many_contacts import many_contacts
 from page_comparison import table
 from scaling import scaling
 from startup import memory, startup
@@ -49,7 +50,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python bench", description=__doc__)
     parser.add_argument(
         "--only",
-        choices=("headline", "limit", "growth", "startup", "memory", "blade", "scaling", "explorer", "page"),
+        choices=("headline", "limit", "growth", "many_contacts", "startup", "memory", "blade", "scaling", "explorer", "page"),
         help="one part; the rest stays",
     )
     return parser.parse_args()
@@ -69,6 +70,7 @@ def _measure(found: dict[str, Any], only: str | None) -> None:
         ),
         "blade": lambda: _blade(stickslip, pyharm),
         "growth": lambda: grow(stickslip),
+        "many_contacts": lambda: many_contacts(environment.stickslip_side),
         "startup": lambda: {
             "stickslip": startup(environment.stickslip_side, {case: {} for case in STARTED_WITH}),
             "pyHarm": startup(environment.pyharm_side, {"B1 F=1": {"ds": 0.1}, "B2a": {"ds": 2.0}, "B2b": {"ds": 0.5}}),

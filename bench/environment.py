@@ -23,9 +23,10 @@ ONE_THREAD = {
 }
 
 
-def stickslip_side(cache: str | None = None) -> Side:
+def stickslip_side(cache: str | None = None, threads: int = 1) -> Side:
     """stickslip in the environment that runs the benchmark; its kernels are cached where it keeps them, or in a folder given."""
-    environment = ONE_THREAD | ({"NUMBA_CACHE_DIR": str(BUILD / cache)} if cache else {})
+    several = {name: str(threads) for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+    environment = ONE_THREAD | several | ({"NUMBA_CACHE_DIR": str(BUILD / cache)} if cache else {})
     return Side("stickslip", [sys.executable, str(HERE / "stickslip_side.py")], environment, str(HERE))
 
 

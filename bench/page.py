@@ -9,13 +9,14 @@ from typing import Any
 import explorer
 import figures
 from page_comparison import accuracy, blade, headline, memory, startup
-from page_cost import growth, limit, scaling
+from page_cost import growth, limit, many_contacts, scaling
 
 PARTS: dict[str, Callable[[Any], str]] = {
     "headline": lambda found: headline(found) + "\n\n" + accuracy(found),
     "startup": startup,
     "limit": limit,
     "growth": growth,
+    "many_contacts": many_contacts,
     "blade": blade,
     "memory": memory,
     "scaling": scaling,
@@ -31,6 +32,7 @@ TITLES = (
     "Before the first point",
     "Near the limit",
     "How cost grows",
+    "Many contacts",
     "The single blade with two dampers",
     "Peak memory",
     "Many cases on several cores",

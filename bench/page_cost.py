@@ -108,3 +108,47 @@ varied. Dashed: the slope that the dominating part should give in the end.
 ![CPU time of a point against contacts, harmonics, samples and structure size](figures/benchmark_growth.svg)
 
 """ + "\n\n".join(sections)
+
+
+def many_contacts(found: dict[str, Any]) -> str:
+    """Time and memory of a point against the number of contact nodes."""
+    rows = [
+        [
+            row["law"],
+            str(row["nodes"]),
+            str(row["unknowns"]),
+            f"{row['iterations']:.2f}",
+            f"{row['factorisations']:.2f}",
+            f"{1e-9 * row['multiplications']:.1f}",
+            f"{row['cpu']:.2f}",
+            f"{row['wall']:.2f}",
+            f"{row['threaded_wall']:.2f}",
+            f"{row['peak_memory_MiB']:.0f}",
+        ]
+        for row in found["rows"]
+    ]
+    head = (
+        "law",
+        "nodes",
+        "most unknowns",
+        "Newton steps a point",
+        "factorisations a point",
+        "10⁹ multiplications each",
+        "CPU s a point",
+        "wall s a point",
+        f"wall s, {found['cores']} BLAS threads",
+        "peak memory, MiB",
+    )
+    return f"""
+## Many contacts
+
+A plate on {found["modes"]} modes, pressed on the ground over many nodes with a normal and two tangential directions each, most of
+which slip; H 3, 128 samples. Contact stiffness and preload are shared by the nodes, so that the motion hardly depends on their
+number. Each row is a process of its own; the points are the first of a curve at default steps.
+
+{markdown(head, rows)}
+
+Where slipping directions outnumber the modes, Newton's linear system is solved on the modes: its matrix has
+{found["modes"]} (2H + 1) = {found["modes"] * 7} rows however many nodes slip, and the contacts enter it by sums over the nodes.
+With fewer nodes, here 100, the matrix of the slipping directions takes less work. The choice is made at every iteration.
+"""

@@ -133,6 +133,7 @@ def blade(request: dict) -> Answer:
 
 if __name__ == "__main__":
     from blade_export import export_blade
+    from contacts_side import contacts
     from growth_side import growth
     from limit_side import parts
 
@@ -145,6 +146,7 @@ if __name__ == "__main__":
         "export_blade": export_blade,
         "parts": parts,
         "growth": growth,
+        "contacts": contacts,
     }
     versions = {name: metadata.version(name) for name in ("numpy", "scipy", "numba")}
     versions |= {"python": sys.version.split()[0], "stickslip": stickslip.__version__}

@@ -20,11 +20,12 @@ from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.fourier import Fourier, fourier
-from stickslip.harmonic.iteration import FREE, Border, Bordered, Control, Direction, State, System
+from stickslip.harmonic.iteration import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
+from stickslip.harmonic.transposed import solve_transposed
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
 
@@ -127,6 +128,7 @@ class Factors:
     """
 
     bordered: Bordered
+    system: System
 
     @property
     def offsets(self) -> Index:
@@ -156,12 +158,22 @@ class Factors:
     @property
     def rows(self) -> int:
         """Number of rows of the system."""
-        return int(self.bordered.lu.shape[0])
+        small = self.bordered.columns
+        return self.size + small.shape[0] if small.size else int(self.bordered.lu.shape[0])
 
     def solve_many(self, right: Array) -> Array:
         """Solutions (k, rows) for several right-hand sides (k, rows)."""
         solutions = np.array(right, order="C")
-        lu_solve(self.bordered.lu, self.bordered.pivots, solutions)
+        if self.bordered.columns.size:
+            newton_parts.solve(self.system, self.bordered, solutions)
+        else:
+            lu_solve(self.bordered.lu, self.bordered.pivots, solutions)
+        return solutions
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Solutions (k, rows) with the transpose of the matrix for several right-hand sides (k, rows)."""
+        solutions = np.array(right, order="C")
+        solve_transposed(self.system, self.bordered, solutions)
         return solutions
 
 
@@ -200,8 +212,9 @@ class HarmonicBalance:
             self.dropped,
             np.linalg.norm(powers, axis=(1, 2)),
             1e-3 * constant_size(problem, table) + np.finfo(float).tiny,
-            np.zeros(2, dtype=np.int64),
+            np.zeros(3, dtype=np.int64),
             FREE,
+            SMALLER,
         )
         newton_parts.compile_parts(self.system)
 
@@ -265,7 +278,8 @@ class HarmonicBalance:
     def factorise(self, evaluation: Evaluation, condition: PathCondition) -> Factors:
         """The bordered Newton matrix of an evaluation, factorised once."""
         point = evaluation.point
-        return Factors(newton_parts.factorise(self.system, evaluation.state, point.omega, point.level, condition.border))
+        bordered = newton_parts.factorise(self.system, evaluation.state, point.omega, point.level, condition.border)
+        return Factors(bordered, self.system)
 
     def newton_step(self, evaluation: Evaluation, condition: PathCondition, factors: Factors) -> tuple[Array, float]:
         """Newton's change of λ (rows, 2H+1) and of the parameter."""

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import boolean, float64, typeof, types
+from numba import boolean, float64, typeof, types, void
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
@@ -14,6 +14,16 @@ from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.contact_forces import contact_forces
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
+from stickslip.harmonic.modal_matrix import (
+    coordinates,
+    driven_by,
+    from_line,
+    in_line,
+    modal_matrix,
+    motion_of,
+    places,
+    weights_on,
+)
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import (
     NO_MODES,
@@ -45,13 +55,16 @@ class Control(NamedTuple):
 FREE = Control(-1, 0, 1.0)
 """No amplitude is held: the force level is given."""
 
+SMALLER, ON_FORCES, ON_STATES = range(3)
+"""What Newton's linear system is solved for: the unknowns of λ, the states of the structure, or whichever takes less work."""
+
 
 class System(NamedTuple):
     """A harmonic balance as the kernels read it.
 
     stiffness (rows,): springs of the stuck contacts; kept, dropped: the columns of balanced and of left-out harmonics; load_size
-    (powers of ω,), least_scale: of residuals; effort (2,): how many evaluations and factorisations were made, counted on;
-    control: the amplitude that the force level holds, if any.
+    (powers of ω,), least_scale: of residuals; effort (3,): evaluations, factorisations and their multiplications, counted on;
+    control: the amplitude that the force level holds, if any; form: SMALLER, ON_FORCES or ON_STATES.
     """
 
     table: ContactTable
@@ -64,6 +77,7 @@ class System(NamedTuple):
     least_scale: float
     effort: Index
     control: Control
+    form: int
 
 
 class State(NamedTuple):
@@ -85,13 +99,24 @@ class State(NamedTuple):
 
 class Bordered(NamedTuple):
     """The factorised bordered matrix: factors and pivots; where the unknowns of each row start; which entries of λ they are;
-    sign of the determinant, 0 when singular. Behind the unknowns of λ stand the path parameter, and a level that is unknown."""
+    sign of the determinant, 0 when singular. Behind the unknowns of λ stand the path parameter, and a level that is unknown.
+
+    Where columns is not empty, the factors are those of the smaller matrix on the states of the structure (`modal_matrix`), with
+    what leads from there to the unknowns of λ: columns (1 or 2, N) of the parameter and the unknown level; the derivatives own,
+    coupling and cross of λ̂, the gains of the states and omega [rad/s] of the point.
+    """
 
     lu: Array
     pivots: NDArray[np.int32]
     offsets: Index
     mask: NDArray[np.bool_]
     sign: float
+    columns: Array
+    own: Array
+    coupling: Array
+    cross: Array
+    gains: Complex
+    omega: float
 
 
 class Border(NamedTuple):
@@ -118,7 +143,7 @@ _GAINS, _PIVOTS, _MASK = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, d
 
 STATE = State(_SQUARE, _GAINS, _SQUARE, _SQUARE, _PLACES, _BLOCKS, _BLOCKS, _BLOCKS, _SQUARE, 0.0)
 BORDER = Border(_SQUARE, 0.0, 0.0, False)
-BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0)
+BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0, _SQUARE, _BLOCKS, _BLOCKS, _BLOCKS, _GAINS, 0.0)
 DIRECTION = Direction(_SQUARE, _SQUARE, 0.0, 0.0)
 """Empty ones, whose types are those of all."""
 
@@ -126,7 +151,7 @@ DIRECTION = Direction(_SQUARE, _SQUARE, 0.0, 0.0)
 @cache
 def _empty_system() -> System:
     """A system without anything, whose types are those of all."""
-    numbers = _LINE, 0.0, _PLACES, FREE
+    numbers = _LINE, 0.0, _PLACES, FREE, SMALLER
     return System(contact_table(()), fourier(1, 6), NO_MODES, _LINE, _PLACES, _PLACES, *numbers)
 
 
@@ -138,6 +163,11 @@ def evaluate_signature(system: NamedTuple | None = None) -> Any:
 def factorise_signature(system: NamedTuple | None = None) -> Any:
     """Types of `factorise` for a kind of system."""
     return typeof(BORDERED)(view_of(system or _empty_system()), typeof(STATE), float64, float64, typeof(BORDER))
+
+
+def solve_signature() -> Any:
+    """Types of `solve`."""
+    return void(view_of(_empty_system()), typeof(BORDERED), float64[:, ::1])
 
 
 def newton_step_signature(system: NamedTuple | None = None) -> Any:
@@ -240,7 +270,8 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     system.effort[1] += 1
     columns = state.forces.shape[1]
     offsets, mask = unknown_entries(state.unknown, system.kept, columns)
-    size = offsets[-1]
+    on_states = _on_states(system, offsets)
+    size = places(system.modes, system.kept)[-1] if on_states else offsets[-1]
     held = system.control.row >= 0
     matrix = zero_table(size + 1 + held, size + 1 + held)
     matrix[size, size] = border.slope
@@ -255,11 +286,14 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         matrix[size + 1, size + 1] = _dot(weight, raised)
         if border.weight.shape[0]:
             matrix[size, size + 1] = _dot(border.weight, raised)
+    if on_states:
+        return _factorised_on_states(system, state, omega, border, offsets, mask, by, weight, raised, matrix)
     if size:
         normal, partner = system.table.loading_row, system.table.partner_row
         active, moved, place = moved_rows(normal, partner, state.unknown)
         driven = driven_states(system.modes, state.gains, omega, active)
         G = receptance(system.modes, driven, moved)
+        system.effort[2] += G.size * system.modes.kind.size
         blocks = (state.own, state.coupling, state.cross)
         newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
         _push(system, state, offsets, by, matrix[:size, size])
@@ -270,8 +304,109 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         if held:
             _push(system, state, offsets, raised, matrix[:size, size + 1])
             _pull(system.kept, offsets, active, pulled(system.modes, driven, weight), matrix[size + 1])
+    system.effort[2] += matrix.shape[0] ** 3 // 3
+    return factorised(matrix, offsets, mask)
+
+
+@inner
+def factorised(matrix: Array, offsets: Index, mask: NDArray[np.bool_]) -> Bordered:
+    """The factors of a matrix on the unknowns of λ themselves."""
     pivots = lu_factor(matrix)
-    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+    return _on_forces(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+
+
+@inner
+def _on_forces(matrix: Array, pivots: NDArray[np.int32], offsets: Index, mask: NDArray[np.bool_], sign: float) -> Bordered:
+    none, gains = empty_blocks(0, 0, 0), np.empty((0, 0, 0), dtype=np.complex128)
+    return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), none, none, none, gains, 0.0)
+
+
+@inner
+def no_factors() -> Bordered:
+    """What stands for factors where nothing was factorised."""
+    mask = np.empty((0, 0), dtype=np.bool_)
+    return _on_forces(empty_table(0, 0), np.empty(0, dtype=np.int32), zero_numbers(0), mask, 0.0)
+
+
+@inner
+def _on_states(system: System, offsets: Index) -> bool:
+    """Whether the matrix on the states takes fewer multiplications than that on N unknowns of λ: M³/3 + N M² against N³/3."""
+    unknowns, states = float(offsets[-1]), 0.0
+    for i in system.kept:
+        first, last = coordinates(system.modes, (i + 1) // 2)
+        states += last - first
+    if system.form != SMALLER:
+        return system.form == ON_STATES and unknowns > 0.0
+    return states * states * (states / 3.0 + unknowns / system.kept.size) < unknowns**3 / 3.0
+
+
+@inner
+def _factorised_on_states(
+    system: System,
+    state: State,
+    omega: float,
+    border: Border,
+    offsets: Index,
+    mask: NDArray[np.bool_],
+    by: Array,
+    weight: Array,
+    raised: Array,
+    matrix: Array,
+) -> Bordered:
+    """The matrix on the states with its borders put beside it, factorised; by: dw by the parameter; weight (rows, 2H+1) and
+    raised: those of a held amplitude and of its level."""
+    modes, kept = system.modes, system.kept
+    starts, held = places(modes, kept), system.control.row >= 0
+    size = starts[-1]
+    columns = zero_table(1 + held, offsets[-1])
+    _push(system, state, offsets, by, columns[0])
+    if not border.by_level:
+        _subtract(kept, offsets, state.by_omega, columns[0])
+    if held:
+        _push(system, state, offsets, raised, columns[1])
+    normal, partner = system.table.loading_row, system.table.partner_row
+    blocks = (state.own, state.coupling, state.cross)
+    system.effort[2] += modal_matrix(modes, state.gains, omega, kept, offsets, normal, partner, *blocks, matrix)
+    for n in range(1 + held):
+        forces = zero_table(mask.shape[0], mask.shape[1])
+        spread(mask, columns[n], forces)
+        in_line(modes, kept, starts, driven_by(modes, state.gains, omega, forces), 1.0, matrix[:size, size + n])
+    if border.weight.shape[0]:
+        in_line(modes, kept, starts, weights_on(modes, border.weight), -1.0, matrix[size, :size])
+    if held:
+        in_line(modes, kept, starts, weights_on(modes, weight), -1.0, matrix[size + 1, :size])
+    pivots = lu_factor(matrix)
+    system.effort[2] += matrix.shape[0] ** 3 // 3
+    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, *blocks, state.gains, omega)
+
+
+@separate(solve_signature)
+def solve(system: System, bordered: Bordered, right: Array) -> None:
+    """Overwrite right-hand sides (k, N + 1), or (k, N + 2) where an amplitude is held, with the solutions."""
+    if not bordered.columns.shape[0]:
+        lu_solve(bordered.lu, bordered.pivots, right)
+        return
+    modes, kept, borders = system.modes, system.kept, bordered.columns.shape[0]
+    starts, size = places(modes, kept), bordered.offsets[-1]
+    states, columns = starts[-1], bordered.mask.shape[1]
+    normal, partner = system.table.loading_row, system.table.partner_row
+    line, pushed_by = empty_table(1, states + borders), empty_line(size)
+    for each in right:
+        forces = zero_table(bordered.mask.shape[0], columns)
+        spread(bordered.mask, each, forces)
+        in_line(modes, kept, starts, driven_by(modes, bordered.gains, bordered.omega, forces), 1.0, line[0])
+        for n in range(borders):
+            line[0, states + n] = each[size + n]
+        lu_solve(bordered.lu, bordered.pivots, line)
+        moved = motion_of(modes, from_line(modes, kept, starts, line[0], columns))
+        blocks = (bordered.own, bordered.coupling, bordered.cross)
+        pushed(bordered.offsets, kept, normal, partner, *blocks, moved, pushed_by)
+        for n in range(borders):
+            amount = each[size + n] = line[0, states + n]
+            for k in range(size):
+                each[k] -= amount * bordered.columns[n, k]
+        for k in range(size):
+            each[k] -= pushed_by[k]
 
 
 @inner
@@ -339,7 +474,7 @@ def newton_step(
             right[0, size] -= _dot(border.weight, moved)
         if held:
             right[0, size + 1] -= _dot(_control_slope(system.control, state.w, omega)[0], moved)
-    lu_solve(bordered.lu, bordered.pivots, right)
+    solve(system, bordered, right)
     spread(bordered.mask, right[0], step)
     # A prescribed parameter stays what it is to the last bit: pivoting would leave rounding in it.
     amount = right[0, size] if border.weight.shape[0] else -short / border.slope
@@ -353,7 +488,7 @@ def tangent(system: System, state: State, omega: float, level: float, by_level: 
     held = system.control.row >= 0
     right = zero_table(1, size + 1 + held)
     right[0, size] = 1.0
-    lu_solve(bordered.lu, bordered.pivots, right)
+    solve(system, bordered, right)
     forces = zero_table(state.forces.shape[0], state.forces.shape[1])
     spread(bordered.mask, right[0], forces)
     rate, raised = right[0, size], right[0, size + 1] if held else 0.0

@@ -1,4 +1,4 @@
-"""LU factorisation by SciPy's LAPACK, called from compiled code.
+"""LU factorisation and added products by SciPy's LAPACK and BLAS, called from compiled code.
 
 Matrices lie by rows, LAPACK reads them by columns: it factorises the transpose, and solves with the transpose of that.
 """
@@ -19,6 +19,7 @@ from stickslip.kernels import inner, kernel
 for _name in ("dgetrf", "dgetrs"):
     # A symbol by name, not an address: kernels that call it can be cached.
     binding.add_symbol(f"stickslip_{_name}", get_cython_function_address("scipy.linalg.cython_lapack", _name))
+binding.add_symbol("stickslip_dgemm", get_cython_function_address("scipy.linalg.cython_blas", "dgemm"))
 
 _pointer: Any = types.CPointer
 _integers, _doubles, _letters = _pointer(types.int32), _pointer(types.float64), _pointer(types.uint8)
@@ -26,8 +27,14 @@ _dgetrf: Any = types.ExternalFunction("stickslip_dgetrf", types.void(*[_integers
 _dgetrs: Any = types.ExternalFunction(
     "stickslip_dgetrs", types.void(_letters, *[_integers] * 2, _doubles, *[_integers] * 2, _doubles, *[_integers] * 2)
 )
+_dgemm: Any = types.ExternalFunction(
+    "stickslip_dgemm",
+    types.void(
+        *[_letters] * 2, *[_integers] * 3, _doubles, _doubles, _integers, _doubles, _integers, _doubles, _doubles, _integers
+    ),
+)
 
-_TRANSPOSED = ord("T")
+_TRANSPOSED, _AS_IT_IS = ord("T"), ord("N")
 
 
 @inner
@@ -42,11 +49,22 @@ def lu_factor(matrix: Array) -> NDArray[np.int32]:
 @kernel
 def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
     """Overwrite right-hand sides (k, N) with the solutions of A x = b."""
-    transposed = np.array([_TRANSPOSED], dtype=np.uint8)
+    _solve(lu, pivots, right, _TRANSPOSED)
+
+
+@inner
+def lu_solve_transposed(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
+    """Overwrite right-hand sides (k, N) with the solutions of Aᵀ x = b."""
+    _solve(lu, pivots, right, _AS_IT_IS)
+
+
+@inner
+def _solve(lu: Array, pivots: NDArray[np.int32], right: Array, flag: int) -> None:
+    form = np.array([flag], dtype=np.uint8)
     size, count = np.array([lu.shape[0]], dtype=np.int32), np.array([right.shape[0]], dtype=np.int32)
     info = np.zeros(1, dtype=np.int32)
     _dgetrs(
-        transposed.ctypes,
+        form.ctypes,
         size.ctypes,
         count.ctypes,
         lu.ctypes,
@@ -55,6 +73,29 @@ def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
         right.ctypes,
         size.ctypes,
         info.ctypes,
+    )
+
+
+@inner
+def add_product(left: Array, right: Array, result: Array) -> None:
+    """result[:m, :n] += leftᵀ right for left (k, m) and right (k, n); result has m rows or more, and n columns or more."""
+    flags = np.array([_AS_IT_IS, _TRANSPOSED], dtype=np.uint8)
+    sizes = np.array([right.shape[1], left.shape[1], left.shape[0], result.shape[1]], dtype=np.int32)
+    one = np.ones(1)
+    _dgemm(
+        flags.ctypes,
+        flags[1:].ctypes,
+        sizes.ctypes,
+        sizes[1:].ctypes,
+        sizes[2:].ctypes,
+        one.ctypes,
+        right.ctypes,
+        sizes.ctypes,
+        left.ctypes,
+        sizes[1:].ctypes,
+        one.ctypes,
+        result.ctypes,
+        sizes[3:].ctypes,
     )
 
 

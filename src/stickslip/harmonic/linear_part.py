@@ -59,6 +59,7 @@ class LinearPart:
             first=first,
             last=last,
             order=np.array([systems.order(h) for h in range(H + 1)], dtype=np.int64),
+            **_coordinates(systems, joined),
         )
         compiled(modal_states)
         self._whole = self.modes._replace(shape=joined.output)
@@ -134,6 +135,16 @@ def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> dict[int, S
         return {key: wave_states(systems.waves(0)) if systems.uncoupled else states(systems.at(0))}
     sharing = {systems.key(h): [k for k in harmonics if systems.key(k) == systems.key(h)] for h in reversed(harmonics)}
     return {key: wave_states(_waves(systems, those)) for key, those in sharing.items()}
+
+
+def _coordinates(systems: HarmonicSystems, joined: States) -> dict[str, Array]:
+    """The degrees of freedom as a basis of the motion, where they are fewer than the states of one structure."""
+    none = np.empty((0, 0))
+    if not systems.alike or systems.uncoupled or joined.output.shape[0] >= joined.kind.size:
+        return {"basis": none, "output": none, "input": none}
+    system = systems.at(0)
+    basis = np.ascontiguousarray(np.vstack([system.B, system.outputs]), dtype=float)
+    return {"basis": basis, "output": joined.output, "input": joined.input}
 
 
 def _waves(systems: HarmonicSystems, harmonics: list[int]) -> list[Wave]:

@@ -57,7 +57,7 @@ class ModeBalance(HarmonicBalance):
         self.squares = self.structures.squares[self.structures.key[1]]
         self._refuse_a_pair()
         least = 1e-3 * constant_size(problem, table) + np.finfo(float).tiny
-        structure, effort = self.structures.extended(followed, extended), np.zeros(2, dtype=np.int64)
+        structure, effort = self.structures.extended(followed, extended), np.zeros(3, dtype=np.int64)
         kept = self.kept, self.dropped
         self.mode_system = ModeSystem(
             table, fourier(self.highest, samples), structure, self.stiffness, *kept, least, effort, FREE

@@ -42,10 +42,11 @@ from stickslip.harmonic.iteration import (
     State,
     evaluate_signature,
     factorise_signature,
+    factorised,
     newton_step_signature,
     tangent_signature,
 )
-from stickslip.harmonic.lapack import lu_factor, lu_solve, orientation
+from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import Complex
 from stickslip.kernels import inner, separate
@@ -165,8 +166,8 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
     matrix[size, size] += border.slope
     if contact:
         _fill_contacts(system, state, omega, level, border, offsets, matrix)
-    pivots = lu_factor(matrix)
-    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+    system.effort[2] += matrix.shape[0] ** 3 // 3
+    return factorised(matrix, offsets, mask)
 
 
 @inner

@@ -104,7 +104,15 @@ def _tangent_called(system: AnySystem, state: State, omega: float, level: float,
     return boxed(tangent(view(system), state, omega, level, by_level, bordered))
 
 
+@kernel
+def solve(system: System, bordered: Bordered, right: Array) -> None:
+    """`iteration.solve` for calls from Python."""
+    iteration.solve(view(system), bordered, right)
+
+
 def compile_parts(system: AnySystem) -> None:
     """Compile the parts for a kind of system, or take them from disk."""
     compile_contact_forces(system.table)
     compiled(*(_chosen(system, *part) for part in (_EVALUATE, _FACTORISE, _NEWTON_STEP, _TANGENT)))
+    if isinstance(system, System):
+        compiled(iteration.solve)

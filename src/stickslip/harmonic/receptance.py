@@ -21,6 +21,9 @@ REAL_MODE, PAIR_FIRST, PAIR_SECOND, REAL_POLE, BLOCK_FIRST, BLOCK_SECOND, WAVE_F
 
 Complex = NDArray[np.complex128]
 
+BLOCK = 64
+"""Columns of loads that are taken together."""
+
 
 class Modes(NamedTuple):
     """States with gains: motion = shape · Γ(s) · (receiverᵀ forces).
@@ -35,6 +38,8 @@ class Modes(NamedTuple):
     or (0, 0) where none is. first, last (H+1,): the states of each harmonic, all of them unless harmonics see structures of
     their own; none of a harmonic that is not balanced, which so has no motion. order (H+1,): k of s = i k ω at which a harmonic
     responds: itself, or 1 for a mean whose stiffness goes with the speed.
+    basis (rows, n), output, input (n, m): motion = basis output Γ inputᵀ basisᵀ λ by fewer coordinates n than states; (0, 0)
+    where there are not fewer, or harmonics see structures of their own.
     """
 
     shape: Array
@@ -50,13 +55,18 @@ class Modes(NamedTuple):
     first: Index
     last: Index
     order: Index
+    basis: Array
+    output: Array
+    input: Array
 
 
 _LINE, _SQUARE, _PLACES = np.empty(0), np.empty((0, 0)), np.empty(0, dtype=np.int64)
 
 _POWERS = np.empty((0, 0, 0))
 
-NO_MODES = Modes(_SQUARE, _SQUARE, _POWERS, _POWERS, _PLACES, _LINE, _LINE, _LINE, _PLACES, _SQUARE, _PLACES, _PLACES, _PLACES)
+_STATES = _SQUARE, _SQUARE, _POWERS, _POWERS, _PLACES, _LINE, _LINE, _LINE, _PLACES, _SQUARE, _PLACES, _PLACES, _PLACES
+
+NO_MODES = Modes(*_STATES, _SQUARE, _SQUARE, _SQUARE)
 """None at all, whose types are those of all."""
 
 
@@ -191,13 +201,53 @@ def modal_states(modes: Modes, omega: float, gains: Complex, load: Array, by_ome
 
 
 @inner
+def respond_to_each(modes: Modes, h: int, s: complex, gains: Complex, cosine: Array, sine: Array) -> None:
+    """Loads on the states of harmonic h, cosine and sine part (states, k), become Γ(s) times these; for h = 0 only the cosine."""
+    size, first, count = modes.kind.size, modes.first[h], modes.last[h] - modes.first[h]
+    load, state = zero_complex(size, BLOCK), zero_complex(size, BLOCK)
+    for begin in range(0, cosine.shape[1], BLOCK):
+        width = min(BLOCK, cosine.shape[1] - begin)
+        for j in range(count):
+            for c in range(width):
+                load[first + j, c] = complex(cosine[j, begin + c], -sine[j, begin + c] if h > 0 else 0.0)
+        _respond(modes, h, s, gains, load, state)
+        for j in range(count):
+            for c in range(width):
+                cosine[j, begin + c] = state[first + j, c].real
+                if h > 0:
+                    sine[j, begin + c] = -state[first + j, c].imag
+
+
+@inner
+def respond_in_basis(modes: Modes, h: int, s: complex, gains: Complex, cosine: Array, sine: Array) -> None:
+    """The same for loads on the coordinates of the basis, (n, k), which become output Γ(s) inputᵀ times these."""
+    size, states = modes.input.shape
+    load, state = zero_complex(states, size), zero_complex(states, size)
+    for j in range(states):
+        for c in range(size):
+            load[j, c] = modes.input[c, j]
+    _respond(modes, h, s, gains, load, state)
+    real, imaginary = empty_table(states, size), empty_table(states, size)
+    for j in range(states):
+        for c in range(size):
+            real[j, c], imaginary[j, c] = state[j, c].real, state[j, c].imag
+    real, imaginary = np.dot(modes.output, real), np.dot(modes.output, imaginary)
+    a, b = np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
+    cosine[:] = np.dot(real, a)
+    if h > 0:
+        cosine += np.dot(imaginary, b)
+        sine[:] = np.dot(real, b)
+        sine -= np.dot(imaginary, a)
+
+
+@inner
 def _one_structure(modes: Modes) -> bool:
     """Whether all harmonics that are balanced, as the first is, see the same states."""
     return bool(modes.last[1] - modes.first[1] == modes.kind.size)
 
 
 @inner
-def _seen(modes: Modes, state: Array) -> Array:
+def seen(modes: Modes, state: Array) -> Array:
     """Motion (rows, 2H+1) of states (m, 2H+1)."""
     if _one_structure(modes):
         found = empty_table(modes.shape.shape[0], state.shape[1])
@@ -262,7 +312,7 @@ def _polynomial_slope(powers: Array, omega: float) -> Array:
 @inner
 def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
     """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
-    return _seen(modes, modal_states(modes, omega, gains, _load(modes, forces, omega, level), False))
+    return seen(modes, modal_states(modes, omega, gains, _load(modes, forces, omega, level), False))
 
 
 @inner
@@ -274,7 +324,7 @@ def motion_slope(modes: Modes, gains: Complex, forces: Array, omega: float, leve
         grown = _polynomial_slope(modes.static, omega)
         add(grown, level, _polynomial_slope(modes.dynamic, omega))
         add(slope, 1.0, modal_states(modes, omega, gains, grown, False))
-    return _seen(modes, slope)
+    return seen(modes, slope)
 
 
 @inner
@@ -282,7 +332,7 @@ def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
     """Change of motion −G'δλ (rows, 2H+1) for a change of forces δλ (contact rows, 2H+1)."""
     load = np.dot(modes.receiver.T, forces)
     scale(load, -1.0)
-    return _seen(modes, modal_states(modes, omega, gains, load, False))
+    return seen(modes, modal_states(modes, omega, gains, load, False))
 
 
 @inner
@@ -329,8 +379,13 @@ def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
 @inner
 def pulled(modes: Modes, driven: Array, weighted: Array) -> Array:
     """−weightedᵀ G' as (columns, 2H+1): how a weighted sum of motions, weighted (rows, 2H+1), depends on λ of driven rows."""
-    state = np.dot(modes.shape.T, weighted)
-    result = zero_table(driven.shape[3], weighted.shape[1])
+    return pulled_by_states(modes, driven, np.dot(modes.shape.T, weighted))
+
+
+@inner
+def pulled_by_states(modes: Modes, driven: Array, state: Array) -> Array:
+    """−stateᵀ Γ receiverᵀ as (columns, 2H+1): how a sum of states, weighted by state (m, 2H+1), depends on λ of driven rows."""
+    result = zero_table(driven.shape[3], state.shape[1])
     for h in range(driven.shape[2]):
         a, b = max(2 * h - 1, 0), 2 * h
         for j in range(modes.first[h], modes.last[h]):

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy import linalg
 
 from stickslip.checks import SMALLEST, Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, PathCondition, Point
@@ -221,10 +220,8 @@ def _solved(factors: Factors, right: Array, rows: Array, columns: Array) -> Arra
 
 
 def _transposed(factors: Factors, right: Array, rows: Array, columns: Array) -> Array:
-    """Â⁻ᵀ right; the kept factors are those of the transpose."""
-    bordered = factors.bordered
-    solved = linalg.lu_solve((bordered.lu.T, bordered.pivots - 1), right / columns[:, None], check_finite=False)
-    return np.asarray(solved * rows[:, None])
+    """Â⁻ᵀ right."""
+    return np.asarray(factors.solve_transposed((right / columns[:, None]).T).T * rows[:, None])
 
 
 def _at(balance: HarmonicBalance, curve: Sequence[CurvePoint], k: int, share: float, around: float) -> BranchPoint | None:

@@ -9,10 +9,10 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude
+from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude, no_factors
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
 from stickslip.kernels import boxed, inlined, inner, kernel
-from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers, zero_numbers
+from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers
 from stickslip.kernels.views import view
 
 TOLERANCE = 1e-12
@@ -72,7 +72,7 @@ def correct(
     wanted = -1.0 if direction is None else direction
     found = _newton(balance.system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
     evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), balance.table, found.state)
-    factors = Factors(found.bordered) if found.bordered.lu.size else None
+    factors = Factors(found.bordered, balance.system) if found.bordered.lu.size else None
     along = found.direction if direction is not None and found.converged else None
     return Correction(found.start_motion, evaluation, factors, along, found.iterations, found.converged, found.singular)
 
@@ -105,7 +105,7 @@ def _newton(
 ) -> _Found:
     system = view(given)
     state = first = evaluate(system, forces, omega, level)
-    bordered = Bordered(empty_table(0, 0), np.empty(0, np.int32), zero_numbers(0), np.empty((0, 0), np.bool_), 0.0)
+    bordered = no_factors()
     done, near, converged, singular = 0, False, False, False
     while True:
         missed, off = gap(border, state, omega, level), missed_amplitude(system.control, state.w, omega)
