@@ -12,6 +12,7 @@ from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.octopus_blisk import octopus_blisk
+from stickslip.rigs.ring_damper import ring_damper, ring_energy
 from stickslip.rigs.single_blade import single_blade, single_blade_stress
 from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
 from stickslip.structure.stress import StressRecovery
@@ -30,6 +31,7 @@ RIGS: dict[str, Callable[..., Problem]] = {
         octopus_blisk,
         blade_and_wedge,
         jointed_mode,
+        ring_damper,
     )
 }
 
@@ -46,6 +48,8 @@ __all__ = [
     "laboratory_damper",
     "lumped_blisk",
     "octopus_blisk",
+    "ring_damper",
+    "ring_energy",
     "single_blade",
     "single_blade_stress",
     "single_mass",
