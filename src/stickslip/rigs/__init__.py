@@ -13,6 +13,7 @@ from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, sin
 from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.octopus_blisk import octopus_blisk
 from stickslip.rigs.ring_damper import ring_damper, ring_energy
+from stickslip.rigs.shrouded_blades import shrouded_blades
 from stickslip.rigs.single_blade import single_blade, single_blade_stress
 from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
 from stickslip.structure.stress import StressRecovery
@@ -32,6 +33,7 @@ RIGS: dict[str, Callable[..., Problem]] = {
         blade_and_wedge,
         jointed_mode,
         ring_damper,
+        shrouded_blades,
     )
 }
 
@@ -50,6 +52,7 @@ __all__ = [
     "octopus_blisk",
     "ring_damper",
     "ring_energy",
+    "shrouded_blades",
     "single_blade",
     "single_blade_stress",
     "single_mass",

@@ -49,7 +49,7 @@ def ring_damper(
     support: float = 2e6,
     line_load: float = 0.0,
     kt: float = 5e10,
-    kn: float | None = 5e10,
+    kn: float | None = None,
     damping: float = 1e-3,
     force: float = 10.0,
 ) -> TunedDisk:
