@@ -1,4 +1,4 @@
-"""A split ring in the groove of a labyrinth seal: resonance under a travelling wave, and the energy that a continuous ring takes."""
+"""A split ring in the groove of a labyrinth seal: resonance under a travelling wave, and the energy that the ring takes."""
 
 import stickslip as ss
 from stickslip.rigs import ring_damper, ring_energy

@@ -13,4 +13,3 @@ blades = shrouded_blades(untwist=20.0)
 response = ss.forced_response(blades, ss.hertz(235, 266), force=[20.0, 50.0, 100.0, 150.0], harmonics=5, samples=160)
 print(response)
 response.plot().savefig("shrouded_blades.png")
-

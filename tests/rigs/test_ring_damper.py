@@ -78,23 +78,23 @@ def elastic(a: float, ratio: float) -> float:
     slip, D'' = sin ξ − 1/a. Time runs against ξ: stick begins at ξ_b with D' = 0, ends at ξ_a where friction is at its other limit.
     """
 
-    def zones(x, root):
+    def zones(x, root, load):
         A, B, C, F, Db, xa, xb = x
         own = 1.0 + root**2
 
         def stick(t):
-            return Db + 1 / (arg * root**2) - np.sin(t) / own + A * np.exp(-root * (t - xa)) + B * np.exp(-root * (xb - t))
+            return Db + 1 / (load * root**2) - np.sin(t) / own + A * np.exp(-root * (t - xa)) + B * np.exp(-root * (xb - t))
 
         def stick_slope(t):
             return -np.cos(t) / own - root * A * np.exp(-root * (t - xa)) + root * B * np.exp(-root * (xb - t))
 
         def slip(t):
-            return -np.sin(t) - t**2 / (2 * arg) + C * t + F
+            return -np.sin(t) - t**2 / (2 * load) + C * t + F
 
-        return stick, stick_slope, slip, lambda t: -np.cos(t) - t / arg + C
+        return stick, stick_slope, slip, lambda t: -np.cos(t) - t / load + C
 
-    def equations(x, root):
-        stick, stick_slope, slip, slope = zones(x, root)
+    def equations(x, root, load):
+        stick, stick_slope, slip, slope = zones(x, root, load)
         Db, xa, xb = x[4:]
         end = xa + np.pi
         return [
@@ -104,15 +104,16 @@ def elastic(a: float, ratio: float) -> float:
             slope(xb),
             slip(end) + stick(xa),
             slope(end) + stick_slope(xa),
-            arg * root**2 * (stick(xa) - Db) - 2.0,
+            load * root**2 * (stick(xa) - Db) - 2.0,
         ]
 
     x = np.array([0, 0, 0, 0, -1.0, 0.5 * np.pi - 0.05, 0.5 * np.pi])
-    path = [(arg, 25.0) for arg in np.linspace(40.0, a, 150)] + [(a, r) for r in np.geomspace(25.0, ratio, 40)[1:]]
-    for arg, kappa in path:
-        x, _, _, _ = fsolve(equations, x, args=(np.sqrt(kappa),), xtol=1e-12, full_output=True)
-        assert np.abs(equations(x, np.sqrt(kappa))).max() < 1e-8
-    return float(2.0 * (zones(x, np.sqrt(ratio))[2](x[5] + np.pi) - x[4]))
+    path = [(load, 25.0) for load in np.linspace(40.0, a, 150)] + [(a, each) for each in np.geomspace(25.0, ratio, 40)[1:]]
+    for load, each in path:
+        known = (np.sqrt(each), load)
+        x, _, _, _ = fsolve(equations, x, args=known, xtol=1e-12, full_output=True)
+        assert np.abs(equations(x, *known)).max() < 1e-8
+    return float(2.0 * (zones(x, np.sqrt(ratio), a)[2](x[5] + np.pi) - x[4]))
 
 
 def test_elastic_contact_tends_to_the_closed_form():
@@ -194,7 +195,7 @@ def test_normal_load_carries_the_hoop_force_and_the_inertia():
     mass = DENSITY * area * step
     hoop = E * area / inner * (-1j * t * np.sin(N * half) / np.tan(half) + r * np.cos(N * half))
     along, across = 2j * np.sin(N * half) * np.cos(half), 2.0 * np.cos(N * half) * np.sin(half)
-    assert T == pytest.approx(-(hoop * along) + mass * omega**2 * t, rel=1e-6)
+    assert pytest.approx(-(hoop * along) + mass * omega**2 * t, rel=1e-6) == T
     assert normal == pytest.approx(-(hoop * across) + mass * omega**2 * r, rel=1e-6)
     mean = response.dataset.contact_force.isel(case=0, point=0, contact=0, harmonic=0)
     assert float(mean.sel(direction="n", part="re")) == pytest.approx(DENSITY * area * inner * SPEED**2 * step, rel=1e-9)

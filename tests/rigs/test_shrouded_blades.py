@@ -93,6 +93,18 @@ def test_one_sector_gives_what_all_blades_do():
     assert float(whole.dataset.dissipated.sum()) == pytest.approx(6 * float(one.dataset.dissipated.sum()), rel=1e-6)
 
 
+@pytest.mark.slow
+def test_time_integration_of_all_blades_gives_the_same_vibration():
+    """All sectors step by step, from the state of 9 harmonics, against one sector with 25."""
+    rig = shrouded_blades(sectors=6, tip_radius=0.1, engine_order=2).with_damping(ss.RayleighDamping(0.0, 2e-5))
+    frequency = [361.8]
+    start = ss.forced_response(rig.full([1]), frequency, force=300.0, harmonics=9, samples=120)
+    check = start.verify_in_time(0, 0, steps_per_period=1000)
+    one = ss.forced_response(rig, frequency, force=300.0, harmonics=25, samples=312)
+    assert float(one.dataset.share_slip.max()) > 0.1
+    assert np.ravel(check.time_amplitude)[0] == pytest.approx(one.dataset.amplitude.item(), rel=1e-3)
+
+
 def test_free_and_stuck_blades_bracket_the_peak():
     rig = shrouded_blades()
     stuck, free = (float(rig.frequencies(stuck=each)[0]) for each in (True, False))

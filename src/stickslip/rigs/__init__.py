@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from stickslip.problem import Problem
 from stickslip.rigs.blade_and_wedge import blade_and_wedge
+from stickslip.rigs.blade_root import blade_root
 from stickslip.rigs.jointed_mode import jointed_mode
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
@@ -32,6 +33,7 @@ RIGS: dict[str, Callable[..., Problem]] = {
         octopus_blisk,
         blade_and_wedge,
         jointed_mode,
+        blade_root,
         ring_damper,
         shrouded_blades,
     )
@@ -43,6 +45,7 @@ __all__ = [
     "RIGS",
     "STRESS",
     "blade_and_wedge",
+    "blade_root",
     "chain",
     "chain_of_three",
     "chain_varying_load",

@@ -1,4 +1,4 @@
-"""Blades with interlocking shrouds: oblique faces between neighbours, pressed together as the centrifugal load untwists the blades."""
+"""Blades with interlocking shrouds: oblique faces between neighbours, pressed together as their centrifugal load untwists them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def shrouded_blades(
     (`speed_sweep` of the rig at two speeds). Each blade would turn by M L/(G J), but its faces meet those of both neighbours:
     without friction M = N p sin α + G J/L ψ, so that N is solved with the vibration. interference [m] of the faces as assembled,
     along their normal. face_angle α [degrees]: of the normal of the faces from the circumferential direction towards the axial
-    one; mu, kt, kn [N/m] of each pair of faces. engine_order: force F cos(ωt − 2π EO j/N) [N] on shroud j along the circumference.
+    one; mu, kt, kn [N/m] of each pair of faces. engine_order: force F cos(ωt − 2π EO j/N) [N] on shroud j, tangential.
     length, chord, thickness [m] of the blades, of rectangular section; stagger [degrees] of the chord from the axis; tip_radius
     [m], p = 2π tip_radius/sectors; shroud_mass [kg]; youngs_modulus [Pa]; density [kg/m³]; damping: ratio of every mode of a
     blade alone; start: of the friction, virgin unless given: the faces have been rubbed by the untwist alone.
