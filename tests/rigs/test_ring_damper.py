@@ -75,7 +75,7 @@ def elastic(a: float, ratio: float) -> float:
     """∫|δ'| dξ over a wave, over ε₀/k, with a contact of stiffness kt = ratio EA k²: solved piece by piece.
 
     D = δ k/ε₀ as a function of ξ = ks − ωt has in half a wave one zone of stick, D'' = sin ξ − 1/a + ratio (D − D_b), and one of
-    slip, D'' = sin ξ − 1/a. Time runs against ξ: stick begins at ξ_b with D' = 0, ends at ξ_a where friction is at its other limit.
+    slip, D'' = sin ξ − 1/a. Time runs against ξ: stick begins at ξ_b with D' = 0 and ends at ξ_a, at the other limit of friction.
     """
 
     def zones(x, root, load):
@@ -174,7 +174,7 @@ def test_a_standing_wave_on_all_sectors_dissipates_its_closed_form():
 
 def test_the_rim_has_the_frequency_of_a_ring_on_an_elastic_foundation():
     """ω² = (EI n²(n² − 1)²/R⁴ + k (n² + 1))/(ρA (n² + 1)), inextensible."""
-    rig = ring_damper(N, points=128)
+    rig = ring_damper(N, points=128, kn=5e10)  # so that no mass of the ring moves with the rim
     stiffness = E * 0.03 * 0.01**3 / 12 * N**2 * (N**2 - 1) ** 2 / RADIUS**4 + 2e6 * (N**2 + 1)
     exact = np.sqrt(stiffness / (DENSITY * 3e-4 * (N**2 + 1))) / (2.0 * np.pi)
     assert rig.modes(N, stuck=False).frequencies[1] == pytest.approx(exact, rel=1.5e-3)
@@ -195,8 +195,8 @@ def test_normal_load_carries_the_hoop_force_and_the_inertia():
     mass = DENSITY * area * step
     hoop = E * area / inner * (-1j * t * np.sin(N * half) / np.tan(half) + r * np.cos(N * half))
     along, across = 2j * np.sin(N * half) * np.cos(half), 2.0 * np.cos(N * half) * np.sin(half)
-    assert pytest.approx(-(hoop * along) + mass * omega**2 * t, rel=1e-6) == T
-    assert normal == pytest.approx(-(hoop * across) + mass * omega**2 * r, rel=1e-6)
+    np.testing.assert_allclose(T, mass * omega**2 * t - hoop * along, rtol=1e-6)
+    np.testing.assert_allclose(normal, mass * omega**2 * r - hoop * across, rtol=1e-6)
     mean = response.dataset.contact_force.isel(case=0, point=0, contact=0, harmonic=0)
     assert float(mean.sel(direction="n", part="re")) == pytest.approx(DENSITY * area * inner * SPEED**2 * step, rel=1e-9)
     assert float(response.dataset.share_open.max()) == 0.0

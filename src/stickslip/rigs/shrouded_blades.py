@@ -1,4 +1,4 @@
-"""Blades with interlocking shrouds: oblique faces between neighbours, pressed together as their centrifugal load untwists them."""
+"""Blades with interlocking shrouds: oblique faces between neighbours, pressed together as centrifugal load untwists them."""
 
 from __future__ import annotations
 
