@@ -1,4 +1,4 @@
-"""Shrouded blades: statics of the untwist and of the interference by hand, beam theory, one sector against all of them."""
+"""Shrouded blades: loads of untwist and interference by hand, beam theory, one sector against all of them."""
 
 from dataclasses import replace
 
