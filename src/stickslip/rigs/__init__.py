@@ -7,11 +7,14 @@ from collections.abc import Callable
 
 from stickslip.problem import Problem
 from stickslip.rigs.blade_and_wedge import blade_and_wedge
+from stickslip.rigs.blade_root import blade_root
 from stickslip.rigs.jointed_mode import jointed_mode
 from stickslip.rigs.laboratory_damper import laboratory_damper
 from stickslip.rigs.lumped import chain, chain_of_three, chain_varying_load, single_mass, three_mass_wedge
 from stickslip.rigs.lumped_blisk import lumped_blisk
 from stickslip.rigs.octopus_blisk import octopus_blisk
+from stickslip.rigs.ring_damper import ring_damper, ring_energy
+from stickslip.rigs.shrouded_blades import shrouded_blades
 from stickslip.rigs.single_blade import single_blade, single_blade_stress
 from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
 from stickslip.structure.stress import StressRecovery
@@ -30,6 +33,9 @@ RIGS: dict[str, Callable[..., Problem]] = {
         octopus_blisk,
         blade_and_wedge,
         jointed_mode,
+        blade_root,
+        ring_damper,
+        shrouded_blades,
     )
 }
 
@@ -39,6 +45,7 @@ __all__ = [
     "RIGS",
     "STRESS",
     "blade_and_wedge",
+    "blade_root",
     "chain",
     "chain_of_three",
     "chain_varying_load",
@@ -46,6 +53,9 @@ __all__ = [
     "laboratory_damper",
     "lumped_blisk",
     "octopus_blisk",
+    "ring_damper",
+    "ring_energy",
+    "shrouded_blades",
     "single_blade",
     "single_blade_stress",
     "single_mass",
