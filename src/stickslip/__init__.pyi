@@ -134,6 +134,7 @@ from .measurement.rig_errors import RigErrors as RigErrors
 
 # Results, execution, errors
 from .checks import InputError as InputError
+from .console import progress_bar as progress_bar
 from .outcome import Outcome as Outcome
 from .results.files import open_results as open_results
 from .results.matlab import save_mat as save_mat

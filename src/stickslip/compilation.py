@@ -1,4 +1,4 @@
-"""What a user sees while kernels are compiled: a bar in a terminal, else one sentence in the log."""
+"""What a user sees while kernels are compiled: a bar in a terminal or a notebook, else one sentence in the log."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import logging
 import multiprocessing
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from stickslip.notebook_bar import NotebookBar, in_notebook
 
 if TYPE_CHECKING:
-    from rich.progress import Progress, TaskID
+    from rich.progress import Progress
 
 FIRST_PROBLEM = 100
 """About as many kernels as a first forced response compiles; the bar starts with this length and grows with what comes."""
@@ -26,9 +28,9 @@ class CompilationNotice:
     """
 
     def __init__(self) -> None:
-        self.command_bar: Progress | None = None
-        self._bar: Progress | None = None
-        self._task: TaskID | None = None
+        self.command_bar: Progress | NotebookBar | None = None
+        self._bar: Progress | NotebookBar | None = None
+        self._task: Any = None
         self._depth, self._done, self._said = 0, 0, False
 
     def begin(self) -> None:
@@ -46,7 +48,7 @@ class CompilationNotice:
                 self._hide()
 
     def _show(self) -> None:
-        if self.command_bar is None and not _terminal():
+        if self.command_bar is None and not _bar_is_seen():
             if not self._said:
                 logging.getLogger("stickslip").warning(SENTENCE)
             self._said = True
@@ -69,13 +71,21 @@ NOTICE = CompilationNotice()
 """That of this process."""
 
 
-def _terminal() -> bool:
-    """Whether a bar can be shown: on a terminal, by the process that the user started."""
-    return multiprocessing.parent_process() is None and sys.stderr is not None and sys.stderr.isatty()
+_IN_NOTEBOOK = NotebookBar()
+"""One for all kernels: each cell shows a single one, however often compilation begins in it."""
 
 
-def _own_bar() -> Progress | None:
-    """A bar on the error stream; none where another library shows one."""
+def _bar_is_seen() -> bool:
+    """Whether a bar can be shown: on a terminal or in a notebook, by the process that the user started."""
+    if multiprocessing.parent_process() is not None:
+        return False
+    return in_notebook() or (sys.stderr is not None and sys.stderr.isatty())
+
+
+def _own_bar() -> Progress | NotebookBar | None:
+    """A bar on the error stream or in the cell; none where another library shows one."""
+    if in_notebook():
+        return _IN_NOTEBOOK
     from rich.console import Console
     from rich.errors import LiveError
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

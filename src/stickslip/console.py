@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import FrameType
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from stickslip.checks import Faults, InputError
 from stickslip.compilation import NOTICE
+from stickslip.notebook_bar import NotebookBar, in_notebook
 
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
@@ -60,31 +62,47 @@ def _console(stderr: bool) -> _Console:
 
 
 @contextmanager
-def progress(title: str) -> Iterator[Report]:
-    """A bar with the remaining time on the error stream, as long as the block runs; plain files get no bar."""
+def progress_bar(title: str) -> Iterator[Report]:
+    """A bar with the remaining time, as long as a `with` block runs: in the cell of a notebook, or on a terminal's error stream.
+
+    What it gives is the `progress` of an analysis:
+
+        with stickslip.progress_bar("Forced response") as bar:
+            response = stickslip.forced_response(problem, band, force, progress=bar)
+
+    A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, there is none.
+    """
     console = _console(stderr=True)
     with _deferred_interrupts():
-        if not console.is_terminal:
+        if not in_notebook() and not console.is_terminal:
             yield lambda fraction, text: None
             return
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TaskProgressColumn(),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-        )
-        with Progress(*columns, console=console, transient=True) as bar:
-            task = bar.add_task(title, total=1.0)
+        bar = NotebookBar() if in_notebook() else _terminal_bar(console)
+        task: Any = bar.add_task(title, total=1.0)
 
-            def report(fraction: float, text: str) -> None:
-                bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
+        def report(fraction: float, text: str) -> None:
+            bar.update(task, completed=min(max(fraction, 0.0), 1.0), description=f"{title}: {text}")
 
-            NOTICE.command_bar = bar
-            try:
-                yield report
-            finally:
-                NOTICE.command_bar = None
+        NOTICE.command_bar = bar
+        try:
+            if isinstance(bar, Progress):
+                bar.start()
+            yield report
+        finally:
+            NOTICE.command_bar = None
+            bar.update(task, description=title)
+            bar.stop()
+
+
+def _terminal_bar(console: Console) -> Progress:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    return Progress(*columns, console=console, transient=True)
 
 
 def _in_compiler(frame: FrameType | None) -> bool:

@@ -25,7 +25,7 @@ def test_a_file_gets_one_sentence_for_all_kernels(notice, caplog):
 
 
 def test_a_terminal_gets_a_bar_as_long_as_a_kernel_is_compiled(notice, monkeypatch, caplog):
-    monkeypatch.setattr(compilation, "_terminal", lambda: True)
+    monkeypatch.setattr(compilation, "_bar_is_seen", lambda: True)
     notice.begin()
     notice.begin()
     bar = notice._bar
@@ -54,7 +54,7 @@ def test_compilation_joins_the_bar_of_a_command_and_leaves_it_running(notice):
 def test_a_bar_of_another_library_is_left_alone(notice, monkeypatch):
     """rich allows one live display on a console: compilation then shows nothing, and nothing fails."""
     monkeypatch.setattr(compilation, "_own_bar", lambda: None)
-    monkeypatch.setattr(compilation, "_terminal", lambda: True)
+    monkeypatch.setattr(compilation, "_bar_is_seen", lambda: True)
     notice.begin()
     notice.end()
     assert notice._bar is None

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from stickslip.console import progress
+from stickslip.console import progress_bar
 
 
 class InterruptedWhenDeleted:
@@ -20,7 +20,7 @@ class InterruptedWhenDeleted:
 
 
 def work_interrupted():
-    with progress("work"):
+    with progress_bar("work"):
         InterruptedWhenDeleted()
         for _ in range(1000):
             time.sleep(0.01)
@@ -41,6 +41,6 @@ def test_other_dropped_exceptions_are_reported(monkeypatch):
 
     reported = []
     monkeypatch.setattr(sys, "unraisablehook", lambda unraisable: reported.append(str(unraisable.exc_value)))
-    with progress("work"):
+    with progress_bar("work"):
         FailsWhenDeleted()
     assert reported == ["dropped"]

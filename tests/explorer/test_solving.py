@@ -152,3 +152,28 @@ def test_a_study_without_a_problem_is_refused(tmp_path):
     path.write_text(template)
     with pytest.raises(InputError, match=r"with a \[sweep\]"):
         Solver.of(path)
+
+
+def test_a_disk_is_explored_and_its_first_curve_is_that_of_forced_response(tmp_path):
+    path = tmp_path / "disk.toml"
+    path.write_text("""
+[study]
+analysis = "forced_response"
+[structure]
+rig = "lumped_blisk"
+parameters = { case = "W", engine_order = 2, sectors = 6 }
+[sweep]
+frequency = [120.0, 180.0]
+force_levels = [0.4]
+harmonics = 3
+samples = 64
+""")
+    solver = Solver.of(path)
+    assert "force_level" in [slider.name for slider in solver.sliders]
+    assert len(solver.sliders) > 1
+    disk = ss.rigs.lumped_blisk("W", engine_order=2, sectors=6)
+    expected = ss.forced_response(disk, ss.Band(120.0, 180.0), 0.4, 3, 64).dataset
+    shown = solver.answer({}, True).response.dataset
+    assert int(np.isfinite(expected["peak_frequency"]).sum()) > 0
+    for name in ("peak_frequency", "peak_amplitude"):
+        np.testing.assert_allclose(shown[name], expected[name], rtol=1e-9)

@@ -1,6 +1,7 @@
 """Animations: pages without links, films that can be read back, a factor that is said."""
 
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -57,3 +58,26 @@ def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refu
     free = ss.Problem(ss.Structure([[1.0]], [[1.0]], ("m.x",), C=[[0.1]]), (), (ss.Force("m.x", 1.0),), ("m.x",))
     with pytest.raises(InputError, match="must have contacts"):
         ss.forced_response(free, [0.2]).animate(0, 0)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg, a program of the system, is not installed")
+def test_ffmpeg_writes_a_film(animation, tmp_path):
+    film = animation.save(tmp_path / "x.mp4").read_bytes()
+    assert film[4:8] == b"ftyp"
+
+
+def test_blades_of_a_mistuned_wheel_have_amplitudes_and_colours_of_their_own():
+    """The amplitudes are half the travel of each blade's own output; blades of one colour are within an eighth of the largest."""
+    deviation = [0.02, -0.03, 0.01, 0.0, 0.025, -0.015]
+    disk = ss.mistuned_disk(ss.rigs.lumped_blisk("W", engine_order=2, sectors=6), ss.Mistuning(blade=deviation))
+    response = ss.forced_response(disk, [149.0], 0.4, harmonics=3, samples=48)
+    animation = response.animate(0, 0)
+    wheel = animation.motion.wheel
+    first = response.dataset["amplitude"][0, 0].to_numpy()
+    assert len(wheel.amplitude) == len(first) == 6
+    np.testing.assert_allclose(wheel.amplitude, first, rtol=2e-2)  # a third harmonic and the samples between
+    assert np.ptp(first) > 0.2 * first.max()
+    steps = {f"level {min(int(8 * a / wheel.amplitude.max()), 7)}/8" for a in wheel.amplitude}
+    drawn = {part.colour for part in animation.parts if part.panel == "wheel" and part.colour.startswith("level")}
+    assert drawn == steps
+    assert len(drawn) > 1

@@ -15,7 +15,8 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("checks", "compilation", "machine", "outcome", "files", "renamed"),
+    ("checks", "machine", "outcome", "files", "notebook_bar", "renamed"),
+    ("compilation",),
     ("kernels",),
     ("units",),
     ("structure", "contact", "loads"),
@@ -59,6 +60,7 @@ RANK = {component: rank for rank, row in enumerate(LAYERS) for component in row}
 LOCAL_IMPORTS_ALLOWED = {"cli", "report", "plots", "rigs", "explorer"}
 LOADED_LATE = {
     "rich",
+    "IPython",
     "dash",
     "flask",
     "werkzeug",

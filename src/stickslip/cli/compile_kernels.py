@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from stickslip.cli.app import guarded
-from stickslip.console import progress, say
+from stickslip.console import progress_bar, say
 
 if TYPE_CHECKING:
     from stickslip.problem import Problem
@@ -30,7 +30,7 @@ def compile_kernels(ctx: typer.Context) -> None:
 def compile_all() -> None:
     """Run the smallest cases of each analysis."""
     cases = small_cases()
-    with progress("Compiling") as report:
+    with progress_bar("Compiling") as report:
         for number, (name, case) in enumerate(cases.items()):
             report(number / len(cases), name)
             case()

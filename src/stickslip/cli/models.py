@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stickslip.cli.app import guarded
-from stickslip.console import progress, say
+from stickslip.console import progress_bar, say
 
 if TYPE_CHECKING:
     pass
@@ -28,7 +28,7 @@ def info(
     from stickslip.models.describe import describe
     from stickslip.models.read import read_model
 
-    with progress("Model") as report, warnings.catch_warnings():
+    with progress_bar("Model") as report, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the description says the same
         report(0.0, "reading")
         found = read_model(model, units=units, names=names)

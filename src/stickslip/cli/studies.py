@@ -14,7 +14,7 @@ from stickslip.checks import InputError, counted, fault, positive, unique
 from stickslip.cli.app import guarded
 from stickslip.cli.places import claimed, free_folder
 from stickslip.cli.results import write_reports
-from stickslip.console import INCOMPLETE, progress, say, warn
+from stickslip.console import INCOMPLETE, progress_bar, say, warn
 from stickslip.files import write_text
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ def read_job(path: Path) -> Job:
     """Read the study, and report the notes on its model."""
     from stickslip.study import read
 
-    with progress("Model") as report:
+    with progress_bar("Model") as report:
         job = read(path, report)
     for note in job.notes:
         say(note)
@@ -233,7 +233,7 @@ def computed_and_written(run: Run, figures: bool) -> list[str]:
 def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
     """The results; a study that turns out to be wrong leaves nothing behind."""
     try:
-        with progress(run.words) as report:
+        with progress_bar(run.words) as report:
             return run.computed(kept, report)
     except InputError:
         kept.remove(kept.folder)
