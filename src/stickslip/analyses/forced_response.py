@@ -449,7 +449,7 @@ class ForcedResponseWork(OneBalance):
             curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
-        by_harmonics, by_samples = discretisation_errors(self.balance, curve)
+        by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),

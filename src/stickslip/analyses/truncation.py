@@ -7,6 +7,7 @@ import numpy as np
 from stickslip.checks import Array
 from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import CurvePoint
@@ -19,12 +20,12 @@ times as large on ready rigs (docs/choose.md), so 1 % does not pass without one.
 
 TRUNCATION_ERROR = {
     "units": "1",
-    "long_name": "change of X_1 at the highest peak by more harmonics, estimated",
+    "long_name": "change of the output at its highest peak by more harmonics, estimated",
 }
 
 SAMPLING_ERROR = {
     "units": "1",
-    "long_name": "change of X_1 at the highest peak by more samples, estimated",
+    "long_name": "change of the output at its highest peak by more samples, estimated",
 }
 
 SAMPLES_PER_HARMONIC = 8
@@ -39,9 +40,11 @@ MOST_UNKNOWNS = 3000
 """Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
 
 
-def discretisation_errors(balance: HarmonicBalance, curve: Curve) -> tuple[Array, Array]:
+def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, Array]:
     """What more harmonics, and what more samples, would change of every output at its highest peak, else at the largest point:
     (outputs,) each; NaN without a point, and where the contacts that slip are so many that no harmonic beyond H can be looked at.
+
+    Of the first harmonic where peaks are of its amplitude, else of all harmonics of the motion together.
     """
     outputs = range(len(balance.problem.outputs))
     errors, known = np.full((2, len(outputs)), np.nan), dict[float, Array]()
@@ -50,16 +53,16 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve) -> tuple[Array
         if not points:
             continue
         row = balance.rows + output
-        highest = max(points, key=lambda point: float(np.hypot(*point.evaluation.w[row, balance.first])))
+        highest = max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega))
         omega = highest.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
-            known[near] = _at_point(balance, highest)
+            known[near] = _at_point(balance, highest, balance.first if measure.kind == "amplitude" else slice(1, None))
         errors[:, output] = known[near][:, output]
     return errors[0], errors[1]
 
 
-def _at_point(balance: HarmonicBalance, point: CurvePoint) -> Array:
+def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Array:
     """By harmonics and by samples, (2, outputs), with the same many samples, so that neither counts the other."""
     rows = max(point.active / balance.kept.size, 1.0)
     beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
@@ -67,9 +70,10 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint) -> Array:
         return np.full((2, len(balance.problem.outputs)), np.nan)
     finer = finer_balance(balance.problem, beyond, MORE_SAMPLES * balance.tables.E.shape[0])
     sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
-    by_samples = change_by(sampled, balance, point.evaluation)
-    by_harmonics = change_by(finer, balance, point.evaluation) - by_samples
-    return np.array([np.hypot(*by_harmonics.T), np.hypot(*by_samples.T)])
+    by_samples = change_by(sampled, balance, point.evaluation, counted)
+    by_harmonics = change_by(finer, balance, point.evaluation, counted)
+    by_harmonics[:, : by_samples.shape[1]] -= by_samples
+    return np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
 
 
 def finer_balance(problem: Problem, harmonics: int, samples: int) -> HarmonicBalance:

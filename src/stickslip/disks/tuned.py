@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from math import gcd
 from typing import Any
 
 import numpy as np
@@ -116,6 +117,35 @@ class TunedDisk(Problem):
         """A copy under another engine order."""
         return replace(self, engine_order=engine_order)
 
+    def with_engine_orders(self, amplitudes: Mapping[int, complex]) -> TunedDisk:
+        """A copy under several engine orders at once: p_j(t) = Re Σ_EO a_EO F exp(i EO (Ωt − 2πj/N)), Ω the rotor speed.
+
+        amplitudes: {EO: a_EO}, complex factors on the first harmonic F of each force. All engine orders are harmonics EO/g of one
+        excitation g Ω, g their greatest common divisor, which is the `engine_order` of the copy, modulo N: a frequency f of its
+        response belongs to the speed 60 f/g rev/min, and `harmonics` must hold each EO/g. Where no engine order is g itself, peaks
+        are those of `measure="max_abs"` or "rms", since the first harmonic is not excited.
+        """
+        given = {whole("engine order", order): complex(amplitude) for order, amplitude in amplitudes.items()}
+        if not given or min(given) < 1:
+            raise fault("engine orders", "must hold at least one, each from 1 on", sorted(given))
+        common = gcd(*given)
+        forces = tuple(_under_orders(force, {order // common: given[order] for order in sorted(given)}) for force in self.forces)
+        speed = None if self.speed is None else replace(self.speed, engine_order=common)
+        return replace(self, forces=forces, engine_order=common % self.sectors, speed=speed)
+
+    def with_blade_rows(self, pressures: Mapping[int, Sequence[complex]]) -> TunedDisk:
+        """A copy under the wakes of neighbouring blade rows: a row of V blades excites the engine orders V, 2V, 3V, ...
+
+        pressures: {V: (a_1, a_2, ...)}, the harmonics of the blade passing as complex factors on the first harmonic of each force;
+        equal engine orders of two rows add. Frequencies and harmonics as of `with_engine_orders`.
+        """
+        amplitudes: dict[int, complex] = {}
+        for blades, harmonics in pressures.items():
+            for k, amplitude in enumerate(several("pressures", harmonics), start=1):
+                order = k * whole("number of blades", blades)
+                amplitudes[order] = amplitudes.get(order, 0.0) + complex(amplitude)
+        return self.with_engine_orders(amplitudes)
+
     def with_aerodynamics(self, *aerodynamics: Aerodynamics) -> TunedDisk:
         """A copy with other gas forces that go with the motion; none given: without them."""
         return replace(self, aerodynamics=aerodynamics)
@@ -180,6 +210,17 @@ class TunedDisk(Problem):
     def _output(self, output: str | Output, sector: int) -> Output:
         given = Output.of(output)
         return Output(f"{sector}/{given.name}", self._named(given.direction, sector))
+
+
+def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
+    """A force whose first harmonic becomes several, {harmonic: factor}."""
+    if not any(force.amplitudes.values()):
+        return force
+    if set(force.amplitudes) != {1}:
+        raise fault(
+            f"The force {force.name or force.direction!r}", "must have the first harmonic alone", sorted(force.amplitudes)
+        )
+    return replace(force, amplitude={h: factor * force.amplitudes[1] for h, factor in factors.items()})
 
 
 def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:

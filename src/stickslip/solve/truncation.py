@@ -59,9 +59,9 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
     return Truncation(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
 
 
-def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation) -> Array:
-    """By how much the first harmonic X_1 of each output would change with the harmonics and samples of `finer`: ΔX_1/|X_1|, real
-    and imaginary part, (outputs, 2).
+def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice) -> Array:
+    """By how much each output would change with the harmonics and samples of `finer`, relative: ΔX/|X| of the counted columns of
+    the motion, (outputs, columns of `finer`, 0 in those that do not count).
 
     One Newton step of `finer` at the same frequency, from the padded solution: it includes the coupling of the truncated
     harmonics, which matters where one of them falls on a mode. 0 for an output at rest.
@@ -69,9 +69,10 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
     point, rows = evaluation.point, slice(balance.rows, None)
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
     change = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None]).motion[0]
-    size = np.hypot(*evaluation.w[rows, balance.first].T)
-    moving = size > AT_REST * size.max(initial=0.0)
-    relative: Array = np.where(moving, 1.0 / np.where(moving, size, 1.0), 0.0)[:, None] * change[rows, balance.first]
+    size = np.linalg.norm(evaluation.w[rows, counted], axis=1)
+    moving = size > AT_REST * np.linalg.norm(evaluation.w[rows, 1:], axis=1).max(initial=0.0)
+    relative = np.zeros((size.size, finer.columns))
+    relative[moving, counted] = change[rows, counted][moving] / size[moving, None]
     return relative
 
 
