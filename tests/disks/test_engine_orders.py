@@ -1,0 +1,78 @@
+"""Several engine orders at once on a tuned disk: sums of linear responses, the full disk, wakes of blade rows."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.checks import InputError
+
+
+@pytest.fixture(scope="module")
+def disk():
+    return ss.rigs.lumped_blisk("W", sectors=12)
+
+
+@pytest.fixture(scope="module")
+def speeds(disk):
+    """Turns a second at which engine orders 2 and 3 meet the first mode of their nodal diameters, all contacts stuck."""
+    return [float(disk.modes(order).frequencies[0]) / order for order in (2, 3)]
+
+
+def harmonic(response, point, h):
+    return complex(*response.dataset.response.values[0, point, 0, h])
+
+
+def test_far_below_slip_each_engine_order_moves_as_if_alone(disk, speeds):
+    amplitudes = {2: 1.0, 3: 0.5 - 0.2j}
+    both = ss.forced_response(disk.with_engine_orders(amplitudes), speeds, force=1e-3, harmonics=3)
+    for order, factor in amplitudes.items():
+        alone = disk.with_engine_order(order)
+        for point, speed in enumerate(speeds):
+            expected = factor * harmonic(ss.forced_response(alone, [order * speed], force=1e-3, harmonics=1), 0, 1)
+            assert harmonic(both, point, order) == pytest.approx(expected, rel=1e-9)
+
+
+def test_one_sector_moves_as_the_full_disk_does_in_slip(disk, speeds):
+    excited = disk.with_engine_orders({2: 1.0, 3: 0.5})
+    how = {"force": 0.4, "harmonics": 4, "samples": 96}
+    sector = ss.forced_response(excited, speeds[:1], **how)
+    whole = ss.forced_response(excited.full([1, 2]), speeds[:1], **how).dataset.response.values[0, 0]
+    assert float(sector.dataset.share_slip.max()) > 0.1
+    one = sector.dataset.response.values[0, 0, 0] @ [1.0, 1j]
+    first, second = whole @ [1.0, 1j]
+    np.testing.assert_allclose(first, one, atol=1e-8 * abs(one).max())
+    late = np.exp(-2j * np.pi * np.arange(5) / 12)
+    np.testing.assert_allclose(second, one * late, atol=1e-8 * abs(one).max())
+
+
+def test_truncation_is_judged_by_the_whole_motion_where_the_first_harmonic_is_not_excited(disk, speeds):
+    excited = disk.with_engine_orders({2: 1.0, 3: 0.5})
+    few, many = (
+        ss.forced_response(excited, speeds[:1], force=0.4, harmonics=H, samples=528, measure="max_abs").dataset for H in (5, 24)
+    )
+    change = abs(float(few.max_abs[0, 0, 0]) / float(many.max_abs[0, 0, 0]) - 1.0)
+    assert change < 0.01
+    assert change / 10.0 < float(few.truncation_error[0, 0]) < 0.05
+
+
+def test_wakes_of_blade_rows_are_engine_orders(disk):
+    rows = disk.with_blade_rows({4: [1.0, 0.25], 8: [0.5j]})
+    orders = disk.with_engine_orders({4: 1.0, 8: 0.25 + 0.5j})
+    assert rows.engine_order == orders.engine_order == 4
+    assert rows.forces[0].amplitudes == orders.forces[0].amplitudes == {1: 1.0, 2: 0.25 + 0.5j}
+    assert disk.with_engine_orders({16: 1.0, 32: 1.0}).engine_order == 16 % 12
+    assert rows.forces[1:] == disk.forces[1:]
+
+
+@pytest.mark.parametrize(
+    ("amplitudes", "words"),
+    [({}, "must hold at least one"), ({0: 1.0}, "each from 1 on"), ({2.5: 1.0}, "engine order must be a whole number")],
+)
+def test_wrong_engine_orders_are_refused(disk, amplitudes, words):
+    with pytest.raises(InputError, match=words):
+        disk.with_engine_orders(amplitudes)
+
+
+def test_a_force_with_harmonics_of_its_own_is_refused(disk):
+    with pytest.raises(InputError, match="must have the first harmonic alone"):
+        disk.with_engine_orders({2: 1.0}).with_engine_orders({2: 1.0, 3: 1.0}).with_engine_orders({1: 1.0})
