@@ -122,7 +122,7 @@ class TunedDisk(Problem):
 
         amplitudes: {EO: a_EO}, complex factors on the first harmonic F of each force. All engine orders are harmonics EO/g of one
         excitation g Ω, g their greatest common divisor, which is the `engine_order` of the copy, modulo N: a frequency f of its
-        response belongs to the speed 60 f/g rev/min, and `harmonics` must hold each EO/g. Where no engine order is g itself, peaks
+        response belongs to the speed 60 f/g rev/min, and `harmonics` must hold each EO/g. Where no engine order is g, peaks
         are those of `measure="max_abs"` or "rms", since the first harmonic is not excited.
         """
         given = {whole("engine order", order): complex(amplitude) for order, amplitude in amplitudes.items()}
@@ -136,7 +136,7 @@ class TunedDisk(Problem):
     def with_blade_rows(self, pressures: Mapping[int, Sequence[complex]]) -> TunedDisk:
         """A copy under the wakes of neighbouring blade rows: a row of V blades excites the engine orders V, 2V, 3V, ...
 
-        pressures: {V: (a_1, a_2, ...)}, the harmonics of the blade passing as complex factors on the first harmonic of each force;
+        pressures: {V: (a_1, a_2, ...)}, the harmonics of the blade passing as complex factors on the first harmonic of a force;
         equal engine orders of two rows add. Frequencies and harmonics as of `with_engine_orders`.
         """
         amplitudes: dict[int, complex] = {}

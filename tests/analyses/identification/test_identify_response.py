@@ -331,17 +331,17 @@ def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
     amplitude[top] *= over
     settings = {"tries": 0, "samples": 128, "harmonics": 3}
     sound = ss.identify_response(one_mass, FREE, tests, **settings)
-    assert not np.any(sound.dataset["apart"])
+    assert not np.any(sound.dataset["outlier"])
     assert "miss" not in " ".join(sound.notes)
     found = ss.identify_response(one_mass, FREE, [replace(tests[0], amplitude=amplitude), *tests[1:]], **settings)
-    marked = np.argwhere(found.dataset["apart"].values > 0.0)
+    marked = np.argwhere(found.dataset["outlier"].values > 0.0)
     assert marked.tolist() == [[0, top]]
     said = " ".join(found.notes)
     assert f"1 point of {tests[0].name} misses the fit to the others: at {np.asarray(tests[0].frequency)[top]:.5g} Hz" in said
     assert "clipped" in said
     assert "as noise is" not in said
-    assert found.dataset["value_without"].values == pytest.approx(sound.dataset["value"].values, rel=0.02)
-    assert float(found.dataset["missed"].values[0, top]) == pytest.approx(over - 1.0, abs=0.04)
+    assert found.dataset["value_without_outliers"].values == pytest.approx(sound.dataset["value"].values, rel=0.02)
+    assert float(found.dataset["outlier_deviation"].values[0, top]) == pytest.approx(over - 1.0, abs=0.04)
 
 
 def test_a_flat_top_is_said():

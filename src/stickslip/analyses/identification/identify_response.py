@@ -19,7 +19,7 @@ from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
-from stickslip.analyses.identification.outlying import fitted_without
+from stickslip.analyses.identification.outliers import fitted_without
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
 from stickslip.checks import Array, InputError, among, between, fault, numbers, of_kind, positive, seed_of, several, truth, unique
@@ -197,7 +197,7 @@ class ResponseIdentificationWork:
         return start_space(balance, found.evaluation, self.rule, self.share)
 
     def solve(self, case: int, report: Report) -> Arrays:
-        """The variables of the fit; and where points of tests lie apart from it, those without these points."""
+        """The variables of the fit; and where tests have outliers, those without them."""
         started = time.process_time()
         with threadpool_limits(1, user_api="blas"):
             fit = self.fit()
@@ -208,8 +208,8 @@ class ResponseIdentificationWork:
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
             else:
-                apart = fitted_without(fit, x, self.evaluations)
-                bounds = {"x_without": apart.x, "apart": apart.errors, "missed": apart.missed}
+                outliers = fitted_without(fit, x, self.evaluations)
+                bounds = {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
         return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **bounds}
 
     def finished(

@@ -95,7 +95,7 @@ class Variable:
 @dataclass(eq=False)
 class ResponseFit:
     """The least squares of several tests; `start_deviation`: of the start variables' prior; `evaluated`: called with the number
-    of each evaluation; `left_out`: of each test, points (n,) whose residuals count as zero."""
+    of each evaluation; `excluded`: of each test, points (n,) whose residuals count as zero."""
 
     tests: Sequence[FittedTest | EnclosedTest]
     free: Mapping[str, FreeParameter]
@@ -104,7 +104,7 @@ class ResponseFit:
     computed: list[ComputedResponse | None] = field(default_factory=list)
     evaluations: int = 0
     evaluated: Callable[[int], object] = lambda count: None
-    left_out: Sequence[NDArray[np.bool_]] = ()
+    excluded: Sequence[NDArray[np.bool_]] = ()
 
     @cached_property
     def variables(self) -> list[Variable]:
@@ -200,8 +200,8 @@ class ResponseFit:
         if "start" in places:
             slopes[:, places["start"]] = chain * found.by_start
         apart, rows = _compared(model, shown, slopes)
-        if self.left_out:
-            kept = np.tile(~self.left_out[t], apart.size // self.left_out[t].size)
+        if self.excluded:
+            kept = np.tile(~self.excluded[t], apart.size // self.excluded[t].size)
             apart, rows = apart * kept, rows * kept[:, None]
         return apart, rows
 
@@ -327,7 +327,7 @@ class ResponseFit:
 
     def without(self, marks: Sequence[NDArray[np.bool_]]) -> ResponseFit:
         """The fit without marked points of each test."""
-        return replace(self, left_out=marks, _last={})
+        return replace(self, excluded=marks, _last={})
 
     def _between_tests(self, residuals: Array, J: Array) -> Array:
         """Standard errors of the shared variables by the disagreement of the tests."""

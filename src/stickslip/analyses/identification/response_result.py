@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.analyses.identification.model_error import FEWEST_TESTS, above_noise
-from stickslip.analyses.identification.outlying import moved, notes_on_outlying
+from stickslip.analyses.identification.outliers import moved, notes_on_outliers
 from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
 from stickslip.checks import Array, counted
 from stickslip.measurement.measured_response import MeasuredResponse
@@ -47,7 +47,7 @@ def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any
 def dataset_of_fit(
     fit: ResponseFit, x: Array, statistics: FitStatistics, held_out: Array, solution: Mapping[str, Any]
 ) -> xr.Dataset:
-    """The labelled result; solution: what the fit gave beside x, with points that lie apart and the variables without them."""
+    """The labelled result; solution: what the fit gave beside x, with outliers and the variables without them."""
     import xarray as xr
 
     variables, tests = fit.variables, [model.test for model in fit.tests]
@@ -89,14 +89,16 @@ def dataset_of_fit(
         ),
         "held_out": _described("test", held_out, "1", "misfit with the parameters of the other tests"),
     }
-    if "apart" in solution:
+    if "outlier" in solution:
         ends_of = np.cumsum([np.size(test.frequency) for test in tests])[:-1]
-        apart, missed = (np.split(np.asarray(solution[key]), ends_of) for key in ("apart", "missed"))
+        errors, deviations = (np.split(np.asarray(solution[key]), ends_of) for key in ("outlier", "outlier_deviation"))
         without = np.asarray(solution["x_without"])
         other = [fit.free[n].value(float(without[k])) for n, k in zip(names, shared, strict=True)]
-        data["apart"] = _described(at, along(lambda t: apart[t], 0.0), "1", "standard errors by which a point lies apart, else 0")
-        data["missed"] = _described(at, along(lambda t: missed[t], 0.0), "1", "by which it misses, relative to the computed")
-        data["value_without"] = _described("parameter", other, "as given", "value without the points that lie apart")
+        data["outlier"] = _described(
+            at, along(lambda t: errors[t], 0.0), "1", "residual of an outlier in standard errors, else 0"
+        )
+        data["outlier_deviation"] = _described(at, along(lambda t: deviations[t], 0.0), "1", "of an outlier, relative to the fit")
+        data["value_without_outliers"] = _described("parameter", other, "as given", "value without the outliers")
     widest = max(fit.starts(x, t).size for t in range(len(tests)))
     if widest:
         rows = [np.pad(s, (0, widest - s.size), constant_values=np.nan) for s in (fit.starts(x, t) for t in range(len(tests)))]
@@ -160,7 +162,7 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
         how = "by any start state" if {"start_variables", "lower"} & {*dataset} else "by these parameters"
         sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
         found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
-    found += _about_outlying(fit, dataset)
+    found += _about_outliers(fit, dataset)
     found += _about_misfit(fit, x, statistics, dataset)
     if fit.unfinished(x):
         found.append("The fit stopped before it converged: raise `evaluations`. The intervals mean little.")
@@ -170,13 +172,14 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     return found
 
 
-def _about_outlying(fit: ResponseFit, dataset: xr.Dataset) -> list[str]:
-    """Which points lie apart, and how far the parameters move without them."""
-    if "apart" not in dataset or not np.any(dataset["apart"].values):
+def _about_outliers(fit: ResponseFit, dataset: xr.Dataset) -> list[str]:
+    """The outliers, and how far the parameters move without them."""
+    if "outlier" not in dataset or not np.any(dataset["outlier"].values):
         return []
-    found = notes_on_outlying([model.test for model in fit.tests], list(dataset["apart"].values), list(dataset["missed"].values))
+    tests, errors, deviations = [model.test for model in fit.tests], dataset["outlier"], dataset["outlier_deviation"]
+    found = notes_on_outliers(tests, list(errors.values), list(deviations.values))
     names, ends = [str(name) for name in dataset["parameter"].values], (dataset["low"].values, dataset["high"].values)
-    return [*found, moved(names, dataset["value"].values, ends, dataset["value_without"].values)]
+    return [*found, moved(names, dataset["value"].values, ends, dataset["value_without_outliers"].values)]
 
 
 def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset) -> list[str]:
@@ -189,8 +192,8 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
         return [f"{words}; the intervals mean little."] if large else []
     if statistics.one_in == 1.0:
         noise = "From point to point the residuals are independent, as noise is: the intervals hold that."
-        if "apart" in dataset and np.any(dataset["apart"].values):
-            noise = "Points that lie apart are part of it."
+        if "outlier" in dataset and np.any(dataset["outlier"].values):
+            noise = "Outliers are part of it."
         return [f"The tests scatter more than stated: {sizes}. {noise}"] if large else []
     if not large and np.sqrt(statistics.noise) < SEEN:
         return []

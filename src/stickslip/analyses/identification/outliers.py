@@ -1,4 +1,4 @@
-"""Points of measured responses that lie far from the fit, such as those of a clipped sensor: found, and what the fit is without.
+"""Outliers: points of measured responses far from the fit, such as those of a clipped sensor; and the fit without them.
 
 One of them moves parameters by more than intervals hold, since these take the residuals for noise.
 """
@@ -15,17 +15,17 @@ from stickslip.analyses.identification.response_fit import ResponseFit
 from stickslip.checks import Array, counted
 from stickslip.measurement.measured_response import MeasuredResponse
 
-APART = 5.0
-"""Standard errors from which a point lies apart: noise exceeds them once in two million."""
+OUTLIER = 5.0
+"""Standard errors from which a point is an outlier: noise exceeds them once in two million."""
 
 NORMAL = 0.6745
 """Median of the size of noise of standard deviation 1."""
 
 MOST = 0.1
-"""Share of the points that may lie apart: of more the model is at fault."""
+"""Share of the points that may be outliers: of more the model is at fault."""
 
 ROUNDS = 5
-"""Fits without the points that lie apart, at most: each may show others."""
+"""Fits without outliers, at most: each may show others."""
 
 LISTED = 3
 """Points that a sentence names."""
@@ -34,29 +34,29 @@ Marks = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Outlying:
-    """Of all points in turn: errors: by how many standard errors those that lie apart miss, 0 of the others; missed: by which
-    share of the computed response per force, below 0 where the measured one is smaller; x: the variables without these points."""
+class Outliers:
+    """Of all points in turn: errors: residuals of outliers in standard errors, 0 of the other points; deviation: relative to the
+    computed response per force, below 0 where the measured one is smaller; x: the variables without the outliers."""
 
     errors: Array
-    missed: Array
+    deviation: Array
     x: Array
 
 
-def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outlying:
-    """The points that lie apart from a fit, which are those that lie apart from the fit without them."""
+def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outliers:
+    """The outliers of a fit, which are those of the fit without them."""
     marks = [np.zeros(np.size(model.test.frequency), dtype=bool) for model in fit.tests]
     errors = _errors(fit, x, marks)
     for _ in range(ROUNDS):
-        before, marks = marks, [one > APART for one in errors]
+        before, marks = marks, [one > OUTLIER for one in errors]
         if sum(map(np.count_nonzero, marks)) > MOST * sum(one.size for one in marks):
             marks = [np.zeros_like(one) for one in marks]
         if all(map(np.array_equal, marks, before)):
             break
         x = fit.without(marks).solved(x, evaluations)
         errors = _errors(fit, x, marks)
-    apart = np.concatenate(marks)
-    return Outlying(np.where(apart, np.concatenate(errors), 0.0), np.where(apart, _missed(fit, x), 0.0), x)
+    found = np.concatenate(marks)
+    return Outliers(np.where(found, np.concatenate(errors), 0.0), np.where(found, _deviation(fit, x), 0.0), x)
 
 
 def _errors(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> list[Array]:
@@ -84,11 +84,11 @@ def _priors(fit: ResponseFit) -> Marks:
 
 
 def _usual(residuals: Array) -> float:
-    """Standard deviation of residuals by their median size, which a few that lie apart do not move."""
+    """Standard deviation of residuals by their median size, which a few outliers do not move."""
     return float(np.median(np.abs(residuals))) / NORMAL
 
 
-def _missed(fit: ResponseFit, x: Array) -> Array:
+def _deviation(fit: ResponseFit, x: Array) -> Array:
     """Distance of the measured from the computed response per force, relative to the latter, below 0 where it is smaller."""
     fit.residuals(x)
     found = []
@@ -100,10 +100,10 @@ def _missed(fit: ResponseFit, x: Array) -> Array:
     return np.concatenate(found)
 
 
-def notes_on_outlying(tests: Sequence[MeasuredResponse], errors: Sequence[Array], missed: Sequence[Array]) -> list[str]:
-    """Which points of each test lie apart."""
+def notes_on_outliers(tests: Sequence[MeasuredResponse], errors: Sequence[Array], deviations: Sequence[Array]) -> list[str]:
+    """The outliers of each test."""
     found = []
-    for test, error, share in zip(tests, errors, missed, strict=True):
+    for test, error, share in zip(tests, errors, deviations, strict=True):
         at = np.argsort(-error, kind="stable")[: np.count_nonzero(error)]
         if not at.size:
             continue
@@ -118,7 +118,7 @@ def notes_on_outlying(tests: Sequence[MeasuredResponse], errors: Sequence[Array]
 
 
 def moved(names: Sequence[str], values: Array, ends: tuple[Array, Array], without: Array) -> str:
-    """How far the parameters move without the points that lie apart; ends: of their 95 % intervals."""
+    """How far the parameters move without the outliers; ends: of their 95 % intervals."""
     words = []
     for name, value, low, high, other in zip(names, values, *ends, without, strict=True):
         change = f"{100.0 * (other - value) / abs(value):+.2g} %" if value else f"{other - value:+.2g}"
