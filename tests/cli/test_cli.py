@@ -385,3 +385,20 @@ def test_two_runs_do_not_share_a_folder(one_mass, tmp_path):
     with claimed(tmp_path):
         assert_refused(stickslip_command("run", one_mass, "--out", tmp_path), "--out must not be in use by another run")
     assert not list(tmp_path.glob("results*"))
+
+
+def test_a_mode_that_does_not_exist_is_refused_before_the_sweep(one_mass):
+    one_mass.write_text(ONE_MASS + "\n[isolated]\nmode = 9\n")
+    shown = stickslip_command("check", one_mass)
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "mode must be at most 1, but is 9" in shown.output
+
+
+def test_a_quantity_of_results_that_have_none_is_refused(one_mass, tmp_path):
+    text = QUICK.replace('"forced_response"', '"nonlinear_modes"')
+    one_mass.write_text(text + "\n[nonlinear_modes]\nmode = 1\namplitude = [0.5, 5.0]\n")
+    assert stickslip_command("run", one_mass, "--out", tmp_path / "out", "--workers", 1).exit_code == 0
+    shown = stickslip_command("export", tmp_path / "out", "--out", tmp_path / "modes.csv", "--quantity", "inertance")
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "--quantity must stand with response curves" in " ".join(shown.output.split())
+    assert not list(tmp_path.glob("*.csv"))

@@ -134,7 +134,7 @@ def test_very_long_curves_are_thinned(tmp_path):
     )
     work = study.read(tmp_path / "study.toml").plan.works[""]
     assert np.size(work.tests[0].frequency) == 910
-    assert "910 of 10001 points of swept are used, one in 11: most_points says other." in work.remarks
+    assert "910 of 10001 points of swept are used, one in 11: most_points says other." in work.tests[0].notes
     assert "10000 of 20001 points lie outside the band of [sweep] and are not used." in work.remarks
 
 

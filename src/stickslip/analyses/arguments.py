@@ -75,12 +75,12 @@ def point_of(what: str, given: Any, ranges: Mapping[str, Ends]) -> tuple[float, 
     return tuple(point.values())
 
 
-def output_of(problem: Problem, output: Any) -> int:
-    """The number of an output of a problem."""
+def output_of(problem: Problem, output: Any, what: str = "output") -> int:
+    """The number of an output of a problem; what: the argument that names it."""
     of_kind("problem", problem, Problem)
-    number = whole("output", output)
+    number = whole(what, output)
     if not 0 <= number < len(problem.outputs):
-        raise fault("output", f"must be 0 to {len(problem.outputs) - 1}", number)
+        raise fault(what, f"must be 0 to {len(problem.outputs) - 1}", number)
     return number
 
 

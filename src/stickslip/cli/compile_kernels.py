@@ -51,6 +51,7 @@ def small_cases() -> dict[str, Callable[[], Any]]:
     return {
         "forced response": lambda: ss.forced_response(mass, band, 1.0, harmonics=3, samples=64).with_stability().at([0.16]),
         "contact laws": lambda: ss.forced_response(laws, band, 1.0, harmonics=3, samples=64).with_stability(),
+        "branch points": lambda: transposed_system(mass),
         "sensitivity": lambda: ss.sensitivity(mass, 0.17, {}, harmonics=3, samples=64),
         "controlled response": lambda: ss.controlled_response(mass, band, 0.5, harmonics=3, samples=64),
         "nonlinear mode": lambda: ss.nonlinear_modes(mass, 1, (0.1, 3.0), harmonics=3, samples=64),
@@ -62,6 +63,19 @@ def small_cases() -> dict[str, Callable[[], Any]]:
         "bounds": lambda: ss.response_bounds(mass, [0.17], 1.0, points=2, cloud=4, starts=1, harmonics=3, samples=64),
         "identification": lambda: relaxed_cycle(elements_of(damper), 50.0, motion.samples(64)),
     }
+
+
+def transposed_system(problem: Problem) -> None:
+    """Solve Newton's linear system with its transpose, as the search of branch points does."""
+    import numpy as np
+
+    from stickslip.harmonic.balance import HarmonicBalance, Point
+    from stickslip.solve.sensitivity import solved_factors
+
+    balance = HarmonicBalance(problem, 3, 64)
+    forces = np.zeros((balance.rows, balance.columns))
+    factors = solved_factors(balance, balance.evaluate(Point(forces, 1.0, 10.0)))
+    factors.solve_transposed(np.ones((1, factors.bordered.offsets[-1] + 1)))
 
 
 def mass_with_laws() -> Problem:

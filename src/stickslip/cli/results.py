@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from stickslip.report.presentation import Presentation
+
 FIGURES, FORMATS = "figures", ("png", "svg")
 """Where figures go beside results, and as what."""
 
@@ -89,6 +91,8 @@ def export(
     sources = results_in(results)
     say_several(sources, results)
     datasets = {name: open_results(file) for name, file in sources.items()}
+    for dataset in datasets.values() if quantity is not None or per_force else ():
+        refuse_quantity(presentation_of(dataset), dataset, quantity)
     if out.suffix == ".mat":
         from stickslip.results.matlab import save_all_mat
 
@@ -110,6 +114,16 @@ def export(
         say(f"Wrote {path}")
     for sentence in notes:
         say(sentence)
+
+
+def refuse_quantity(presentation: Presentation, dataset: xr.Dataset, quantity: str | None) -> None:
+    """Refuse a quantity for results that are no response curves, whose tables have columns of their own."""
+    if presentation.responses:
+        return
+    option, value = ("--per-force", True) if quantity is None else ("--quantity", quantity)
+    tables = ", ".join(presentation.tables(dataset))
+    remedy = f"Leave it out: {presentation.title} results are exported as they are, {tables}."
+    raise fault(option, "must stand with response curves, of which alone other quantities are made", value, remedy)
 
 
 def say_several(files: Mapping[str, Path], folder: Path) -> None:

@@ -231,11 +231,13 @@ def computed_and_written(run: Run, figures: bool) -> list[str]:
 
 
 def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
-    """The results; a study that turns out to be wrong leaves nothing behind."""
+    """The results; a study that turns out to be wrong before a curve is completed leaves nothing behind."""
     try:
         with progress_bar(run.words) as report:
             return run.computed(kept, report)
     except InputError:
+        if len(kept):
+            raise
         kept.remove(kept.folder)
         if not any(run.folder.iterdir()):
             run.folder.rmdir()
@@ -257,7 +259,7 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
     """Whatever stops the block, say what is kept."""
     try:
         yield
-    except (KeyboardInterrupt, OSError, MemoryError):
+    except (KeyboardInterrupt, OSError, MemoryError, InputError):
         if len(kept):
             curves = counted(len(kept), "completed curve")
             warn(f"Kept {curves} in {kept.folder}; run the same command with --resume to continue.")

@@ -53,10 +53,10 @@ def slip_level(balance: ModeBalance) -> float:
     """The path parameter at which the stuck mode makes the first contact slip or open."""
     size = float(np.max(np.abs(balance.shape[: balance.rows]), initial=0.0))
     if size <= NODE * balance.largest_motion:
-        raise InputError("amplitude must be given, since the contacts do not move in this mode. Give it as (low, high).")
+        raise InputError("amplitude must be given, since no contact moves in this mode. Give it as (low, high).")
     low = high = smallest = balance.level_of(TINY / size)
     if not _stuck(balance, low):
-        why = "slip or are open however small it is"
+        why = "are nonlinear, slip or are open however small it is"
         raise InputError(f"amplitude must be given, since the contacts {why}. Give it as (low, high).")
     while _stuck(balance, high):
         low, high = high, high + 1.0

@@ -23,6 +23,13 @@ if TYPE_CHECKING:
 MOST_LEVELS = 12
 """Force levels of a mode that a summary lists."""
 
+ROUGH = 0.2
+"""Damping ratio above which a free decay has little to do with the mode (docs/modes.md, "High damping")."""
+
+HIGH = "Above a damping ratio of 20 % a free motion decays within a few periods: take its frequency and damping as rough."
+
+VERY_HIGH = "Above a damping ratio of 100 % there is no free vibration: take frequency and damping as those of a forced motion."
+
 
 def sentences(dataset: xr.Dataset) -> list[str]:
     """Where each mode begins and ends, and the largest damping ratio on the way."""
@@ -42,11 +49,15 @@ def sentences(dataset: xr.Dataset) -> list[str]:
             f"{name}: {hertz(ends[0])} Hz at the smallest amplitude, {hertz(ends[1])} Hz at the largest; most damping "
             f"{percent(ratio)} at {hertz(float(one['frequency'][most]))} Hz, where {output} moves by {length_text(amplitude)}"
         )
+        if ratio > ROUGH:
+            lines.append(f"  warning, {name}: {VERY_HIGH if ratio > 1.0 else HIGH}")
         if _has_levels(dataset):
             lines += _level_lines(one, output)
         if warning := str(one["synthesis_warning"].item()):
             lines.append(f"  warning, {name}: {warning}")
-        lines += [f"  {name}: {words}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words]
+        lines += [
+            f"  {name}: {words.rstrip('.')}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words
+        ]
     return lines
 
 

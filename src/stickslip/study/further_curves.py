@@ -8,10 +8,10 @@ from typing import Annotated
 from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, NonlinearModesWork, nonlinear_modes, numbers_of
 from stickslip.checks import MOST, fault, unique
 from stickslip.problem.many_periods import MOST_PERIODS
-from stickslip.study.analysis import Asked
+from stickslip.study.analysis import Asked, Sweep
 from stickslip.study.fields import Table, by_form
 from stickslip.study.tables import Ends
 from stickslip.study.units import LENGTH
@@ -54,6 +54,11 @@ class IsolatedTable(Table):
         ),
     ] = 1
 
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """The amplitudes as a pair."""
+        return None if self.amplitude is None else (self.amplitude[0], self.amplitude[1])
+
 
 class BranchesTable(Table):
     """Branches at all branch points of the curves."""
@@ -77,9 +82,20 @@ class FurtherCurves:
         for name, table in (("isolated", isolated), ("branches", branches)):
             if table is not None and asked.sweep is not None and isinstance(asked.sweep.frequencies, tuple):
                 raise fault(f"[{name}]", "must go with a band, [sweep] frequency", "listed frequencies, [sweep] at")
-        return cls(
+        found = cls(
             isolated if isinstance(isolated, IsolatedTable) else None, branches if isinstance(branches, BranchesTable) else None
         )
+        if found.isolated is not None and found.isolated.mode is not None and asked.sweep is not None:
+            found._refuse_modes(found.isolated, asked.sweep)
+        return found
+
+    def _refuse_modes(self, table: IsolatedTable, sweep: Sweep) -> None:
+        """What would stop the modes when all sweeps are done: a number beyond the structure's, contacts at a node, amplitudes."""
+        numbers = numbers_of(sweep.problem, table.mode, None, 0, False)
+        loaded = max((h for force in sweep.problem.forces for h in force.factors), default=1)
+        harmonics = max(loaded, 1) if sweep.harmonics == "auto" else sweep.harmonics
+        listed = harmonics if isinstance(harmonics, int) else list(harmonics)
+        NonlinearModesWork.of(sweep.problem, numbers, table.ends, 0, listed, sweep.samples, "first")
 
     @property
     def periods(self) -> int:
@@ -95,6 +111,5 @@ class FurtherCurves:
     def _modes(self, table: IsolatedTable, work: ForcedResponseWork) -> list[NonlinearModes]:
         if table.mode is None:
             return []
-        ends = None if table.amplitude is None else (table.amplitude[0], table.amplitude[1])
         harmonics = work.harmonics if isinstance(work.harmonics, int) else list(work.harmonics)
-        return [nonlinear_modes(work.problem, table.mode, ends, harmonics, work.samples)]
+        return [nonlinear_modes(work.problem, table.mode, table.ends, harmonics, work.samples)]

@@ -89,5 +89,5 @@ def test_what_a_mode_refuses():
         ss.nonlinear_modes(problem, 1, harmonics="auto")
     with pytest.raises(ss.InputError, match="phase_at"):
         ss.nonlinear_modes(problem.with_start(ss.TractionRatio(0.5)), 1, amplitude=(0.5, 2.0), phase_at=0)
-    with pytest.raises(ss.InputError, match="output"):
+    with pytest.raises(ss.InputError, match="phase_at must be 0 to 0"):
         ss.nonlinear_modes(problem, 1, phase_at=4)

@@ -158,3 +158,17 @@ def test_the_negative_damping_of_all_harmonics_changes_a_strongly_damped_mode():
     assert as_if_viscous(published, 1.0) / SWEPT[1.0] - 1.0 == pytest.approx(0.018, abs=5e-4)
     assert as_if_viscous(first, 1.0) / SWEPT[1.0] - 1.0 == pytest.approx(0.015, abs=5e-4)
     assert published.peaks([1.0])["amplitude"].iloc[0] / SWEPT[1.0] - 1.0 == pytest.approx(0.003, abs=3e-4)
+
+
+def test_peaks_are_compared_with_those_of_the_same_resonance():
+    """Two masses: the response of the first one is higher in mode 1, the band of the sweep holds both modes, then one."""
+    structure = ss.Structure(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]), ("1.x", "2.x"), damping=ss.ModalDamping(0.01))
+    slider = ss.Contact("slider", ss.Macroslip(0.3, 1.0, normal_load=1.0), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+    mode = ss.nonlinear_modes(problem, 2, harmonics=3)
+    both, first = (ss.forced_response(problem, ss.radians_per_second(0.7, high), 0.05, harmonics=3) for high in (2.2, 1.3))
+    row = mode.against(both).iloc[0]
+    assert abs(row.difference) < 0.01
+    assert row.swept_frequency == pytest.approx(row.mode_frequency, rel=1e-3)
+    assert row.swept < both.peaks()["amplitude"].max()
+    assert np.isnan(mode.against(first)["swept"].iloc[0])

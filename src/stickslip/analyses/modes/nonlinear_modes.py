@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 Extended = Literal["first", "all"]
 
+SAME_RESONANCE = 0.1
+"""Relative distance in frequency within which a peak of a response is that of the mode."""
+
 LOWEST = 1e-3
 """Where a curve begins whose largest amplitude alone is given, as a share of it."""
 
@@ -79,16 +82,23 @@ class NonlinearModes(
         return self._synthesis(case, forces).phase_resonance(output_of(self.problem, output))
 
     def against(self, response: ForcedResponse, case: int = 0) -> pd.DataFrame:
-        """Peaks from a mode beside those of a forced response of the same problem: force_level, output, `swept` [m], the highest
-        peak of the response, `from_mode` [m], and `difference`, relative to the swept one. The response must be over a band that
-        holds the mode and no higher peak of another one."""
-        swept = of_kind("response", response, ForcedResponse).peaks("displacement", "amplitude")
-        table = swept[swept["peak"] == 0][["force_level", "output", "amplitude"]].rename(columns={"amplitude": "swept"})
-        table["from_mode"] = [
-            self.peaks([level], case, self.problem.output_names.index(str(name)))["amplitude"][0]
-            for level, name in zip(table["force_level"], table["output"], strict=True)
-        ]
-        return table.assign(difference=table["from_mode"] / table["swept"] - 1.0).reset_index(drop=True)
+        """Peaks from a mode beside those of a forced response of the same problem: force_level, output, `swept` and `from_mode`
+        [m], `difference`, relative to the swept one, and the frequencies of both [Hz]. Of the peaks of the response that nearest
+        to the mode's counts; NaN where none is within 10 % of its frequency, as on a curve that was lost or in another band."""
+        import pandas as pd
+
+        peaks = of_kind("response", response, ForcedResponse).peaks("displacement", "amplitude")
+        rows = []
+        for level in response.dataset["force_level"].values.tolist():
+            for number, name in enumerate(self.problem.output_names):
+                mode = self.peaks([level], case, number)
+                own = peaks[(peaks["force_level"] == level) & (peaks["output"] == name)]
+                away = (own["frequency"] / float(mode["frequency"][0]) - 1.0).abs()
+                near = own.loc[away.idxmin()] if away.min() < SAME_RESONANCE else {"amplitude": np.nan, "frequency": np.nan}
+                ends = float(near["amplitude"]), float(mode["amplitude"][0])
+                rows.append((level, name, *ends, ends[1] / ends[0] - 1.0, float(near["frequency"]), float(mode["frequency"][0])))
+        columns = ["force_level", "output", "swept", "from_mode", "difference", "swept_frequency", "mode_frequency"]
+        return pd.DataFrame(rows, columns=columns)
 
     def limit_cycles(self, aerodynamic_damping: ArrayLike = 0.0) -> LimitCycles:
         """Limit cycles of these modes, amplitudes A with ζ(A) + aerodynamic_damping = 0; arguments as for `ss.limit_cycles`."""
@@ -140,7 +150,7 @@ def nonlinear_modes(
             problem, numbers_of(problem, mode, frequency, output, largest_at_output), ends_of(amplitude),
             output_of(problem, output), harmonics, samples, extended,
         )  # fmt: skip
-    turned = None if phase_at is None else output_of(problem, phase_at)
+    turned = None if phase_at is None else output_of(problem, phase_at, "phase_at")
     _refuse_no_phase(problem, turned)
     found = work.gathered(all_cases(work, checkpoint, workers, progress))
     return found if turned is None else NonlinearModes(with_phase_at(found.dataset, turned), problem)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork, numbers_of
 from stickslip.checks import InputError, counted, fault
 from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
@@ -85,7 +85,7 @@ class ModesPlan(Plan):
     def _modes(self) -> tuple[int, ...]:
         """The modes asked for, or those of the stuck structure in the band."""
         if self.table.mode is not None:
-            return (self.table.mode,) if isinstance(self.table.mode, int) else tuple(self.table.mode)
+            return numbers_of(self.sweep.problem, self.table.mode, None, 0, False)
         return modes_between(self.sweep.problem, *_ends(self.sweep))
 
     @property
