@@ -102,8 +102,8 @@ class Bordered(NamedTuple):
     sign of the determinant, 0 when singular. Behind the unknowns of λ stand the path parameter, and a level that is unknown.
 
     Where columns is not empty, the factors are those of the smaller matrix on the states of the structure (`modal_matrix`), with
-    what leads from there to the unknowns of λ: columns (1 or 2, N) of the parameter and the unknown level; the derivatives own,
-    coupling and cross of λ̂, the gains of the states and omega [rad/s] of the point.
+    what leads from there to the unknowns of λ: columns (1 or 2, N) of the parameter and the unknown level; blocks (3 rows, 2H+1,
+    2H+1), the derivatives own, coupling and cross of λ̂, and omega [rad/s] of the point.
     """
 
     lu: Array
@@ -112,10 +112,7 @@ class Bordered(NamedTuple):
     mask: NDArray[np.bool_]
     sign: float
     columns: Array
-    own: Array
-    coupling: Array
-    cross: Array
-    gains: Complex
+    blocks: Array
     omega: float
 
 
@@ -143,7 +140,7 @@ _GAINS, _PIVOTS, _MASK = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, d
 
 STATE = State(_SQUARE, _GAINS, _SQUARE, _SQUARE, _PLACES, _BLOCKS, _BLOCKS, _BLOCKS, _SQUARE, 0.0)
 BORDER = Border(_SQUARE, 0.0, 0.0, False)
-BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0, _SQUARE, _BLOCKS, _BLOCKS, _BLOCKS, _GAINS, 0.0)
+BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0, _SQUARE, _BLOCKS, 0.0)
 DIRECTION = Direction(_SQUARE, _SQUARE, 0.0, 0.0)
 """Empty ones, whose types are those of all."""
 
@@ -325,8 +322,7 @@ def factorised(state: State, matrix: Array, offsets: Index, mask: NDArray[np.boo
 def _on_forces(
     state: State, matrix: Array, pivots: NDArray[np.int32], offsets: Index, mask: NDArray[np.bool_], sign: float
 ) -> Bordered:
-    blocks = (state.own, state.coupling, state.cross)
-    return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), *blocks, state.gains, 0.0)
+    return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), state.own, 0.0)
 
 
 @inner
@@ -386,7 +382,25 @@ def factorised_on_states(
         in_line(modes, kept, starts, weights_on(modes, weight), -1.0, matrix[size + 1, :size])
     pivots = lu_factor(matrix)
     system.effort[2] += matrix.shape[0] ** 3 // 3
-    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, *blocks, state.gains, omega)
+    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, _kept_blocks(state), omega)
+
+
+@inner
+def _kept_blocks(state: State) -> Array:
+    """own, coupling and cross of a state in one array (3 rows, 2H+1, 2H+1)."""
+    rows, columns = state.own.shape[0], state.own.shape[1]
+    found = empty_blocks(3 * rows, columns, columns)
+    found[:rows], found[rows : 2 * rows] = state.own, state.coupling
+    if state.cross.shape[0]:
+        found[2 * rows :] = state.cross
+    return found
+
+
+@inner
+def three_blocks(bordered: Bordered) -> tuple[Array, Array, Array]:
+    """own, coupling and cross again, each (rows, 2H+1, 2H+1)."""
+    rows = bordered.mask.shape[0]
+    return bordered.blocks[:rows], bordered.blocks[rows : 2 * rows], bordered.blocks[2 * rows :]
 
 
 @inner
@@ -405,15 +419,15 @@ def _solve_on_states(system: System, bordered: Bordered, right: Array) -> None:
     states, columns = starts[-1], bordered.mask.shape[1]
     normal, partner = system.table.loading_row, system.table.partner_row
     line, pushed_by = empty_table(1, states + borders), empty_line(size)
+    gains, blocks = frequency_gains(modes, bordered.omega, (columns - 1) // 2), three_blocks(bordered)
     for each in right:
         forces = zero_table(bordered.mask.shape[0], columns)
         spread(bordered.mask, each, forces)
-        in_line(modes, kept, starts, driven_by(modes, bordered.gains, bordered.omega, forces), 1.0, line[0])
+        in_line(modes, kept, starts, driven_by(modes, gains, bordered.omega, forces), 1.0, line[0])
         for n in range(borders):
             line[0, states + n] = each[size + n]
         lu_solve(bordered.lu, bordered.pivots, line)
         moved = motion_of(modes, from_line(modes, kept, starts, line[0], columns))
-        blocks = (bordered.own, bordered.coupling, bordered.cross)
         pushed(bordered.offsets, kept, normal, partner, *blocks, moved, pushed_by)
         for n in range(borders):
             amount = each[size + n] = line[0, states + n]
