@@ -13,6 +13,7 @@ from bench.plate import plate
 from stickslip.contact.period import HELD
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition
 from stickslip.harmonic.iteration import ON_FORCES, ON_STATES, Control
+from stickslip.harmonic.newton_parts import compile_parts
 from stickslip.rigs import chain_varying_load, lumped_blisk, three_mass_wedge
 from stickslip.solve.branch_points import _spectrum
 from stickslip.solve.continuation import first_point, trace
@@ -42,6 +43,7 @@ def solved_on(balance: HarmonicBalance, form: int) -> HarmonicBalance:
     """The same balance with Newton's linear system on the states, or on the unknowns of λ."""
     other = copy(balance)
     other.system = balance.system._replace(form=form)
+    compile_parts(other.system)
     return other
 
 

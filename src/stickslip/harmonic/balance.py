@@ -2,7 +2,8 @@
 
 λ = F − K_c w are the contact forces beyond the linear springs of the stuck contacts. λ of a held row (stuck, closed) is a
 constant, so the dense system holds 2H+1 unknowns per direction that slips or opens (two less for each harmonic that a list
-leaves out) and one per direction that is clipped or tied to its normal load, plus the path parameter.
+leaves out) and one per direction that is clipped or tied to its normal load, plus the path parameter. Where these are many
+more than the states of the structure, it is solved on the states (`modal_matrix`).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import boolean, float64, typeof, types, void
+from numba import boolean, float64, int64, typeof, types, void
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
@@ -39,7 +39,7 @@ from stickslip.harmonic.receptance import (
     receptance,
     scale,
 )
-from stickslip.kernels import inner, separate
+from stickslip.kernels import compiled, inner, separate
 from stickslip.kernels.arrays import empty_blocks, empty_line, empty_table, zero_numbers, zero_table
 from stickslip.kernels.views import view_of
 
@@ -102,8 +102,8 @@ class Bordered(NamedTuple):
     sign of the determinant, 0 when singular. Behind the unknowns of λ stand the path parameter, and a level that is unknown.
 
     Where columns is not empty, the factors are those of the smaller matrix on the states of the structure (`modal_matrix`), with
-    what leads from there to the unknowns of λ: columns (1 or 2, N) of the parameter and the unknown level; the derivatives own,
-    coupling and cross of λ̂, the gains of the states and omega [rad/s] of the point.
+    what leads from there to the unknowns of λ: columns (1 or 2, N) of the parameter and the unknown level; blocks (3 rows, 2H+1,
+    2H+1), the derivatives own, coupling and cross of λ̂, and omega [rad/s] of the point.
     """
 
     lu: Array
@@ -112,10 +112,7 @@ class Bordered(NamedTuple):
     mask: NDArray[np.bool_]
     sign: float
     columns: Array
-    own: Array
-    coupling: Array
-    cross: Array
-    gains: Complex
+    blocks: Array
     omega: float
 
 
@@ -143,7 +140,7 @@ _GAINS, _PIVOTS, _MASK = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, d
 
 STATE = State(_SQUARE, _GAINS, _SQUARE, _SQUARE, _PLACES, _BLOCKS, _BLOCKS, _BLOCKS, _SQUARE, 0.0)
 BORDER = Border(_SQUARE, 0.0, 0.0, False)
-BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0, _SQUARE, _BLOCKS, _BLOCKS, _BLOCKS, _GAINS, 0.0)
+BORDERED = Bordered(_SQUARE, _PIVOTS, _PLACES, _MASK, 0.0, _SQUARE, _BLOCKS, 0.0)
 DIRECTION = Direction(_SQUARE, _SQUARE, 0.0, 0.0)
 """Empty ones, whose types are those of all."""
 
@@ -165,8 +162,14 @@ def factorise_signature(system: NamedTuple | None = None) -> Any:
     return typeof(BORDERED)(view_of(system or _empty_system()), typeof(STATE), float64, float64, typeof(BORDER))
 
 
-def solve_signature() -> Any:
-    """Types of `solve`."""
+def factorised_on_states_signature() -> Any:
+    """Types of `factorised_on_states`."""
+    given = typeof(STATE), float64, typeof(BORDER), int64[::1], boolean[:, ::1]
+    return typeof(BORDERED)(view_of(_empty_system()), *given, *(float64[:, ::1],) * 4)
+
+
+def solve_on_states_signature() -> Any:
+    """Types of `_solve_on_states`."""
     return void(view_of(_empty_system()), typeof(BORDERED), float64[:, ::1])
 
 
@@ -287,7 +290,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         if border.weight.shape[0]:
             matrix[size, size + 1] = _dot(border.weight, raised)
     if on_states:
-        return _factorised_on_states(system, state, omega, border, offsets, mask, by, weight, raised, matrix)
+        return factorised_on_states(system, state, omega, border, offsets, mask, by, weight, raised, matrix)
     if size:
         normal, partner = system.table.loading_row, system.table.partner_row
         active, moved, place = moved_rows(normal, partner, state.unknown)
@@ -305,32 +308,34 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
             _push(system, state, offsets, raised, matrix[:size, size + 1])
             _pull(system.kept, offsets, active, pulled(system.modes, driven, weight), matrix[size + 1])
     system.effort[2] += matrix.shape[0] ** 3 // 3
-    return factorised(matrix, offsets, mask)
+    return factorised(state, matrix, offsets, mask)
 
 
 @inner
-def factorised(matrix: Array, offsets: Index, mask: NDArray[np.bool_]) -> Bordered:
+def factorised(state: State, matrix: Array, offsets: Index, mask: NDArray[np.bool_]) -> Bordered:
     """The factors of a matrix on the unknowns of λ themselves."""
     pivots = lu_factor(matrix)
-    return _on_forces(matrix, pivots, offsets, mask, orientation(matrix, pivots))
+    return _on_forces(state, matrix, pivots, offsets, mask, orientation(matrix, pivots))
 
 
 @inner
-def _on_forces(matrix: Array, pivots: NDArray[np.int32], offsets: Index, mask: NDArray[np.bool_], sign: float) -> Bordered:
-    none, gains = empty_blocks(0, 0, 0), np.empty((0, 0, 0), dtype=np.complex128)
-    return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), none, none, none, gains, 0.0)
+def _on_forces(
+    state: State, matrix: Array, pivots: NDArray[np.int32], offsets: Index, mask: NDArray[np.bool_], sign: float
+) -> Bordered:
+    return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), state.own, 0.0)
 
 
 @inner
-def no_factors() -> Bordered:
+def no_factors(state: State) -> Bordered:
     """What stands for factors where nothing was factorised."""
     mask = np.empty((0, 0), dtype=np.bool_)
-    return _on_forces(empty_table(0, 0), np.empty(0, dtype=np.int32), zero_numbers(0), mask, 0.0)
+    return _on_forces(state, empty_table(0, 0), np.empty(0, dtype=np.int32), zero_numbers(0), mask, 0.0)
 
 
 @inner
 def _on_states(system: System, offsets: Index) -> bool:
-    """Whether the matrix on the states takes fewer multiplications than that on N unknowns of λ: M³/3 + N M² against N³/3."""
+    """Whether the matrix on M coordinates takes fewer multiplications than that on N unknowns of λ: M³/3 + N M²/(2H+1) against
+    N³/3."""
     unknowns, states = float(offsets[-1]), 0.0
     for i in system.kept:
         first, last = coordinates(system.modes, (i + 1) // 2)
@@ -340,8 +345,8 @@ def _on_states(system: System, offsets: Index) -> bool:
     return states * states * (states / 3.0 + unknowns / system.kept.size) < unknowns**3 / 3.0
 
 
-@inner
-def _factorised_on_states(
+@separate(factorised_on_states_signature)
+def factorised_on_states(
     system: System,
     state: State,
     omega: float,
@@ -377,29 +382,52 @@ def _factorised_on_states(
         in_line(modes, kept, starts, weights_on(modes, weight), -1.0, matrix[size + 1, :size])
     pivots = lu_factor(matrix)
     system.effort[2] += matrix.shape[0] ** 3 // 3
-    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, *blocks, state.gains, omega)
+    return Bordered(matrix, pivots, offsets, mask, orientation(matrix, pivots), columns, _kept_blocks(state), omega)
 
 
-@separate(solve_signature)
+@inner
+def _kept_blocks(state: State) -> Array:
+    """own, coupling and cross of a state in one array (3 rows, 2H+1, 2H+1)."""
+    rows, columns = state.own.shape[0], state.own.shape[1]
+    found = empty_blocks(3 * rows, columns, columns)
+    found[:rows], found[rows : 2 * rows] = state.own, state.coupling
+    if state.cross.shape[0]:
+        found[2 * rows :] = state.cross
+    return found
+
+
+@inner
+def three_blocks(bordered: Bordered) -> tuple[Array, Array, Array]:
+    """own, coupling and cross again, each (rows, 2H+1, 2H+1)."""
+    rows = bordered.mask.shape[0]
+    return bordered.blocks[:rows], bordered.blocks[rows : 2 * rows], bordered.blocks[2 * rows :]
+
+
+@inner
 def solve(system: System, bordered: Bordered, right: Array) -> None:
     """Overwrite right-hand sides (k, N + 1), or (k, N + 2) where an amplitude is held, with the solutions."""
-    if not bordered.columns.shape[0]:
+    if bordered.columns.shape[0]:
+        _solve_on_states(system, bordered, right)
+    else:
         lu_solve(bordered.lu, bordered.pivots, right)
-        return
+
+
+@separate(solve_on_states_signature)
+def _solve_on_states(system: System, bordered: Bordered, right: Array) -> None:
     modes, kept, borders = system.modes, system.kept, bordered.columns.shape[0]
     starts, size = places(modes, kept), bordered.offsets[-1]
     states, columns = starts[-1], bordered.mask.shape[1]
     normal, partner = system.table.loading_row, system.table.partner_row
     line, pushed_by = empty_table(1, states + borders), empty_line(size)
+    gains, blocks = frequency_gains(modes, bordered.omega, (columns - 1) // 2), three_blocks(bordered)
     for each in right:
         forces = zero_table(bordered.mask.shape[0], columns)
         spread(bordered.mask, each, forces)
-        in_line(modes, kept, starts, driven_by(modes, bordered.gains, bordered.omega, forces), 1.0, line[0])
+        in_line(modes, kept, starts, driven_by(modes, gains, bordered.omega, forces), 1.0, line[0])
         for n in range(borders):
             line[0, states + n] = each[size + n]
         lu_solve(bordered.lu, bordered.pivots, line)
         moved = motion_of(modes, from_line(modes, kept, starts, line[0], columns))
-        blocks = (bordered.own, bordered.coupling, bordered.cross)
         pushed(bordered.offsets, kept, normal, partner, *blocks, moved, pushed_by)
         for n in range(borders):
             amount = each[size + n] = line[0, states + n]
@@ -499,3 +527,11 @@ def tangent(system: System, state: State, omega: float, level: float, by_level: 
     if size:
         add(dw, 1.0, change(system.modes, state.gains, forces, omega))
     return Direction(forces, dw, rate, raised)
+
+
+def compile_on_states(system: System) -> None:
+    """Compile what solves Newton's linear system on the states, or take it from disk; nothing where these are never the fewer."""
+    modes, balanced = system.modes, (system.kept + 1) // 2
+    fewest = modes.basis.shape[1] or int(np.min(modes.last[balanced] - modes.first[balanced]))
+    if system.form == ON_STATES or system.table.rows > fewest:
+        compiled(factorised_on_states, _solve_on_states)

@@ -167,7 +167,7 @@ def factorise_mode(system: ModeSystem, state: State, omega: float, level: float,
     if contact:
         _fill_contacts(system, state, omega, level, border, offsets, matrix)
     system.effort[2] += matrix.shape[0] ** 3 // 3
-    return factorised(matrix, offsets, mask)
+    return factorised(state, matrix, offsets, mask)
 
 
 @inner

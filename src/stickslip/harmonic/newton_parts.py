@@ -115,4 +115,4 @@ def compile_parts(system: AnySystem) -> None:
     compile_contact_forces(system.table)
     compiled(*(_chosen(system, *part) for part in (_EVALUATE, _FACTORISE, _NEWTON_STEP, _TANGENT)))
     if isinstance(system, System):
-        compiled(iteration.solve)
+        iteration.compile_on_states(system)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.iteration import Bordered, System
+from stickslip.harmonic.iteration import Bordered, System, three_blocks
 from stickslip.harmonic.lapack import lu_solve_transposed
 from stickslip.harmonic.modal_matrix import from_line, in_line, places, weights_on
-from stickslip.harmonic.receptance import driven_states, pulled_by_states
+from stickslip.harmonic.receptance import driven_states, frequency_gains, pulled_by_states
 from stickslip.kernels import inner, kernel
 from stickslip.kernels.arrays import empty_table, zero_table
 from stickslip.kernels.views import view
@@ -28,7 +28,8 @@ def solve_transposed(given: System, bordered: Bordered, right: Array) -> None:
     starts, size, columns = places(modes, kept), offsets[-1], bordered.mask.shape[1]
     states, borders = starts[-1], bordered.columns.shape[0]
     active = np.flatnonzero(offsets[1:] > offsets[:-1])
-    driven = driven_states(modes, bordered.gains, bordered.omega, active)
+    gains = frequency_gains(modes, bordered.omega, (columns - 1) // 2)
+    driven = driven_states(modes, gains, bordered.omega, active)
     line = empty_table(1, states + borders)
     for each in right:
         in_line(modes, kept, starts, weights_on(modes, _pushed_back(system, bordered, each)), -1.0, line[0])
@@ -51,14 +52,15 @@ def _pushed_back(system: System, bordered: Bordered, values: Array) -> Array:
     """Eᵀ x (motion rows, 2H+1) of the unknowns x that stand first in values."""
     kept, offsets = system.kept, bordered.offsets
     normal, partner = system.table.loading_row, system.table.partner_row
+    own, coupling, cross = three_blocks(bordered)
     found = zero_table(system.modes.shape.shape[0], bordered.mask.shape[1])
     for r in range(normal.size):
         for k in range(offsets[r + 1] - offsets[r]):
             i, value = kept[k], values[offsets[r] + k]
             for j in range(found.shape[1]):
-                found[r, j] += bordered.own[r, i, j] * value
+                found[r, j] += own[r, i, j] * value
                 if normal[r] >= 0:
-                    found[normal[r], j] += bordered.coupling[r, i, j] * value
+                    found[normal[r], j] += coupling[r, i, j] * value
                 if partner[r] >= 0:
-                    found[partner[r], j] += bordered.cross[r, i, j] * value
+                    found[partner[r], j] += cross[r, i, j] * value
     return found

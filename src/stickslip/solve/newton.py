@@ -105,7 +105,7 @@ def _newton(
 ) -> _Found:
     system = view(given)
     state = first = evaluate(system, forces, omega, level)
-    bordered = no_factors()
+    bordered = no_factors(state)
     done, near, converged, singular = 0, False, False, False
     while True:
         missed, off = gap(border, state, omega, level), missed_amplitude(system.control, state.w, omega)
