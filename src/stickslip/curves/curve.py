@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.checks import counted
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
+from stickslip.harmonic.orders import Harmonics, orders
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import TOLERANCE, PeakSearch
 from stickslip.problem import Problem
@@ -196,20 +197,24 @@ def _lost_message(balance: HarmonicBalance, swept: Sweep, ends: tuple[float, flo
         where = f"It got to {balance.hertz(farthest):.6g} Hz; compute the rest {rest}."
     else:
         where = f"Compute it {rest}."
-    return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(problem))))
+    return " ".join(filter(None, (swept.lost, where, *problem.warnings, *_causes(balance))))
 
 
-def _causes(problem: Problem) -> list[str]:
+def _causes(balance: HarmonicBalance) -> list[str]:
     """What a problem lacks for its curve to be finite, and determined where contacts slip."""
-    causes = []
-    if not problem.C.any():
-        causes.append(UNDAMPED)
-    if type(problem) is Problem and _held_by_friction_alone(problem):
-        causes.append(
-            "A body is held by friction alone: where it slips, its mean position is not determined. Hold it by mean_springs, or "
-            "leave harmonic 0 out."
-        )
-    return causes
+    undamped = "" if balance.problem.C.any() else UNDAMPED
+    return [undamped, held_by_friction(balance.problem, balance.harmonics)]
+
+
+def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
+    """That friction alone holds a body, whose mean position is not determined where it slips; empty where that is not so, and
+    where the mean is not balanced."""
+    if type(problem) is not Problem or orders(harmonics)[0] != 0 or not _held_by_friction_alone(problem):
+        return ""
+    return (
+        "A body is held by friction alone: where it slips, its mean position is not determined. Hold it by mean_springs, or "
+        "leave harmonic 0 out."
+    )
 
 
 def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:

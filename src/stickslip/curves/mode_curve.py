@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.checks import InputError
 from stickslip.contact.period import SLIPPING
+from stickslip.curves.curve import held_by_friction
 from stickslip.curves.mode_refine import directed, refined
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.mode_balance import ModeBalance
@@ -86,9 +87,10 @@ def solve_mode(
         if still is None or again[-1].point.level > points[-1].point.level:
             points, lost = again, still
     outcome = Outcome.CONVERGED if lost is None else Outcome.NOT_CONVERGED
-    message = (
-        "The curve reached the largest amplitude." if lost is None else f"The curve ended before the largest amplitude: {lost}"
-    )
+    message = "The curve reached the largest amplitude."
+    if lost is not None:
+        cause = held_by_friction(balance.problem, balance.harmonics)
+        message = f"The curve ended before the largest amplitude: {lost} {cause}".rstrip()
     points = _dense(balance, points)
     if len(points) > 1:  # the tangent of the last point is that of the step that passed the end
         points[-1] = directed(balance, points[-2], points[-1])

@@ -152,3 +152,17 @@ def test_a_force_that_no_amplitude_needs_is_named():
         ss.nonlinear_modes(problem, amplitude=(0.5, 3.0), harmonics=1, samples=64).peaks([1.2])
     with pytest.raises(ss.InputError, match="Compute the mode up to a larger amplitude"):
         ss.nonlinear_modes(ss.rigs.single_mass(damping=0.02), harmonics=1, samples=64).peaks([100.0])
+
+
+def test_a_mode_of_a_body_that_friction_alone_holds_says_so():
+    """Four free masses in a row, the first rubs: the mean position is not determined where it slips."""
+    K = 1000.0 * np.array([[1.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 2, -1], [0, 0, -1, 1]])
+    structure = ss.Structure(np.eye(4), K, tuple(f"{k}.x" for k in range(1, 5)), C=1e-4 * K)
+    slider = ss.Contact("slider", ss.Macroslip(kt=50.0, mu=0.3, normal_load=5.0), (ss.between("1.x", "ground"),))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+    modes = ss.nonlinear_modes(problem, 1, harmonics=3, samples=64)
+    assert "held by friction alone" in str(modes.dataset["case_message"].values[0])
+    with pytest.raises(ss.InputError, match="leave harmonic 0 out"):
+        modes.peaks([100.0])
+    free = ss.nonlinear_modes(problem, 1, harmonics=[1, 3], samples=64)
+    assert int(free.dataset["case_outcome"].values[0]) == ss.Outcome.CONVERGED

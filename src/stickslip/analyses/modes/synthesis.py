@@ -25,6 +25,7 @@ from stickslip.checks import Array, fault, several
 from stickslip.harmonic.extended_structure import extended_gains_called
 from stickslip.harmonic.mode_balance import ModalStructures
 from stickslip.loads import Force
+from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 
 if TYPE_CHECKING:
@@ -187,11 +188,13 @@ class OtherModes:
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """The forced responses of one mode under one pattern of forces; slopes: of the columns of the mode by the arc length."""
+    """The forced responses of one mode under one pattern of forces; slopes: of the columns of the mode by the arc length; lost:
+    how its curve ended before the largest amplitude, empty where it did not."""
 
     mode: ModePath
     slopes: Array
     others: OtherModes
+    lost: str
 
     @classmethod
     def of(cls, dataset: xr.Dataset, problem: Problem, case: int, forces: ForcePattern | None) -> Synthesis:
@@ -206,7 +209,8 @@ class Synthesis:
         shape = _complex(chosen["mode_shape"]) / mode.amplitude[:, None]
         if not np.all(np.abs(mode.force) > 1e-12 * np.linalg.norm(shape, axis=1) * np.linalg.norm(load)):
             raise fault("The forces", "must excite the mode", "ones that do no work on its motion")
-        return cls(mode, slopes, others)
+        ended = int(dataset["case_outcome"][case]) == Outcome.CONVERGED
+        return cls(mode, slopes, others, "" if ended else str(dataset["case_message"][case].item()))
 
     @cached_property
     def _places(self) -> Array:
@@ -228,7 +232,7 @@ class Synthesis:
         """Refuse force levels whose peaks lie beyond the curve of the mode."""
         most = self._levels.max()
         if levels.size == 0 or not (levels.min() > 0.0 and levels.max() <= most):
-            whose, remedy = "that of the largest amplitude of the mode", "Compute the mode up to a larger amplitude."
+            whose, remedy = "that of the largest amplitude of the mode", self.lost or "Compute the mode up to a larger amplitude."
             if saturated(self._levels, self.mode.amplitude):
                 whose, remedy = "the most that the mode needs at any of its amplitudes", SATURATION
             raise fault("force_levels", f"must be positive and at most {most:.4g}, {whose}", levels.tolist(), remedy)
