@@ -181,3 +181,11 @@ def test_a_complex_response_from_matlab(tmp_path):
     savemat(tmp_path / "frf.mat", {"f_Hz": np.arange(80.0, 90.0), "H": np.linspace(1.0, 2.0, 10) * (1.0 - 1.0j)})
     test = ss.read_measured_response(tmp_path / "frf.mat", force=2.0, units={"real": "mm/N"})
     assert test.per_force == pytest.approx(1e-3 * np.linspace(1.0, 2.0, 10) * (1.0 - 1.0j))
+
+
+def test_a_file_of_several_curves_is_refused_and_other_columns_are_named(tmp_path):
+    head, rows = "curve,f [Hz],a [m/s2],force [N],temperature\n", [f"{1 + k // 3},{80 + k % 3},{1 + k},1,20" for k in range(6)]
+    with pytest.raises(ss.InputError, match="by its column 'curve', must be 1, but is 2"):
+        ss.read_measured_response(written(tmp_path, head + "\n".join(rows) + "\n"))
+    one = ss.read_measured_response(written(tmp_path, head + "\n".join(rows[:3]) + "\n"))
+    assert any("not used: curve, temperature" in note for note in one.notes)

@@ -42,6 +42,9 @@ PER_FORCE = ("accelerance", "inertance", "mobility", "receptance", "compliance",
 ANGULAR = ("omega", "ω", "angular")
 """Words of a frequency in rad/s, unless its unit is stated."""
 
+SEVERAL = ("curve", "test", "run", "sweep", "case")
+"""Words of a column that numbers the curves of a file."""
+
 FUNCTION = re.compile(r"(h\d*|frf|tf|x|y)(\(.*\))?", re.IGNORECASE)
 """What stands in the brackets of Re(H), Im(H) and arg(H): no unit."""
 
@@ -73,6 +76,7 @@ def read_measured_response(
     phase_of: what a column of phases is of: the "displacement" (unless given for amplitudes) or the measured "quantity", which
     is 90° ahead of it as a velocity and 180° as an acceleration (unless given for responses per force). Complex responses are
     those of the quantity, with exp(+iωt). A title with the word lag turns the sign. Rows at 0 Hz are left out.
+    A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused.
     about: other arguments of `MeasuredResponse`, such as quantity, force, held, settings, error. Its name is that of the file.
     """
     file = Path(path)
@@ -88,7 +92,7 @@ def read_measured_response(
         among("quantity", asked, MOTIONS)
     table = matlab_tables([file])[0] if file.suffix.lower() == ".mat" else text_table(file)
     found = _chosen(table, columns or {}, asked, "force" in about)
-    notes = [*table.notes]
+    notes = [*table.notes, *_not_used(table, found)]
     stated = dict(units or {})
     for key, other in (("real", "imaginary"), ("imaginary", "real")):
         if key in stated:
@@ -164,6 +168,22 @@ def _chosen(table: NumberTable, named: Mapping[str, str | int], asked: str | Non
     if parts and {"amplitude", "phase"} & {*found}:
         raise fault("columns", "must name real and imaginary parts, or amplitude and phase", list(named))
     return found
+
+
+def _not_used(table: NumberTable, found: Mapping[str, _Column]) -> list[str]:
+    """The note on columns that are not used; a file of several curves, which one of them numbers, is refused."""
+    used = {column.index for column in found.values()}
+    left = [] if table.titles is None else [index for index in range(len(table.titles)) if index not in used]
+    titles = [str((table.titles or ())[index]) for index in left]
+    for index, title in zip(left, titles, strict=True):
+        count = np.unique(table.numbers[:, index]).size
+        if (
+            1 < count <= table.numbers.shape[0] // 2
+            and _place(tuple(re.findall(r"[^\W\d_]+", title.lower())), SEVERAL) is not None
+        ):
+            remedy = "Write each curve to a file of its own: gain, phase and error count for each."
+            raise fault(f"The number of curves in {table.name}, by its column {title!r},", "must be 1", count, remedy)
+    return [f"Columns of {table.name} that are not used: {', '.join(titles)}."] if titles else []
 
 
 def _how_to_name(missing: Sequence[str]) -> str:
