@@ -58,6 +58,9 @@ FREE = Control(-1, 0, 1.0)
 SMALLER, ON_FORCES, ON_STATES = range(3)
 """What Newton's linear system is solved for: the unknowns of λ, the states of the structure, or whichever takes less work."""
 
+FEWEST_UNKNOWNS = 300
+"""Unknowns of λ below which Newton's linear system is solved for them whatever the states: there it is a small part of a step."""
+
 
 class System(NamedTuple):
     """A harmonic balance as the kernels read it.
@@ -342,6 +345,8 @@ def _on_states(system: System, offsets: Index) -> bool:
         states += last - first
     if system.form != SMALLER:
         return system.form == ON_STATES and unknowns > 0.0
+    if unknowns < FEWEST_UNKNOWNS:
+        return False
     return states * states * (states / 3.0 + unknowns / system.kept.size) < unknowns**3 / 3.0
 
 
@@ -533,5 +538,6 @@ def compile_on_states(system: System) -> None:
     """Compile what solves Newton's linear system on the states, or take it from disk; nothing where these are never the fewer."""
     modes, balanced = system.modes, (system.kept + 1) // 2
     fewest = modes.basis.shape[1] or int(np.min(modes.last[balanced] - modes.first[balanced]))
-    if system.form == ON_STATES or system.table.rows > fewest:
+    many = system.table.rows > fewest and system.table.rows * system.kept.size >= FEWEST_UNKNOWNS
+    if system.form == ON_STATES or many:
         compiled(factorised_on_states, _solve_on_states)
