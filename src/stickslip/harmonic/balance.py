@@ -22,7 +22,6 @@ from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.iteration import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
-from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
@@ -165,10 +164,7 @@ class Factors:
     def solve_many(self, right: Array) -> Array:
         """Solutions (k, rows) for several right-hand sides (k, rows)."""
         solutions = np.array(right, order="C")
-        if self.bordered.columns.size:
-            newton_parts.solve(self.system, self.bordered, solutions)
-        else:
-            lu_solve(self.bordered.lu, self.bordered.pivots, solutions)
+        newton_parts.solve(self.system, self.bordered, solutions)
         return solutions
 
     def solve_transposed(self, right: Array) -> Array:

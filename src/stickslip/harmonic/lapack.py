@@ -14,7 +14,7 @@ from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import inner
 
 for _name in ("dgetrf", "dgetrs"):
     # A symbol by name, not an address: kernels that call it can be cached.
@@ -46,7 +46,7 @@ def lu_factor(matrix: Array) -> NDArray[np.int32]:
     return pivots
 
 
-@kernel
+@inner
 def lu_solve(lu: Array, pivots: NDArray[np.int32], right: Array) -> None:
     """Overwrite right-hand sides (k, N) with the solutions of A x = b."""
     _solve(lu, pivots, right, _TRANSPOSED)
