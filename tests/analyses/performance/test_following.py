@@ -3,6 +3,8 @@
 A flat top of a sampled curve carries cusps of some 40/Nt² of its height; a followed peak may stand on another one than the swept.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from harmonic.full_balance import balance_residual
@@ -18,6 +20,8 @@ from stickslip.peaks.frequency_band import peak_band_of
 from stickslip.peaks.sweep import swept_peaks
 from stickslip.plots.performance_curve import performance_curves
 from stickslip.report.performance import sentences, tables
+from stickslip.solve.continuation import first_point, trace
+from stickslip.solve.curve_points import solve_at
 from stickslip.solve.newton import correct
 from stickslip.structure.matrices import Structure
 
@@ -107,11 +111,9 @@ def wedge_that_lifts():
 
 
 def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_that_lifts):
-    """Lift-off peaks of large forces come to lie on isolas: at F_C/F_E = 4.312 on three, of up to 38, 42 and 91 µm/N.
+    """Rounding chooses which peak on an isola is followed, and up to which F_C/F_E, not the curve beside it.
 
-    Rounding chooses which of their peaks is followed, and up to which F_C/F_E: 40 changes of µ by 1e-14 led to 30.0, 35.0 or 37.98
-    to 38.01 µm/N there, and one of them to 49.7 µm/N at 3.386; another processor, to 47 µm/N at 4.866 or to none. What is fixed is
-    the curve beside them.
+    40 changes of µ by 1e-14 led to 30.0, 35.0 or 38.0 µm/N at F_C/F_E = 4.312, and one of them to 49.7 µm/N at 3.386.
     """
     problem, curve = wedge_that_lifts
     for ratio, height in zip(curve.force_ratio.values, curve.amplitude_per_force.values[0], strict=True):
@@ -136,6 +138,18 @@ def test_peaks_on_isolas_are_periodic_motions(wedge_that_lifts):
         peak = found.detached(ratio)[1].peak
         assert peak.amplitude * ratio / 60.0 == pytest.approx(apart[k], rel=1e-12)
         assert balance_residual(balance, peak.point) < 1e-7
+
+
+def test_continuation_in_the_force_level_passes_higher_motions(wedge_that_lifts):
+    """At F_C/F_E = 4.312, where the curve has 24.1 µm/N: folds in the force level lead to isolas of a sweep."""
+    problem, curve = wedge_that_lifts
+    force, balance = 60.0 / float(curve.force_ratio[3]), HarmonicBalance(problem, 5, 1024)
+    points = list(trace(balance, first_point(balance, 2.0 * np.pi * 315.9, 2.0), "level", 60.0))
+    passed = [pair for pair in pairwise(points) if (pair[0].point.level - force) * (pair[1].point.level - force) < 0.0]
+    solved = [solve_at(balance, *pair, "level", force) for pair in passed]
+    motions = 1e6 / force * np.sort([np.hypot(*each.evaluation.w[balance.rows, 1:3]) for each in solved])
+    assert curve.amplitude_per_force.values[0, 3] == pytest.approx(24.07e-6, rel=1e-3)
+    np.testing.assert_allclose(motions, [20.62, 35.48, 38.01, 81.93, 91.20], rtol=1e-3)
 
 
 def test_no_climb_of_a_sweep_leaves_its_curve():
