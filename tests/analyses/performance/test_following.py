@@ -143,11 +143,13 @@ def test_peaks_on_isolas_are_periodic_motions(wedge_that_lifts):
 def test_continuation_in_the_force_level_passes_higher_motions(wedge_that_lifts):
     """At F_C/F_E = 4.312, where the curve has 24.1 µm/N: folds in the force level lead to isolas of a sweep."""
     problem, curve = wedge_that_lifts
-    force, balance = 60.0 / float(curve.force_ratio[3]), HarmonicBalance(problem, 5, 1024)
+    ratio = float(curve.force_ratio[3])
+    force, balance = 60.0 / ratio, HarmonicBalance(problem, 5, 1024)
     points = list(trace(balance, first_point(balance, 2.0 * np.pi * 315.9, 2.0), "level", 60.0))
     passed = [pair for pair in pairwise(points) if (pair[0].point.level - force) * (pair[1].point.level - force) < 0.0]
     solved = [solve_at(balance, *pair, "level", force) for pair in passed]
     motions = 1e6 / force * np.sort([np.hypot(*each.evaluation.w[balance.rows, 1:3]) for each in solved])
+    assert ratio == pytest.approx(4.312, abs=5e-4)
     assert curve.amplitude_per_force.values[0, 3] == pytest.approx(24.07e-6, rel=1e-3)
     np.testing.assert_allclose(motions, [20.62, 35.48, 38.01, 81.93, 91.20], rtol=1e-3)
 
