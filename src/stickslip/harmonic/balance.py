@@ -21,10 +21,10 @@ from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.fourier import Fourier, fourier
-from stickslip.harmonic.iteration import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
+from stickslip.harmonic.system import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.harmonic.transposed import solve_transposed
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods

@@ -34,12 +34,6 @@ from stickslip.harmonic.extended_structure import (
 )
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.iteration import (
-    FREE,
-    Border,
-    Bordered,
-    Control,
-    Direction,
-    State,
     evaluate_signature,
     factorise_signature,
     factorised,
@@ -49,6 +43,7 @@ from stickslip.harmonic.iteration import (
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import Complex
+from stickslip.harmonic.system import FREE, Border, Bordered, Control, Direction, State
 from stickslip.kernels import inner, separate
 
 SPRINGS = 1e-3
@@ -57,7 +52,7 @@ their rounding, also where contacts carry nothing, without friction or without l
 
 
 class ModeSystem(NamedTuple):
-    """The balance of a nonlinear mode as the kernels read it; fields as in `iteration.System`."""
+    """The balance of a nonlinear mode as the kernels read it; fields as in `system.System`."""
 
     table: ContactTable
     tables: Fourier

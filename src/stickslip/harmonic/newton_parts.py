@@ -10,10 +10,10 @@ from typing import Any
 from numba.extending import overload
 
 from stickslip.checks import Array
-from stickslip.harmonic import iteration, mode_iteration
+from stickslip.harmonic import iteration, mode_iteration, on_states
 from stickslip.harmonic.contact_forces import compile_contact_forces
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
 from stickslip.harmonic.mode_iteration import ModeSystem
+from stickslip.harmonic.system import Border, Bordered, Direction, State, System
 from stickslip.kernels import boxed, compiled, kernel
 from stickslip.kernels.views import view
 
@@ -115,4 +115,4 @@ def compile_parts(system: AnySystem) -> None:
     compile_contact_forces(system.table)
     compiled(*(_chosen(system, *part) for part in (_EVALUATE, _FACTORISE, _NEWTON_STEP, _TANGENT)))
     if isinstance(system, System):
-        iteration.compile_on_states(system)
+        on_states.compile_on_states(system)

@@ -9,8 +9,9 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude, no_factors
+from stickslip.harmonic.iteration import gap, missed_amplitude, no_factors
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
+from stickslip.harmonic.system import Border, Bordered, Direction, State
 from stickslip.kernels import boxed, inlined, inner, kernel
 from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers
 from stickslip.kernels.views import view

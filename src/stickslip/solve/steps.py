@@ -15,7 +15,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Direction
+from stickslip.harmonic.system import Direction
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric
 from stickslip.solve.hidden_resonance import hidden_resonance
 from stickslip.solve.newton import NEAR, Correction, correct
