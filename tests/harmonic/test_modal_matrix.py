@@ -64,7 +64,7 @@ def conditions(evaluation, omega: float) -> list[PathCondition]:
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("name", CASES)
 def test_steps_directions_and_determinants_are_the_same(name, held):
-    """Four iterates of Newton's method from the stuck state, for given frequency, level and arc length, with and without a held amplitude."""
+    """Four of Newton's iterates from the stuck state, for given frequency, level and arc length; with a held amplitude, too."""
     problem, omega, level = CASES[name]
     balance = HarmonicBalance(problem, 3, 48)
     if held:

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Parameter
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.held_amplitude import first_held
@@ -96,20 +95,20 @@ class _Tracer:
     def points(self, first: Correction) -> Iterator[CurvePoint]:
         current = self.steps.starting_point(first, self.direction)
         yield current
-        bend: tuple[Array, float, float] | None = None
+        before: CurvePoint | None = None
         mark, renewal, drifting = current, 64, 0
         place, standing, size = current.point.value(self.parameter), 0, _vibration(current)
         for count in range(self.steps.control.points):
             if self._remaining(current) <= 0.0:
                 return
-            following = self.steps.advance(current, bend)
+            following = self.steps.advance(current, before)
             value = following.point.value(self.parameter)
             if self.direction * (value - self.end) >= 0.0:
                 yield self._last_point(current, following)
                 return
             if self.direction * (value - self.start) < 0.0:
                 raise LostCurveError(TURNED_BACK)
-            bend = self.steps.bend(current, following)
+            before = current
             drifting = drifting + 1 if self._means_alone_move(current, following) else 0
             current = following
             yield current
