@@ -12,10 +12,10 @@ from numba.extending import overload
 from stickslip.checks import Array
 from stickslip.harmonic import iteration, mode_iteration, on_states
 from stickslip.harmonic.contact_forces import compile_contact_forces
-from stickslip.harmonic.mode_iteration import ModeSystem
-from stickslip.harmonic.system import Border, Bordered, Direction, State, System
+from stickslip.harmonic.mode_iteration import ModeSystem, ModeSystemAddress
+from stickslip.harmonic.system import Border, Bordered, Direction, State, System, SystemAddress
 from stickslip.kernels import boxed, compiled, kernel
-from stickslip.kernels.views import view
+from stickslip.kernels.views import Placed, view
 
 AnySystem = System | ModeSystem
 
@@ -108,6 +108,11 @@ def _tangent_called(system: AnySystem, state: State, omega: float, level: float,
 def solve(system: System, bordered: Bordered, right: Array) -> None:
     """`iteration.solve` for calls from Python."""
     iteration.solve(view(system), bordered, right)
+
+
+def placed(system: AnySystem) -> Placed:
+    """A system where kernels read it."""
+    return Placed(system, SystemAddress if isinstance(system, System) else ModeSystemAddress)
 
 
 def compile_parts(system: AnySystem) -> None:

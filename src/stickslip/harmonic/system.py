@@ -12,6 +12,7 @@ from stickslip.checks import Array, Index
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.receptance import NO_MODES, Complex, Modes
+from stickslip.kernels.views import placed_as
 
 
 class Control(NamedTuple):
@@ -120,3 +121,10 @@ def empty_system() -> System:
     """A system without anything, whose types are those of all."""
     numbers = _LINE, 0.0, _PLACES, FREE, SMALLER
     return System(contact_table(()), fourier(1, 6), NO_MODES, _LINE, _PLACES, _PLACES, *numbers)
+
+
+@placed_as(empty_system)
+class SystemAddress(NamedTuple):
+    """Where a `System` lies in memory, for kernels that are called often."""
+
+    address: int

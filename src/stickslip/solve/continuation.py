@@ -97,7 +97,7 @@ class _Tracer:
         yield current
         before: CurvePoint | None = None
         mark, renewal, drifting = current, 64, 0
-        place, standing, size = current.point.value(self.parameter), 0, _vibration(current)
+        place, standing, size = current.point.value(self.parameter), 0, self._vibration(current)
         for count in range(self.steps.control.points):
             if self._remaining(current) <= 0.0:
                 return
@@ -115,9 +115,9 @@ class _Tracer:
             if drifting == DRIFT_STEPS:
                 raise LostCurveError(DRIFTS)
             if abs(value - place) >= STILL * self.steps.scale:
-                place, standing, size = value, 0, _vibration(current)
+                place, standing, size = value, 0, self._vibration(current)
             standing += 1
-            if self.undamped and _vibration(current) > GROWN * size:
+            if self._vibration(current) > GROWN * size:
                 raise LostCurveError(INFINITE)
             if standing > STANDING_STEPS:
                 raise LostCurveError(STANDS_STILL)
@@ -151,7 +151,6 @@ class _Tracer:
         """The point at the end of the band, exactly, between the last two."""
         return solve_at(self.steps.balance, current, following, self.parameter, self.end)
 
-
-def _vibration(point: CurvePoint) -> float:
-    """The largest harmonic of a point, the mean left out."""
-    return float(np.abs(point.evaluation.w[:, 1:]).max(initial=0.0))
+    def _vibration(self, point: CurvePoint) -> float:
+        """The largest harmonic of a point, the mean left out; 0 where damping bounds it."""
+        return float(np.abs(point.evaluation.w[:, 1:]).max(initial=0.0)) if self.undamped else 0.0

@@ -71,7 +71,7 @@ def correct(
     """
     forces, omega, level = np.ascontiguousarray(start.forces), float(start.omega), float(start.level)
     wanted = -1.0 if direction is None else direction
-    found = _newton_called(balance.system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
+    found = _newton_called(balance.placed_system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
     evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), balance.table, found.state)
     factors = Factors(found.bordered, balance.system) if found.bordered.lu.size else None
     along = found.direction if direction is not None and found.converged else None

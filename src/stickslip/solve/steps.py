@@ -129,7 +129,7 @@ class Steps:
         place = Place(point.forces, state.w, state.unknown, point.omega, point.level, metric, behind, unknown, length)
         by_level = self.parameter == "level"
         solver = Solver(iterations, halvings, patience, self.scale, by_level, self.orientation, *self.largest)
-        found = step(self.balance.system, self.balance.rows, place, tangent, distance, solver)
+        found = step(self.balance.placed_system, self.balance.rows, place, tangent, distance, solver)
         self.largest = [found.contacts, found.outputs]
         return found
 
