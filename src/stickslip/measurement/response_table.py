@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, among, counted, existing, fault, nearest, vector
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
-from stickslip.measurement.response_units import MOTIONS, UNITS, ResponseUnit, response_unit
+from stickslip.measurement.response_units import MOTIONS, UNITS, FileUnit, ResponseUnit, response_unit
 
 PhaseOf = Literal["displacement", "quantity"]
 
@@ -50,6 +50,9 @@ FUNCTION = re.compile(r"(h\d*|frf|tf|x|y)(\(.*\))?", re.IGNORECASE)
 
 LARGEST_PHASE = 2.0 * np.pi
 """rad; phases beyond it in a column without a unit may be degrees."""
+
+SI = {"frequency": "Hz", "displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force": "N", "phase": "rad"}
+"""What a column is taken for whose unit is not stated."""
 
 AHEAD = {"displacement": 0.0, "velocity": 0.5 * np.pi, "acceleration": np.pi}
 """rad by which a quantity is ahead of the displacement."""
@@ -128,6 +131,9 @@ def _column(table: NumberTable, index: int) -> _Column:
     key = next(iter(places), None)
     if key not in ("real", "imaginary", "phase") and (motion or per_force or {"frequency", "amplitude"} <= {*places}):
         key = "amplitude"
+    end = response_unit(table.titles[index].rsplit("_", 1)[-1].strip()) if table.titles and unit is None else None
+    if end is not None and "_" in (table.titles or ())[index] and end.kind in (key, motion):  # force_n, frequency_hz
+        unit = (table.titles or ())[index].rsplit("_", 1)[-1].strip()
     rank = 10 * [*QUANTITY_TITLES, None].index(motion) if key == "amplitude" else 0
     return _Column(index, words, key, motion, per_force, rank + places.get(key or "", 0), None if of else unit)
 
@@ -210,18 +216,20 @@ def _response(
     unit, quantity = _quantity(table, first, asked)
     per_force = unit.per_force if unit else first.per_force
     if unit is None and (asked or first.motion) is None:
-        notes.append(f"The quantity of {table.name} is not stated: acceleration in m/s2 is assumed.")
-    frequency = _frequency(table, found["frequency"])
+        notes.append(f"The quantity of {table.name} is not stated: acceleration is assumed.")
+    units = _units_of_file(table, found, quantity, unit, per_force)
+    frequency = units["frequency"].factor * table.numbers[:, found["frequency"].index]
     used = frequency != 0.0
     if not np.all(used):
         notes.append(f"{table.name}: {counted(int(np.sum(~used)), 'row')} at 0 Hz left out.")
-    values, level = _values(table, found, unit), _level(table, found, about.pop("force", None))
+    values, level = _values(table, found, unit), _level(table, found, about.pop("force", None), units)
     size = np.abs(values) if "real" in found else values.real
     for key, column in {"frequency": frequency, quantity: size, "force": level}.items():
-        _check(table, key, column, used & ~(np.isfinite(column) & (column > 0.0)), "must be finite and positive")
+        shown = column / units[key].factor if key in units else column
+        _check(table, key, shown, used & ~(np.isfinite(column) & (column > 0.0)), "must be finite and positive")
     phase, of = (np.angle(values), "quantity") if "real" in found else (None, phase_of)
     if "phase" in found:
-        phase = _phase(table, found["phase"], used)
+        phase = _phase(table, found["phase"], used, units["phase"])
         if of is None and (per_force or found["phase"].per_force):
             of = "quantity"
             if AHEAD[quantity]:
@@ -231,7 +239,26 @@ def _response(
         phase = np.angle(np.exp(1j * (phase - AHEAD[quantity])))
     amplitude = size * (level if per_force else 1.0)
     phase = None if phase is None else phase[used]
-    return MeasuredResponse(frequency[used], amplitude[used], level[used], phase, quantity, notes=tuple(notes), **about)
+    about |= {"notes": tuple(notes), "units": units}
+    return MeasuredResponse(frequency[used], amplitude[used], level[used], phase, quantity, **about)
+
+
+def _units_of_file(
+    table: NumberTable, found: Mapping[str, _Column], quantity: str, unit: ResponseUnit | None, per_force: bool
+) -> dict[str, FileUnit]:
+    """Units of the columns by what they hold, the responses by their quantity."""
+    first = found["real" if "real" in found else "amplitude"]
+    whole = f"({SI[quantity]})/N" if per_force else SI[quantity]
+    units = {}
+    for key in ("frequency", quantity, "force", "phase"):
+        if key == quantity:
+            units[key] = FileUnit(first.unit or whole, unit.factor if unit else 1.0, unit is None)
+        elif key in found:
+            stated = _unit(table, found[key], key, (key,))
+            angular = key == "frequency" and {*ANGULAR} & {*found[key].words}
+            text = found[key].unit or ("rad/s" if angular else SI[key])
+            units[key] = FileUnit(text, UNITS[key][text.lower()] if stated is None else stated.factor, stated is None)
+    return units
 
 
 def _quantity(table: NumberTable, first: _Column, asked: str | None) -> tuple[ResponseUnit | None, str]:
@@ -259,12 +286,6 @@ def _unit(table: NumberTable, column: _Column, what: str, kinds: Sequence[str]) 
     return unit
 
 
-def _frequency(table: NumberTable, column: _Column) -> Array:
-    unit = _unit(table, column, "frequency", ("frequency",))
-    default = UNITS["frequency"]["rad/s"] if {*ANGULAR} & {*column.words} else 1.0
-    return np.asarray(table.numbers[:, column.index] * (unit.factor if unit else default))
-
-
 def _values(table: NumberTable, found: Mapping[str, _Column], unit: ResponseUnit | None) -> NDArray[np.complex128]:
     """The responses (n,) in SI, complex where their parts are known."""
     factor = unit.factor if unit else 1.0
@@ -278,26 +299,25 @@ def _values(table: NumberTable, found: Mapping[str, _Column], unit: ResponseUnit
     return np.asarray(factor * (real + 1j * imaginary))
 
 
-def _level(table: NumberTable, found: Mapping[str, _Column], given: Any) -> Array:
+def _level(table: NumberTable, found: Mapping[str, _Column], given: Any, units: Mapping[str, FileUnit]) -> Array:
     """The force level at each row (n,) [N], of a column or as given."""
     if "force" not in found:
         return vector(f"force of {table.name}", given, len(table.numbers))
     if given is not None:
         remedy = "Leave out one of the two."
         raise fault(f"The force of {table.name}", "must be given once", "a column of the file, and given too", remedy)
-    unit = _unit(table, found["force"], "force", ("force",))
-    return np.asarray(table.numbers[:, found["force"].index] * (unit.factor if unit else 1.0))
+    return np.asarray(table.numbers[:, found["force"].index] * units["force"].factor)
 
 
-def _phase(table: NumberTable, column: _Column, used: NDArray[np.bool_]) -> Array:
+def _phase(table: NumberTable, column: _Column, used: NDArray[np.bool_], unit: FileUnit) -> Array:
     """Phases (n,) in rad, ahead of the force."""
-    values, unit = table.numbers[:, column.index], _unit(table, column, "phase", ("phase",))
+    values = table.numbers[:, column.index]
     _check(table, "phase", values, used & ~np.isfinite(values), "must be finite")
     largest = float(np.max(np.abs(values), where=used, initial=0.0))
-    if unit is None and largest > LARGEST_PHASE:
+    if unit.assumed and largest > LARGEST_PHASE:
         remedy = "Name the column phase [deg], or give units={'phase': 'deg'} (--unit phase=deg)."
         raise fault(f"The unit of phase in {table.name}", "must be stated", f"missing, with values to {largest:g}", remedy)
-    return np.asarray(values * (unit.factor if unit else 1.0) * (-1.0 if "lag" in column.words else 1.0))
+    return np.asarray(values * unit.factor * (-1.0 if "lag" in column.words else 1.0))
 
 
 def _check(table: NumberTable, key: str, values: Array, wrong: NDArray[np.bool_], rule: str) -> None:

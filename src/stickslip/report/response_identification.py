@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.identification.response_result import summary
+from stickslip.analyses.identification.response_summary import summary
 from stickslip.plots.files import Figures
 from stickslip.plots.response_identification import intervals, measured_and_computed, misfits
 from stickslip.report.presentation import Presentation

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
+WITHOUT = {"kn": "A contact has kn where it has a normal direction and its law a stiffness kn; else leave it out."}
+"""Remedies for factors on what no contact has."""
+
 ColumnName = Literal["frequency", "amplitude", "real", "imaginary", "phase", "force"]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -148,6 +151,17 @@ def start_between(present: float, low: float, high: float) -> float:
     return float(np.sqrt(low * high)) if low > 0.0 else 0.5 * (low + high)
 
 
+def own_values(problem: Problem, name: str) -> tuple[tuple[float, ...], str]:
+    """Least and largest value that a factor multiplies, over the contacts of the problem, and its unit; none of what is no
+    parameter of a contact."""
+    if name not in FACTORS[:3]:
+        return (), ""
+    contacts = [one for one in problem.contacts if name != "kn" or one.normal is not None]
+    found = [np.ravel(value) for one in contacts if (value := getattr(one.law, name, None)) is not None]
+    ends = (float(min(map(np.min, found))), float(max(map(np.max, found)))) if found else ()
+    return ends, "" if name == "mu" else "N/m"
+
+
 def about_columns(table: ResponseIdentificationTable) -> list[dict[str, Any]]:
     """How each file is read: arguments of `read_measured_response`."""
     about: dict[str, Any] = {"quantity": table.quantity, "phase_of": table.phase_of}
@@ -229,6 +243,10 @@ class ResponseIdentificationPlan(Plan):
         names = list(sweep.problem.output_names)
         _known_settings(table, asked.rig[0])
         about_columns(table)
+        for name in FACTORS[:3]:
+            if getattr(table, name) is not None and not own_values(sweep.problem, name)[0]:
+                laws = ", ".join(dict.fromkeys(type(contact.law).__name__ for contact in sweep.problem.contacts)) or "no contact"
+                raise fault(f"[{TABLE}]: {name}", "must be a parameter of a contact of the problem", laws, WITHOUT.get(name, ""))
         if table.output is not None and table.output not in names:
             raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", table.output)
         if table.rig and not asked.rig[0]:
@@ -304,6 +322,7 @@ class ResponseIdentificationPlan(Plan):
             harmonics=base.harmonics,
             samples=base.samples,
             remarks=(words,) if kept < count else (),
+            factors={name: own_values(self.sweep.problem, name) for name in free if name in FACTORS and name not in table.rig},
         )
 
     @property
