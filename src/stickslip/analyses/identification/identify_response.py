@@ -21,6 +21,7 @@ from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
 from stickslip.analyses.identification.least_friction import least_friction
+from stickslip.analyses.identification.mistakes import POOR, amplitudes_alone, notes_on_mistakes
 from stickslip.analyses.identification.outliers import fitted_without
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
 from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit
@@ -218,8 +219,10 @@ class ResponseIdentificationWork:
             else:
                 outliers = fitted_without(fit, x, self.evaluations)
                 bounds = {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
-            least = least_friction(fit, x)
-        return {"x": x, "least": least, "cpu_seconds": np.array(time.process_time() - started), **bounds}
+            bounds["least"] = least_friction(fit, x)
+            if max(misfit(fit, x, t) for t in range(len(fit.tests))) > POOR:
+                bounds |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
+        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **bounds}
 
     def finished(
         self, results: Sequence[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress
@@ -247,6 +250,8 @@ class ResponseIdentificationWork:
                 dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
                 notes += tuple(notes_on_bounds(dataset, fit))
             notes += tuple(notes_of_fit(fit, x, statistics, dataset))
+            if "plain_gain" in results[0]:
+                notes += tuple(notes_on_mistakes(self.tests, dataset["misfit"].values, results[0]))
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds, "factors": json.dumps(self.factors)}

@@ -156,7 +156,9 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     found = []
     contacts = [contact for t, model in enumerate(fit.tests) for contact in model.problem(fit.values(x, t)).contacts]
     if not np.any(dataset["slips"].values) and any(contact.law.rubs for contact in contacts):
-        found.append("No contact slips or opens at any point: the responses say nothing of friction coefficients.")
+        known = np.isfinite(dataset["least"].values).any()
+        words = "no more of friction than that it holds" if known else "nothing of friction coefficients"
+        found.append(f"No contact slips or opens at any point: the responses say {words}.")
     elif not np.any(dataset["slips"].values) and any(contact.normal is not None for contact in contacts):
         found.append("No contact opens or closes at any point: the responses say nothing of gaps.")
     for k, name in enumerate(names):
@@ -209,8 +211,9 @@ def _about_outliers(fit: ResponseFit, dataset: xr.Dataset) -> list[str]:
         return []
     tests, errors, deviations = [model.test for model in fit.tests], dataset["outlier"], dataset["outlier_deviation"]
     found = notes_on_outliers(tests, list(errors.values), list(deviations.values))
-    names, ends = [str(name) for name in dataset["parameter"].values], (dataset["low"].values, dataset["high"].values)
-    return [*found, moved(names, dataset["value"].values, ends, dataset["value_without_outliers"].values)]
+    known = dataset.isel(parameter=np.isnan(dataset["least"].values))
+    names, ends = [str(name) for name in known["parameter"].values], (known["low"].values, known["high"].values)
+    return [*found, moved(names, known["value"].values, ends, known["value_without_outliers"].values)]
 
 
 def _doubtful_gains(dataset: xr.Dataset) -> list[str]:
