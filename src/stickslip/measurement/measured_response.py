@@ -91,12 +91,17 @@ class MeasuredResponse:
 
 def flat_top(test: MeasuredResponse) -> list[str]:
     """A sentence where neighbouring points have the largest amplitude of a test to the last digit, as a clipped sensor shows it,
-    while other neighbours differ; none where the response is held."""
+    while other neighbours differ, and where all are equal; none where the response is held."""
     amplitude = np.asarray(test.amplitude)[np.argsort(np.asarray(test.frequency), kind="stable")]
     top = amplitude == amplitude.max()
     longest, others = longest_run(top), longest_run((np.diff(amplitude) == 0.0) & ~top[1:])
     if test.held == "response" or longest <= max(1, others + 1):
         return []
+    if longest == amplitude.size and np.ptp(np.asarray(test.force)) > 0.0:
+        return [
+            f"The {test.quantity} of {test.name} is the same at all points, while the force varies. Was it held (held='response', "
+            "--held response), or are the columns of force and response swapped?"
+        ]
     limited = "" if np.ptp(np.asarray(test.force)) == 0.0 else ", and a response that the controller limits"
     unit = test.units.get(test.quantity, FileUnit("", 1.0))
     factor, text = (1.0, "") if "/N" in unit.text else (unit.factor, f" {unit.text}".rstrip())

@@ -45,6 +45,9 @@ ANGULAR = ("omega", "ω", "angular")
 SEVERAL = ("curve", "test", "run", "sweep", "case")
 """Words of a column that numbers the curves of a file."""
 
+FEWEST_ROWS = 3
+"""Of a curve."""
+
 FUNCTION = re.compile(r"(h\d*|frf|tf|x|y)(\(.*\))?", re.IGNORECASE)
 """What stands in the brackets of Re(H), Im(H) and arg(H): no unit."""
 
@@ -79,10 +82,40 @@ def read_measured_response(
     phase_of: what a column of phases is of: the "displacement" (unless given for amplitudes) or the measured "quantity", which
     is 90° ahead of it as a velocity and 180° as an acceleration (unless given for responses per force). Complex responses are
     those of the quantity, with exp(+iωt). A title with the word lag turns the sign. Rows at 0 Hz are left out.
-    A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused.
+    A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused:
+    `read_measured_responses` reads it.
     about: other arguments of `MeasuredResponse`, such as quantity, force, held, settings, error. Its name is that of the file.
     """
-    file = Path(path)
+    (test,) = _read(Path(path), None, columns, units, phase_of, about)
+    return test
+
+
+def read_measured_responses(
+    path: str | Path,
+    by: str | int,
+    *,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    phase_of: PhaseOf | None = None,
+    **about: Any,
+) -> list[MeasuredResponse]:
+    """The tests of a file of several curves, which the values of a column tell apart.
+
+    by: title or number (from 1) of that column, such as "curve"; the curves come in the order of their first rows. Other
+    arguments as for `read_measured_response`. The name of each is that of the file, the column and its value.
+    """
+    return _read(Path(path), by, columns, units, phase_of, about)
+
+
+def _read(
+    file: Path,
+    by: str | int | None,
+    columns: Mapping[str, str | int] | None,
+    units: Mapping[str, str] | None,
+    phase_of: PhaseOf | None,
+    about: dict[str, Any],
+) -> list[MeasuredResponse]:
+    """The test of a file, or those that a column tells apart."""
     existing("A measured response", [file])
     for what, given in (("columns", columns), ("units", units)):
         for key in given or {}:
@@ -95,7 +128,10 @@ def read_measured_response(
         among("quantity", asked, MOTIONS)
     table = matlab_tables([file])[0] if file.suffix.lower() == ".mat" else text_table(file)
     found = _chosen(table, columns or {}, asked, "force" in about)
-    notes = [*table.notes, *_not_used(table, found)]
+    number = None if by is None else named_column(table, "the curves", by)
+    if number is not None and number in {column.index for column in found.values()}:
+        raise fault("by", "must be a column that holds nothing else", by)
+    notes = [*table.notes, *_not_used(table, found, number)]
     stated = dict(units or {})
     for key, other in (("real", "imaginary"), ("imaginary", "real")):
         if key in stated:
@@ -105,7 +141,26 @@ def read_measured_response(
             raise fault("units", f"must be of columns of {table.name}: {', '.join(found)}", key)
         notes += _contradicted(table.name, key, found[key].unit, text)
         found[key] = replace(found[key], unit=text)
-    return _response(table, found, asked, phase_of, {"name": file.stem, "notes": notes, **about})
+    about = {"name": file.stem, "notes": notes, **about}
+    if number is None:
+        return [_response(table, found, asked, phase_of, about)]
+    return [
+        _response(part, found, asked, phase_of, {**about, "name": f"{about['name']} {words}", "notes": [*notes]})
+        for words, part in _parts(table, number)
+    ]
+
+
+def _parts(table: NumberTable, number: int) -> list[tuple[str, NumberTable]]:
+    """The rows of each value of a column, and what they are called."""
+    values, title = table.numbers[:, number], (table.titles or ())[number] if table.titles else ""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise fault(f"The column of the curves in {table.name}", "must be finite", f"{values[bad[0]]} in row {bad[0] + 1}")
+    every = list(dict.fromkeys(values.tolist()))
+    if len(every) > len(values) // FEWEST_ROWS:
+        rule = f"must tell apart curves of {FEWEST_ROWS} rows or more"
+        raise fault(f"The column {title or number + 1} of {table.name}", rule, f"{len(every)} values in {len(values)} rows")
+    return [(f"{title} {value:g}".strip(), replace(table, numbers=table.numbers[values == value])) for value in every]
 
 
 @dataclass(frozen=True)
@@ -176,18 +231,19 @@ def _chosen(table: NumberTable, named: Mapping[str, str | int], asked: str | Non
     return found
 
 
-def _not_used(table: NumberTable, found: Mapping[str, _Column]) -> list[str]:
+def _not_used(table: NumberTable, found: Mapping[str, _Column], by: int | None) -> list[str]:
     """The note on columns that are not used; a file of several curves, which one of them numbers, is refused."""
-    used = {column.index for column in found.values()}
+    used = {*(column.index for column in found.values()), by}
     left = [] if table.titles is None else [index for index in range(len(table.titles)) if index not in used]
     titles = [str((table.titles or ())[index]) for index in left]
     for index, title in zip(left, titles, strict=True):
         count = np.unique(table.numbers[:, index]).size
         if (
-            1 < count <= table.numbers.shape[0] // 2
+            by is None
+            and 1 < count <= table.numbers.shape[0] // 2
             and _place(tuple(re.findall(r"[^\W\d_]+", title.lower())), SEVERAL) is not None
         ):
-            remedy = "Write each curve to a file of its own: gain, phase and error count for each."
+            remedy = f"Split it, by={title!r} (--by {title!r} of identify-response), or leave one curve: gain and error count for each."
             raise fault(f"The number of curves in {table.name}, by its column {title!r},", "must be 1", count, remedy)
     return [f"Columns of {table.name} that are not used: {', '.join(titles)}."] if titles else []
 

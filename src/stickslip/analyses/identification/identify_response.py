@@ -213,16 +213,17 @@ class ResponseIdentificationWork:
             most = self.tries + self.evaluations
             fit.evaluated = lambda count: report(min(count / most, 0.95))
             x = fit.best(self.tries, self.seed, self.evaluations)
-            bounds: Arrays = {}
+            found: dict[str, Any] = {}
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
-            else:
-                outliers = fitted_without(fit, x, self.evaluations)
-                bounds = {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
-            bounds["least"] = least_friction(fit, x)
+                found |= bounds
+            outliers = fitted_without(fit, x, self.evaluations)
+            found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
+            if self.start_states != "bounds":
+                found["least"] = least_friction(fit, x)
             if max(misfit(fit, x, t) for t in range(len(fit.tests))) > POOR:
-                bounds |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
-        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **bounds}
+                found |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
+        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **found}
 
     def finished(
         self, results: Sequence[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.model_error import FEWEST_TESTS, above_noise
 from stickslip.analyses.identification.outliers import moved, notes_on_outliers
 from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
@@ -212,6 +213,8 @@ def _about_outliers(fit: ResponseFit, dataset: xr.Dataset) -> list[str]:
     tests, errors, deviations = [model.test for model in fit.tests], dataset["outlier"], dataset["outlier_deviation"]
     found = notes_on_outliers(tests, list(errors.values), list(deviations.values))
     known = dataset.isel(parameter=np.isnan(dataset["least"].values))
+    if isinstance(fit.tests[0], EnclosedTest):  # the value is one of many
+        return found
     names, ends = [str(name) for name in known["parameter"].values], (known["low"].values, known["high"].values)
     return [*found, moved(names, known["value"].values, ends, known["value_without_outliers"].values)]
 

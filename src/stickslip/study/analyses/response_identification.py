@@ -18,7 +18,7 @@ from stickslip.analyses.identification.response_fit import FreeParameter
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.checks import MOST, Index, counted, fault, nearest
 from stickslip.measurement.measured_response import MeasuredResponse
-from stickslip.measurement.response_table import read_measured_response
+from stickslip.measurement.response_table import read_measured_response, read_measured_responses
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
@@ -43,6 +43,9 @@ class ResponseIdentificationTable(Table):
     """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
 
     files: Annotated[list[str], Field(min_length=1, description="curves (text): frequency, amplitude, force, phase if known")]
+    by: Annotated[
+        Column | None, Field(description='title or number of the column that tells the curves of a file apart, such as "curve"')
+    ] = None
     quantity: Annotated[
         Literal["displacement", "velocity", "acceleration"] | None,
         Field(description="that was measured; as the titles of the files say unless given"),
@@ -136,7 +139,7 @@ def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParamet
     for name, (start, low, high) in table.rig.items():
         if not low <= start <= high or low == high:
             raise fault(name, "must be [start, low, high] with the start between the others", [start, low, high])
-    if table.settings and len(table.settings) != len(table.files):
+    if table.settings and table.by is None and len(table.settings) != len(table.files):
         raise fault("settings", f"must be one for each of {counted(len(table.files), 'file')}", len(table.settings))
     found = {name: (start_between(1.0, low, high), low, high) for name, (low, high) in factors.items()}
     found |= {name: (start, low, high) for name, (start, low, high) in table.rig.items()}
@@ -162,11 +165,38 @@ def own_values(problem: Problem, name: str) -> tuple[tuple[float, ...], str]:
     return ends, "" if name == "mu" else "N/m"
 
 
+def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: Any) -> list[MeasuredResponse]:
+    """The curves of all files, one each, or those that the column `by` tells apart; about: other arguments of them all."""
+    how = about_columns(table)
+    if table.by is None:
+        each = zip(table.files, names_of(table.files), how, strict=True)
+        return [read_measured_response(folder / file, name=name, **about, **own) for file, name, own in each]
+    levels = table.force or [None]
+    given = [{} if level is None else {"force": level} for level in levels]
+    named = list(zip(table.files, names_of(table.files), strict=True))
+    sets = [
+        [
+            curve
+            for file, name in named
+            for curve in read_measured_responses(folder / file, table.by, name=name, **about, **how[0], **own)
+        ]
+        for own in given
+    ]
+    count = len(sets[0])
+    if len(sets) not in (1, count):
+        raise fault(f"[{TABLE}]: force", f"must be one, or one for each of {counted(count, 'curve')}", table.force)
+    if table.settings and len(table.settings) != count:
+        raise fault(f"[{TABLE}]: settings", f"must be one for each of {counted(count, 'curve')}", len(table.settings))
+    return sets[0] if len(sets) == 1 else [own[k] for k, own in enumerate(sets)]
+
+
 def about_columns(table: ResponseIdentificationTable) -> list[dict[str, Any]]:
-    """How each file is read: arguments of `read_measured_response`."""
+    """How each file is read: arguments of `read_measured_response`; force levels of curves that a column tells apart aside."""
     about: dict[str, Any] = {"quantity": table.quantity, "phase_of": table.phase_of}
     about |= {"columns": {str(key): which for key, which in table.columns.items()}}
     about |= {"units": {str(key): unit for key, unit in table.column_units.items()}}
+    if table.by is not None:
+        return [about]
     if table.force and len(table.force) not in (1, len(table.files)):
         raise fault(f"[{TABLE}]: force", f"must be one, or one for each of {counted(len(table.files), 'file')}", table.force)
     levels = table.force if len(table.force) == len(table.files) else table.force * len(table.files)
@@ -263,7 +293,8 @@ class ResponseIdentificationPlan(Plan):
 
     @property
     def summary(self) -> str:
-        return f"{counted(len(self.table.files), 'measured curve')}, free: {', '.join(free_parameters(self.table))}"
+        what = "measured curve" if self.table.by is None else "file"
+        return f"{counted(len(self.table.files), what)}, free: {', '.join(free_parameters(self.table))}"
 
     def tests(self) -> list[MeasuredResponse]:
         """The curves, each with its settings."""
@@ -271,8 +302,7 @@ class ResponseIdentificationPlan(Plan):
         about: dict[str, Any] = {"held": table.held, "error": table.error, "of_largest": table.of_largest}
         about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
         about["output"] = 0 if table.output is None else names.index(table.output)
-        each = zip(table.files, names_of(table.files), about_columns(table), strict=True)
-        tests = [read_measured_response(self.folder / file, name=name, **about, **how) for file, name, how in each]
+        tests = measured_curves(table, self.folder, **about)
         own = table.settings or [{} for _ in tests]
         return [replace(test, settings=settings) for test, settings in zip(tests, own, strict=True)]
 
