@@ -47,7 +47,9 @@ def identify_response(
     ] = None,
     by: Annotated[
         str | None,
-        typer.Option(metavar="COLUMN", help="Title or number of the column that tells the curves of a file apart, such as curve."),
+        typer.Option(
+            metavar="COLUMN", help="Title or number of the column that tells the curves of a file apart, such as curve."
+        ),
     ] = None,
     quantity: Annotated[
         str | None, typer.Option(help="displacement, velocity or acceleration; as the titles of the files say unless given.")

@@ -99,8 +99,8 @@ def flat_top(test: MeasuredResponse) -> list[str]:
         return []
     if longest == amplitude.size and np.ptp(np.asarray(test.force)) > 0.0:
         return [
-            f"The {test.quantity} of {test.name} is the same at all points, while the force varies. Was it held (held='response', "
-            "--held response), or are the columns of force and response swapped?"
+            f"The {test.quantity} of {test.name} is the same at all points, while the force varies. Was it held "
+            "(held='response', --held response), or are the columns of force and response swapped?"
         ]
     limited = "" if np.ptp(np.asarray(test.force)) == 0.0 else ", and a response that the controller limits"
     unit = test.units.get(test.quantity, FileUnit("", 1.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
-    """A sentence where the responses per force of some tests are about a thousand times those of others at the same frequencies."""
+    """A sentence where the responses per force of some tests are about 1000 times those of others at the same frequencies."""
     found = []
     for quantity, output in dict.fromkeys((test.quantity, test.output) for test in tests):
         alike = [test for test in tests if (test.quantity, test.output) == (quantity, output)]
@@ -49,11 +50,11 @@ def mixed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
             [name for name, ratio in ratios.items() if low <= ratio <= high]
             for low, high in ((1.0 / THOUSAND[1], 1.0 / THOUSAND[0]), (0.2, 5.0), THOUSAND)
         ]
-        for small, large in zip(groups, groups[1:], strict=False):
+        for small, large in pairwise(groups):
             if small and large:
                 found.append(
-                    f"The responses per force of {first_of(large, LISTED)} are about 1000 times those of {first_of(small, LISTED)} "
-                    f"at the same frequencies. Are the units of {quantity} and force the same?"
+                    f"The responses per force of {first_of(large, LISTED)} are about 1000 times those of "
+                    f"{first_of(small, LISTED)} at the same frequencies. Are the units of {quantity} and force the same?"
                 )
     return found
 

@@ -243,7 +243,7 @@ def _not_used(table: NumberTable, found: Mapping[str, _Column], by: int | None) 
             and 1 < count <= table.numbers.shape[0] // 2
             and _place(tuple(re.findall(r"[^\W\d_]+", title.lower())), SEVERAL) is not None
         ):
-            remedy = f"Split it, by={title!r} (--by {title!r} of identify-response), or leave one curve: gain and error count for each."
+            remedy = f"Split it, by={title!r} (--by {title!r}), or leave one curve: gain and error count for each."
             raise fault(f"The number of curves in {table.name}, by its column {title!r},", "must be 1", count, remedy)
     return [f"Columns of {table.name} that are not used: {', '.join(titles)}."] if titles else []
 

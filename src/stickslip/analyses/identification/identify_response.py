@@ -132,7 +132,7 @@ def identify_response(
 class ResponseIdentificationWork:
     """An identification as one case, the fit; `finished` then leaves out its tests one by one, if that is asked for.
 
-    factors: of parameters that are factors, least and largest value of the problem that they multiply, if it has one, and its unit.
+    factors: of parameters that are factors, least and largest value of the problem that they multiply, if any, and its unit.
     """
 
     problem_of: Callable[..., Problem]

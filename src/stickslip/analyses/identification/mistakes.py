@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.analyses.identification.computed_response import FittedTest
+from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.response_fit import ResponseFit
 from stickslip.checks import Array, first_of
 from stickslip.measurement.measured_response import MeasuredResponse
@@ -47,8 +48,8 @@ LARGE = "as where a force in kN is given as in N, or a response in mm as in m. S
 SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as --unit force=N"
 
 SWAPPED = (
-    "the measured response per force falls where that of the model rises. Are the columns of force and response swapped? Say which "
-    "they are: --column force=..., --column amplitude=...."
+    "the measured response per force falls where that of the model rises. Are the columns of force and response swapped? Say "
+    "which they are: --column force=..., --column amplitude=...."
 )
 
 Phases = Callable[[Array], Array]
@@ -63,7 +64,10 @@ PHASES: tuple[tuple[Phases, str], ...] = (
         "are 180° from those of the displacement: they are the acceleration's (--phase-of quantity), or the sign of a sensor is "
         "turned",
     ),
-    (lambda phase: np.pi - phase, "are those of the acceleration with the opposite sign. Turn the sign and say --phase-of quantity"),
+    (
+        lambda phase: np.pi - phase,
+        "are those of the acceleration with the opposite sign. Turn the sign and say --phase-of quantity",
+    ),
     (lambda phase: phase + 0.5 * np.pi, "are 90° ahead of those of the displacement, as a velocity's are. Take off 90°"),
     (lambda phase: phase - 0.5 * np.pi, "are 90° behind those of the displacement, as against a cosine for a sine. Add 90°"),
     (lambda phase: 0.5 * np.pi - phase, "are those of swapped real and imaginary parts. Swap them"),
@@ -78,7 +82,7 @@ def amplitudes_alone(fit: ResponseFit, search: tuple[int, int, int]) -> dict[str
     """Gain, misfit and phases of the amplitudes alone: plain_gain and plain_misfit (tests,), the latter relative to the largest
     response; plain_size and plain_phase, of all points in turn, without the gains. Contacts are virgin. search: tries, seed and
     evaluations."""
-    models = [_amplitudes(getattr(one, "model", one)) for one in fit.tests]
+    models = [_amplitudes(one.model if isinstance(one, EnclosedTest) else one) for one in fit.tests]
     plain = ResponseFit(models, fit.free)
     x = plain.best(*search)
     plain.residuals(x)

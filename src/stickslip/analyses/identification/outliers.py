@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +23,10 @@ NORMAL = 0.6745
 """Median of the size of noise of standard deviation 1."""
 
 DOUBTED = 2.5
-"""Standard errors from which on the point that misses the fit most is left out once, to see how far it then is from the others."""
+"""Standard errors from which on the point that misses the fit most is left out once, to see how far it then is from them."""
 
 KNOWN, FLAT = 1e-8, 1e-6
-"""Share of the largest singular value below which a direction is unknown; least variance of a residual that the fit draws to 0."""
+"""Share of the largest singular value below which a direction is unknown; least variance of a residual, relative."""
 
 MOST = 0.1
 """Share of the points that may be outliers, one in any case: of more the model is at fault."""
@@ -82,32 +83,30 @@ def _errors(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> list[Array]:
     without the point, r (1 − H)⁻¹ r less, if these are smaller: one alone at a resonance bends the fit to itself.
     """
     residuals, J = fit.residuals(x), fit.jacobian(x)
-    count = residuals.size - _priors(fit).size
-    kept = np.concatenate([*(np.tile(~mark, rows) for mark, rows in zip(marks, fit.rows, strict=True)), _priors(fit)])
+    priors = np.ones(sum(variable.deviation is not None for variable in fit.variables), dtype=bool)
+    kept = np.concatenate([*(np.tile(~mark, rows) for mark, rows in zip(marks, fit.rows, strict=True)), priors])
     J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     _, values, directions = np.linalg.svd(J[kept], full_matrices=False)
-    known = values > KNOWN * values.max(initial=1e-300)
+    known = values > KNOWN * np.max(values, initial=1e-300)
     ways = J @ directions[known].T / values[known]
     blind = np.sum(J**2, axis=1) - np.sum((J @ directions[known].T) ** 2, axis=1) > KNOWN
-    each = [(fit.parted(residuals)[t], _by_point(fit, ways, t), _by_point(fit, blind[:, None], t)) for t in range(len(marks))]
-    misses = [_misses(parts, rows, mark) for (parts, rows, _), mark in zip(each, marks, strict=True)]
-    usual = _usual(residuals[:count])
-    all_of_them, found = float(np.sum(residuals[kept] ** 2)), []
-    freedom = max(np.count_nonzero(kept) - np.count_nonzero(known), 1)
-    for t, ((parts, _, unknown), mark, miss) in enumerate(zip(each, marks, misses, strict=True)):
-        of_test, share = float(np.sum(parts[:, ~mark] ** 2)), parts[:, ~mark].size / max(np.count_nonzero(kept), 1)
-        gone = np.where(mark, 0.0, miss)
+    count, lost = int(np.count_nonzero(kept)), int(np.count_nonzero(known))
+    square, usual = float(np.sum(residuals[kept] ** 2)), _usual(residuals[: residuals.size - priors.size])
+    found = []
+    for t, (parts, mark) in enumerate(zip(fit.parted(residuals), marks, strict=True)):
+        miss = _misses(parts, _by_point(fit, ways, t), mark)
+        gone, share = np.where(mark, 0.0, miss), parts[:, ~mark].size / max(count, 1)
         left = [
-            np.sqrt(np.maximum(square - gone, 0.0) / max(degrees - len(parts), 1.0))
-            for square, degrees in ((all_of_them, freedom), (of_test, share * freedom))
+            np.sqrt(np.maximum(whole - gone, 0.0) / max(freedom - len(parts), 1.0))
+            for whole, freedom in ((square, count - lost), (float(np.sum(parts[:, ~mark] ** 2)), share * (count - lost)))
         ]
         scale = np.maximum(1.0, np.maximum(np.minimum(usual, left[0]), np.minimum(_usual(parts), left[1])))
-        sound = np.asarray(fit.found(t).solved, dtype=float) * ~np.any(unknown & mark[:, None, None], axis=(1, 2))
-        found.append(sound * np.sqrt(miss) / scale)
+        unknown = mark & np.any(_by_point(fit, blind[:, None], t), axis=(1, 2))
+        found.append(np.where(fit.found(t).solved & ~unknown, np.sqrt(miss) / scale, 0.0))
     return found
 
 
-def _by_point(fit: ResponseFit, rows: Array, t: int) -> Array:
+def _by_point(fit: ResponseFit, rows: NDArray[Any], t: int) -> NDArray[Any]:
     """The rows of the points of a test, (points, rows of a point, columns)."""
     sizes = [np.size(model.test.frequency) * count for model, count in zip(fit.tests, fit.rows, strict=True)]
     first = sum(sizes[:t])
@@ -120,10 +119,6 @@ def _misses(parts: Array, ways: Array, mark: Marks) -> Array:
     values, directions = np.linalg.eigh(np.eye(len(parts)) + signs * ways @ np.moveaxis(ways, 1, 2))
     along = np.einsum("pki,kp->pi", directions, parts)
     return np.asarray(np.sum(along**2 / np.maximum(values, FLAT), axis=1))
-
-
-def _priors(fit: ResponseFit) -> Marks:
-    return np.ones(sum(variable.deviation is not None for variable in fit.variables), dtype=bool)
 
 
 def _usual(residuals: Array) -> float:

@@ -171,22 +171,18 @@ def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: A
     if table.by is None:
         each = zip(table.files, names_of(table.files), how, strict=True)
         return [read_measured_response(folder / file, name=name, **about, **own) for file, name, own in each]
-    levels = table.force or [None]
-    given = [{} if level is None else {"force": level} for level in levels]
     named = list(zip(table.files, names_of(table.files), strict=True))
-    sets = [
-        [
-            curve
-            for file, name in named
-            for curve in read_measured_responses(folder / file, table.by, name=name, **about, **how[0], **own)
-        ]
-        for own in given
-    ]
+    by = table.by
+
+    def read(**level: Any) -> list[MeasuredResponse]:
+        each = [read_measured_responses(folder / file, by, name=name, **about, **how[0], **level) for file, name in named]
+        return [curve for curves in each for curve in curves]
+
+    sets = [read(force=level) for level in table.force] or [read()]
     count = len(sets[0])
-    if len(sets) not in (1, count):
-        raise fault(f"[{TABLE}]: force", f"must be one, or one for each of {counted(count, 'curve')}", table.force)
-    if table.settings and len(table.settings) != count:
-        raise fault(f"[{TABLE}]: settings", f"must be one for each of {counted(count, 'curve')}", len(table.settings))
+    for key, given in (("force", len(sets) if len(sets) > 1 else count), ("settings", len(table.settings) or count)):
+        if given != count:
+            raise fault(f"[{TABLE}]: {key}", f"must be one for each of {counted(count, 'curve')}", given)
     return sets[0] if len(sets) == 1 else [own[k] for k, own in enumerate(sets)]
 
 
