@@ -15,6 +15,7 @@ import numpy as np
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.response_fit import ResponseFit
+from stickslip.analyses.identification.response_result import misfit
 from stickslip.checks import Array, first_of
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.measurement.response_scales import THOUSAND
@@ -29,9 +30,6 @@ force friction is wrong as well."""
 ALIKE, BETTER = 0.25, 3.0
 """Distance of measured phases from computed ones [rad, root mean square] up to which they are the same, and how many times
 farther they must be without the mistake."""
-
-INVERSE = -0.8
-"""Correlation of the logarithms of measured and computed responses below which force and response seem to be swapped."""
 
 LISTED = 4
 """Tests that a sentence names."""
@@ -48,8 +46,8 @@ LARGE = "as where a force in kN is given as in N, or a response in mm as in m. S
 SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as --unit force=N"
 
 SWAPPED = (
-    "the measured response per force falls where that of the model rises. Are the columns of force and response swapped? Say "
-    "which they are: --column force=..., --column amplitude=...."
+    "the columns of force and response seem to be swapped: so exchanged, the model fits. Say which they are, --column force=..., "
+    "--column amplitude=...."
 )
 
 Phases = Callable[[Array], Array]
@@ -79,41 +77,51 @@ PHASES: tuple[tuple[Phases, str], ...] = (
 
 
 def amplitudes_alone(fit: ResponseFit, search: tuple[int, int, int]) -> dict[str, Array]:
-    """Gain, misfit and phases of the amplitudes alone: plain_gain and plain_misfit (tests,), the latter relative to the largest
-    response; plain_size and plain_phase, of all points in turn, without the gains. Contacts are virgin. search: tries, seed and
-    evaluations."""
-    models = [_amplitudes(one.model if isinstance(one, EnclosedTest) else one) for one in fit.tests]
-    plain = ResponseFit(models, fit.free)
+    """What the amplitudes alone show: plain_gain and plain_misfit (tests,), the latter relative to the largest response;
+    plain_phase of all points in turn; swapped_misfit (tests,), with force and response swapped where they are missed as well.
+
+    Contacts are virgin. search: tries, seed and evaluations.
+    """
+    gains, misfits, phases = _fitted(ResponseFit([_amplitudes(one) for one in fit.tests], fit.free), search)
+    swapped = np.full(len(fit.tests), np.inf)
+    if np.any(misfits > POOR) and not any(_named_gain(float(gain))[1] for gain in gains):
+        swapped = _fitted(ResponseFit([_amplitudes(one, swap=True) for one in fit.tests], fit.free), search)[1]
+    return {"plain_gain": gains, "plain_misfit": misfits, "plain_phase": phases, "swapped_misfit": swapped}
+
+
+def _fitted(plain: ResponseFit, search: tuple[int, int, int]) -> tuple[Array, Array, Array]:
+    """Gains and misfits of the tests of a fit, and the phases of all points in turn."""
     x = plain.best(*search)
     plain.residuals(x)
-    shown = [np.asarray(plain.found(t).per_force) for t in range(len(models))]
-    gains = np.array([abs(plain.chain(x, t)) for t in range(len(models))])
-    sizes = [np.abs(model.test.per_force) for model in models]
-    misfits = [
-        np.sqrt(np.mean((gain * np.abs(one) - size) ** 2)) / size.max()
-        for gain, one, size in zip(gains, shown, sizes, strict=True)
-    ]
-    whole = np.concatenate(shown)
-    return {"plain_gain": gains, "plain_misfit": np.array(misfits), "plain_size": np.abs(whole), "plain_phase": np.angle(whole)}
+    count = range(len(plain.tests))
+    gains = np.array([abs(plain.chain(x, t)) for t in count])
+    return (
+        gains,
+        np.array([misfit(plain, x, t) for t in count]),
+        np.concatenate([np.angle(plain.found(t).per_force) for t in count]),
+    )
 
 
-def _amplitudes(model: FittedTest) -> FittedTest:
+def _amplitudes(one: FittedTest | EnclosedTest, swap: bool = False) -> FittedTest:
+    """The amplitudes of a test with a free gain, before their first evaluation; swap: its force and response exchanged."""
+    model = one.model if isinstance(one, EnclosedTest) else one
     test = replace(model.test, phase=None, free_phase=False, free_gain=True, of_largest=False)
+    test = replace(test, amplitude=test.force, force=test.amplitude) if swap else test
     return FittedTest.of(test, model.problem_of, model.harmonics, model.samples)
 
 
-def notes_on_mistakes(tests: Sequence[MeasuredResponse], misfit: Array, solution: Any) -> list[str]:
+def notes_on_mistakes(tests: Sequence[MeasuredResponse], misfits: Array, solution: Any) -> list[str]:
     """A sentence for each mistake that explains why tests of a poor fit are missed."""
     ends = np.cumsum([np.size(test.frequency) for test in tests])[:-1]
-    sizes, phases = (np.split(np.asarray(solution[key]), ends) for key in ("plain_size", "plain_phase"))
+    phases = np.split(np.asarray(solution["plain_phase"]), ends)
     said: dict[str, list[tuple[str, float]]] = {}
     for t, test in enumerate(tests):
         gain, left = float(solution["plain_gain"][t]), float(solution["plain_misfit"][t])
-        if _inverse(test, sizes[t]):
+        if solution["swapped_misfit"][t] < min(POOR, 0.5 * left):
             said.setdefault(SWAPPED, []).append((test.name, gain))
             continue
         words, sure = _named_gain(gain)
-        if words and (sure or left < min(POOR, 0.5 * misfit[t])):
+        if words and (sure or left < min(POOR, 0.5 * misfits[t])):
             said.setdefault(words, []).append((test.name, gain))
         if left < POOR and (words := _named_phase(test, phases[t])):
             said.setdefault(f"Phases {words}", []).append((test.name, gain))
@@ -153,9 +161,3 @@ def _named_phase(test: MeasuredResponse, computed: Array) -> str:
 def _apart(difference: Array) -> float:
     """Root mean square of angles, each between −π and π [rad]."""
     return float(np.sqrt(np.mean(np.angle(np.exp(1j * difference)) ** 2)))
-
-
-def _inverse(test: MeasuredResponse, computed: Array) -> bool:
-    """Whether the measured response per force falls where the computed one rises."""
-    sizes = np.log(np.stack([np.abs(test.per_force), np.maximum(computed, 1e-300)]))
-    return bool(np.all(np.ptp(sizes, axis=1) > ALIKE)) and float(np.corrcoef(sizes)[0, 1]) < INVERSE

@@ -110,7 +110,7 @@ def _by_point(fit: ResponseFit, rows: NDArray[Any], t: int) -> NDArray[Any]:
     """The rows of the points of a test, (points, rows of a point, columns)."""
     sizes = [np.size(model.test.frequency) * count for model, count in zip(fit.tests, fit.rows, strict=True)]
     first = sum(sizes[:t])
-    return np.moveaxis(rows[first : first + sizes[t]].reshape(fit.rows[t], -1, rows.shape[1]), 0, 1)
+    return np.moveaxis(rows[first : first + sizes[t]].reshape(fit.rows[t], sizes[t] // fit.rows[t], rows.shape[1]), 0, 1)
 
 
 def _misses(parts: Array, ways: Array, mark: Marks) -> Array:

@@ -37,8 +37,7 @@ def summary(dataset: xr.Dataset) -> list[str]:
 def _parameter(dataset: xr.Dataset, k: int) -> str:
     """A parameter with its interval, a factor with what it makes of the value of the problem; or the lower bound of friction."""
     name = str(dataset["parameter"].values[k])
-    value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
-    least = float(dataset["least"].values[k]) if "least" in dataset else np.nan
+    value, low, high, least = (float(dataset[key].values[k]) for key in ("value", "low", "high", "least"))
     own, unit = json.loads(dataset.attrs.get("factors", "{}")).get(name, (None, ""))
     if np.isfinite(least):
         known = f"{least:.5g}" if own is None else f"{_times(own, least, unit)} (× {least:.5g})" if own else f"× {least:.5g}"
