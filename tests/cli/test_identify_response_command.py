@@ -58,7 +58,7 @@ def command(*arguments):
 
 def values(output):
     """Parameters, and factors, by name."""
-    return {name: float(value) for name, value in re.findall(r"^(\w+) [=×] ([\d.e+-]+)(?:,| =)[^,]* 95 %", output, re.M)}
+    return {name: float(value) for name, value in re.findall(r"^(\w+) [=×] ([\d.e+-]+)(?: = [^,]*)?, 95 %", output, re.M)}
 
 
 def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monkeypatch):
@@ -145,7 +145,7 @@ def test_curves_of_one_file_are_told_apart_by_a_column(curves, tmp_path):
     assert list(ss.open_results(tmp_path / "out" / "results.nc")["test"].values) == ["all test 1", "all test 2", "all test 3"]
     for options, words in (
         (("--setting", "limit=1,1"), "settings must be one for each of 3 curves"),
-        (("--force", "1,2"), "force must be given once"),
+        (("--force", "1,2"), "must be given once"),
     ):
         shown = command(*known, "--by", "test", *options, "--overwrite")
         assert shown.exit_code == console.WRONG_INPUT
