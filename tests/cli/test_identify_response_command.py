@@ -130,7 +130,7 @@ def test_frequency_response_functions(curves, tmp_path):
     assert "force must be one, or one for each of 2 files" in " ".join(shown.output.split())
 
 
-def test_curves_of_one_file_are_told_apart_by_a_column(curves, tmp_path):
+def test_curves_of_one_file_are_split_by_a_column(curves, tmp_path):
     """The three curves in one file, with settings of each; numbers of --set may be whole."""
     rows = [f"{k};{line}" for k, path in enumerate(curves, start=1) for line in path.read_text().splitlines()[1:]]
     whole = tmp_path / "all.csv"

@@ -207,7 +207,7 @@ def test_a_file_of_several_curves_is_split_by_a_column(tmp_path):
         assert [float(np.max(test.force)) for test in tests] == [1.0, 2.0]
         assert tests[0].error == 0.02
         assert any("not used: temperature" in note for note in tests[0].notes)
-    with pytest.raises(ss.InputError, match=r"column f of level_2.csv must tell apart curves of 3 rows or more"):
+    with pytest.raises(ss.InputError, match=r"column f of level_2.csv must distinguish curves of 3 rows or more"):
         ss.read_measured_responses(written(tmp_path, head.replace("curve", "b") + "\n".join(rows)), 2, columns={"frequency": 1})
     with pytest.raises(ss.InputError, match="by must be a column that holds nothing else"):
         ss.read_measured_responses(path, "force")

@@ -48,7 +48,7 @@ def identify_response(
     by: Annotated[
         str | None,
         typer.Option(
-            metavar="COLUMN", help="Title or number of the column that tells the curves of a file apart, such as curve."
+            metavar="COLUMN", help="Title or number of the column that distinguishes the curves of a file, such as curve."
         ),
     ] = None,
     quantity: Annotated[

@@ -99,7 +99,7 @@ def read_measured_responses(
     phase_of: PhaseOf | None = None,
     **about: Any,
 ) -> list[MeasuredResponse]:
-    """The tests of a file of several curves, which the values of a column tell apart.
+    """The tests of a file of several curves, which the values of a column distinguish.
 
     by: title or number (from 1) of that column, such as "curve"; the curves come in the order of their first rows. Other
     arguments as for `read_measured_response`. The name of each is that of the file, the column and its value.
@@ -115,7 +115,7 @@ def _read(
     phase_of: PhaseOf | None,
     about: dict[str, Any],
 ) -> list[MeasuredResponse]:
-    """The test of a file, or those that a column tells apart."""
+    """The test of a file, or those that a column distinguishes."""
     existing("A measured response", [file])
     for what, given in (("columns", columns), ("units", units)):
         for key in given or {}:
@@ -158,7 +158,7 @@ def _parts(table: NumberTable, number: int) -> list[tuple[str, NumberTable]]:
         raise fault(f"The column of the curves in {table.name}", "must be finite", f"{values[bad[0]]} in row {bad[0] + 1}")
     every = list(dict.fromkeys(values.tolist()))
     if len(every) > len(values) // FEWEST_ROWS:
-        rule = f"must tell apart curves of {FEWEST_ROWS} rows or more"
+        rule = f"must distinguish curves of {FEWEST_ROWS} rows or more"
         raise fault(f"The column {title or number + 1} of {table.name}", rule, f"{len(every)} values in {len(values)} rows")
     return [(f"{title} {value:g}".strip(), replace(table, numbers=table.numbers[values == value])) for value in every]
 

@@ -91,7 +91,7 @@ def amplitudes_alone(fit: ResponseFit, search: tuple[int, int, int]) -> dict[str
 
 def _fitted(plain: ResponseFit, search: tuple[int, int, int]) -> tuple[Array, Array, Array]:
     """Gains and misfits of the tests of a fit, and the phases of all points in turn."""
-    x = plain.best(*search)
+    x = plain.best(*search, most=1)
     plain.residuals(x)
     count = range(len(plain.tests))
     gains = np.array([abs(plain.chain(x, t)) for t in count])

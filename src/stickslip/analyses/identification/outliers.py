@@ -22,9 +22,6 @@ OUTLIER = 5.0
 NORMAL = 0.6745
 """Median of the size of noise of standard deviation 1."""
 
-DOUBTED = 2.5
-"""Standard errors from which on the point that misses the fit most is left out once, to see how far it then is from them."""
-
 KNOWN, FLAT = 1e-8, 1e-6
 """Share of the largest singular value below which a direction is unknown; least variance of a residual, relative."""
 
@@ -51,17 +48,11 @@ class Outliers:
 
 
 def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outliers:
-    """The outliers of a fit, which are those of the fit without them.
-
-    Where no point misses the fit by so much, the fit without the one that comes next decides: a bad point at a resonance bends
-    a whole curve of few points.
-    """
+    """The outliers of a fit, which are those of the fit without them."""
     marks = [np.zeros(np.size(model.test.frequency), dtype=bool) for model in fit.tests]
     whole, errors = x, _errors(fit, x, marks)
-    farthest = max(float(one.max()) for one in errors)
-    for rounds in range(ROUNDS):
-        least = farthest if rounds == 0 and DOUBTED < farthest < OUTLIER else OUTLIER
-        before, marks = marks, [one >= least for one in errors]
+    for _ in range(ROUNDS):
+        before, marks = marks, [one > OUTLIER for one in errors]
         if sum(map(np.count_nonzero, marks)) > max(MOST * sum(one.size for one in marks), 1.0):
             marks = [np.zeros_like(one) for one in marks]
         if all(map(np.array_equal, marks, before)):

@@ -44,7 +44,7 @@ class ResponseIdentificationTable(Table):
 
     files: Annotated[list[str], Field(min_length=1, description="curves (text): frequency, amplitude, force, phase if known")]
     by: Annotated[
-        Column | None, Field(description='title or number of the column that tells the curves of a file apart, such as "curve"')
+        Column | None, Field(description='title or number of the column that distinguishes the curves of a file, such as "curve"')
     ] = None
     quantity: Annotated[
         Literal["displacement", "velocity", "acceleration"] | None,
@@ -166,7 +166,7 @@ def own_values(problem: Problem, name: str) -> tuple[tuple[float, ...], str]:
 
 
 def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: Any) -> list[MeasuredResponse]:
-    """The curves of all files, one each, or those that the column `by` tells apart; about: other arguments of them all."""
+    """The curves of all files, one each, or those that the column `by` distinguishes; about: other arguments of them all."""
     how = about_columns(table)
     if table.by is None:
         each = zip(table.files, names_of(table.files), how, strict=True)
@@ -187,7 +187,7 @@ def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: A
 
 
 def about_columns(table: ResponseIdentificationTable) -> list[dict[str, Any]]:
-    """How each file is read: arguments of `read_measured_response`; force levels of curves that a column tells apart aside."""
+    """How each file is read: arguments of `read_measured_response`; force levels of the curves of one file aside."""
     about: dict[str, Any] = {"quantity": table.quantity, "phase_of": table.phase_of}
     about |= {"columns": {str(key): which for key, which in table.columns.items()}}
     about |= {"units": {str(key): unit for key, unit in table.column_units.items()}}
