@@ -127,6 +127,7 @@ from .measurement.contact_record import ContactRecord as ContactRecord, read_con
 from .measurement.cycles import whole_cycles as whole_cycles
 from .measurement.measured_response import MeasuredResponse as MeasuredResponse
 from .measurement.response_table import read_measured_response as read_measured_response
+from .measurement.response_table import read_measured_responses as read_measured_responses
 from .measurement.load_removal import read_load_removal as read_load_removal
 from .measurement.reconstruction import reconstruct as reconstruct
 from .measurement.records import Record as Record, read_record as read_record

@@ -57,7 +57,8 @@ def command(*arguments):
 
 
 def values(output):
-    return {name: float(value) for name, value in re.findall(r"^(\w+) = ([\d.e+-]+), 95 %", output, re.M)}
+    """Parameters, and factors, by name."""
+    return {name: float(value) for name, value in re.findall(r"^(\w+) [=×] ([\d.e+-]+)(?: = [^,]*)?, 95 %", output, re.M)}
 
 
 def test_a_rig_and_curves_become_parameters_and_a_report(curves, tmp_path, monkeypatch):
@@ -83,6 +84,11 @@ def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):
     assert shown.exit_code == 0, shown.output
     truth = {"kt": KT / 0.4, "mu": LIMIT / 2.0, "damping": DAMPING / 0.03}
     assert values(shown.output) == pytest.approx(truth, rel=1e-3)
+    times = re.search(r"^kt × (\S+) = (\S+) N/m, 95 % interval (\S+) to (\S+) N/m \(× (\S+) to (\S+)\)$", shown.output, re.M)
+    factor, kt, low, high, *ends = map(float, times.groups())
+    assert (kt, low, high) == pytest.approx((0.4 * factor, 0.4 * ends[0], 0.4 * ends[1]), rel=1e-3)
+    assert re.search(r"^mu × \S+ = \S+, 95 % interval \S+ to \S+ \(× \S+ to \S+\)$", shown.output, re.M)
+    assert re.search(r"^damping × \S+, 95 % interval × \S+ to \S+$", shown.output, re.M)
     assert "3 of 39 points lie outside the band of [sweep] and are not used." in shown.output
 
 
@@ -122,6 +128,63 @@ def test_frequency_response_functions(curves, tmp_path):
     shown = command("identify-response", "single_mass", *paths[:2], *free, "--force", "1,2,3", "--out", tmp_path / "wrong")
     assert shown.exit_code == console.WRONG_INPUT
     assert "force must be one, or one for each of 2 files" in " ".join(shown.output.split())
+
+
+def test_curves_of_one_file_are_split_by_a_column(curves, tmp_path):
+    """The three curves in one file, with settings of each; numbers of --set may be whole."""
+    rows = [f"{k};{line}" for k, path in enumerate(curves, start=1) for line in path.read_text().splitlines()[1:]]
+    whole = tmp_path / "all.csv"
+    whole.write_text("test;Frequency [Hz];Displacement [mm];Force [N];Phase [deg]\n" + "\n".join(rows) + "\n")
+    known = ("identify-response", "single_mass", whole, "--free", "kt=0.1:3", "--free", "damping", "--out", tmp_path / "out")
+    shown = command(*known)
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "--by 'test'" in " ".join(shown.output.split())
+    shown = command(*known, "--by", "test", "--setting", "limit=1,1,1", "--set", "mass=1")
+    assert shown.exit_code == 0, shown.output
+    assert values(shown.output) == pytest.approx({"kt": KT, "damping": DAMPING}, rel=1e-3)
+    assert list(ss.open_results(tmp_path / "out" / "results.nc")["test"].values) == ["all test 1", "all test 2", "all test 3"]
+    for options, words in (
+        (("--setting", "limit=1,1"), "settings must be one for each of 3 curves"),
+        (("--force", "1,2"), "must be given once"),
+    ):
+        shown = command(*known, "--by", "test", *options, "--overwrite")
+        assert shown.exit_code == console.WRONG_INPUT
+        assert words in " ".join(shown.output.split())
+
+
+def test_force_levels_of_curves_of_one_file(curves, tmp_path):
+    """Responses per force, whose levels the file does not have."""
+    rows = []
+    for k, (path, force) in enumerate(zip(curves, (0.3, 1.0, 2.0), strict=True)):
+        table = np.loadtxt(path, delimiter=";", skiprows=1)
+        rows += [f"{k},{f:.10g},{x / force:.10g},{phase:.10g}" for f, x, _, phase in table]
+    (tmp_path / "all.csv").write_text("run,Frequency [Hz],Receptance [mm/N],Phase [deg]\n" + "\n".join(rows) + "\n")
+    known = (
+        "identify-response",
+        "single_mass",
+        tmp_path / "all.csv",
+        "--by",
+        "run",
+        "--free",
+        "kt=0.1:3",
+        "--free",
+        "limit=2:0.2:5",
+    )
+    shown = command(*known, "--set", f"damping={DAMPING}", "--force", "0.3,1,2", "--out", tmp_path / "out")
+    assert shown.exit_code == 0, shown.output
+    assert values(shown.output) == pytest.approx({"kt": KT, "limit": LIMIT}, rel=1e-3)
+    shown = command(*known, "--force", "0.3,1", "--out", tmp_path / "wrong")
+    assert shown.exit_code == console.WRONG_INPUT
+    assert "force must be one for each of 3 curves" in " ".join(shown.output.split())
+
+
+def test_a_factor_on_what_no_contact_has_is_refused(curves, tmp_path):
+    path = tmp_path / "mass.toml"
+    path.write_text(MODEL)
+    shown = command("identify-response", path, *curves, "--free", "kt", "--free", "kn", "--out", tmp_path / "out")
+    assert shown.exit_code == console.WRONG_INPUT
+    words = "kn must be a parameter of a contact of the problem, but is 'Macroslip'. A contact has kn where"
+    assert words in " ".join(shown.output.split())
 
 
 def test_very_long_curves_are_thinned(tmp_path):
@@ -217,7 +280,10 @@ def test_ctrl_c_keeps_what_is_finished(curves, tmp_path):
     """During the fit there is nothing to keep; afterwards the fit is kept, and the tests left out go on from it."""
     free = ("--free", "kt=0.1:3", "--free", "limit=0.2:5", "--free", "damping", "--leave-one-out")
     arguments = ("identify-response", "single_mass", *curves, *free)
-    assert interrupted("finished", *arguments, "--out", tmp_path / "early") == "Interrupted; no file is incomplete."
+    assert interrupted("finished", *arguments, "--out", tmp_path / "early").splitlines() == [
+        "Nothing was kept yet: no part of the work was completed.",
+        "Interrupted; no file is incomplete.",
+    ]
     folder = tmp_path / "late"
     errors = interrupted("kept", *arguments, "--out", folder)
     assert errors.startswith(f"Kept 1 completed curve in {folder / 'unfinished'}")

@@ -185,7 +185,56 @@ def test_a_complex_response_from_matlab(tmp_path):
 
 def test_a_file_of_several_curves_is_refused_and_other_columns_are_named(tmp_path):
     head, rows = "curve,f [Hz],a [m/s2],force [N],temperature\n", [f"{1 + k // 3},{80 + k % 3},{1 + k},1,20" for k in range(6)]
-    with pytest.raises(ss.InputError, match="by its column 'curve', must be 1, but is 2"):
+    with pytest.raises(
+        ss.InputError, match=r"by its column 'curve', must be 1, but is 2\. Split it, by='curve' \(--by 'curve'\)"
+    ):
         ss.read_measured_response(written(tmp_path, head + "\n".join(rows) + "\n"))
     one = ss.read_measured_response(written(tmp_path, head + "\n".join(rows[:3]) + "\n"))
     assert any("not used: curve, temperature" in note for note in one.notes)
+
+
+def test_a_file_of_several_curves_is_split_by_a_column(tmp_path):
+    """By its title or its number; each curve has its own rows, name and numbers."""
+    head, rows = (
+        "curve,f [Hz],a [m/s2],force [N],temperature\n",
+        [f"{3 - k % 2},{80 + k // 2},{1 + k},{1 + k % 2},20" for k in range(8)],
+    )
+    path = written(tmp_path, head + "\n".join(rows) + "\n")
+    for by in ("curve", 1, "1"):
+        tests = ss.read_measured_responses(path, by, error=0.02)
+        assert [test.name for test in tests] == ["level_2 curve 3", "level_2 curve 2"]
+        assert tests[1].amplitude == pytest.approx([2.0, 4.0, 6.0, 8.0])
+        assert [float(np.max(test.force)) for test in tests] == [1.0, 2.0]
+        assert tests[0].error == 0.02
+        assert any("not used: temperature" in note for note in tests[0].notes)
+    with pytest.raises(ss.InputError, match=r"column f of level_2.csv must distinguish curves of 3 rows or more"):
+        ss.read_measured_responses(written(tmp_path, head.replace("curve", "b") + "\n".join(rows)), 2, columns={"frequency": 1})
+    with pytest.raises(ss.InputError, match="by must be a column that holds nothing else"):
+        ss.read_measured_responses(path, "force")
+    with pytest.raises(ss.InputError, match="must be one of its titles"):
+        ss.read_measured_responses(path, "curves")
+
+
+def test_units_of_columns_are_kept_and_the_assumed_ones_marked(tmp_path):
+    rows = "80,1,1,-1\n81,2,1,-2\n82,1,1,-3\n"
+    none = ss.read_measured_response(written(tmp_path, "frequency,acceleration,force,phase\n" + rows))
+    assert {key: unit.text for key, unit in none.units.items() if unit.assumed} == {
+        "frequency": "Hz",
+        "acceleration": "m/s2",
+        "force": "N",
+        "phase": "rad",
+    }
+    for titles in ("frequency [Hz],a [g],force [N],phase [rad]", "frequency_hz,acceleration_m_s2,force_n,phase_rad"):
+        stated = ss.read_measured_response(written(tmp_path, titles + "\n" + rows))
+        assert not any(unit.assumed for unit in stated.units.values())
+    assert stated.units["acceleration"].factor == 1.0
+    angular = ss.read_measured_response(written(tmp_path, "omega,accelerance\n80,1\n81,2\n82,1\n"), force=2.0)
+    assert {key: unit.text for key, unit in angular.units.items()} == {"frequency": "rad/s", "acceleration": "(m/s2)/N"}
+    assert angular.frequency[0] == pytest.approx(80.0 / (2.0 * np.pi))
+
+
+def test_messages_show_the_numbers_of_the_file(tmp_path):
+    with pytest.raises(ss.InputError, match=r"acceleration in level_2\.csv must be finite and positive, but is '-2 in row 2"):
+        ss.read_measured_response(written(tmp_path, "f [Hz],a [g],force [N]\n80,1,1\n81,-2,1\n82,1,1\n"))
+    with pytest.raises(ss.InputError, match=r"frequency in level_2\.csv must be finite and positive, but is '-0\.5 in row 1"):
+        ss.read_measured_response(written(tmp_path, "f [kHz],a [g],force [N]\n-0.5,1,1\n81,2,1\n82,1,1\n"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,6 +44,12 @@ def identify_response(
     ] = None,
     each_test: Annotated[
         list[str] | None, typer.Option(help="A free parameter that every curve has a value of its own of.")
+    ] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN", help="Title or number of the column that distinguishes the curves of a file, such as curve."
+        ),
     ] = None,
     quantity: Annotated[
         str | None, typer.Option(help="displacement, velocity or acceleration; as the titles of the files say unless given.")
@@ -92,8 +99,9 @@ def identify_response(
     table |= {"free_gain": free_gain, "free_phase": free_phase, "start_states": start_states, "leave_one_out": leave_one_out}
     table |= {"columns": pairs("--column", column or ()) or None, "column_units": pairs("--unit", unit or ()) or None}
     table |= {"phase_of": phase_of, "force": [number("--force", one) for one in force.split(",")] if force else None}
-    table |= {"each_test": each_test or None, "settings": settings_of(setting or (), len(curves))}
-    arguments = {name: number("--set", value) for name, value in pairs("--set", argument or ()).items()}
+    count = len(curves) if by is None else None
+    table |= {"by": by, "each_test": each_test or None, "settings": settings_of(setting or (), count)}
+    arguments = {name: argument_of(value) for name, value in pairs("--set", argument or ()).items()}
     text = toml_text(with_curves(document, curves, free or (), arguments, table))
     job = study.job(text, folder, "responses")
     place = free_folder(out or Path("results") / Path(problem).stem, [""], resume, overwrite)
@@ -102,16 +110,24 @@ def identify_response(
     say(f"Results: {place}")
 
 
-def settings_of(given: Sequence[str], count: int) -> list[dict[str, float]] | None:
-    """For each curve, its own settings by name; None without any."""
-    found: list[dict[str, float]] = [{} for _ in range(count)]
+def settings_of(given: Sequence[str], count: int | None) -> list[dict[str, float]] | None:
+    """For each curve, its own settings by name; None without any. count: of curves, if it is known before files are read."""
+    found: list[dict[str, float]] = []
     for name, values in pairs("--setting", given).items():
         numbers = [number("--setting", one) for one in values.split(",")]
+        count = len(numbers) if count is None else count
+        found = found or [{} for _ in range(count)]
         if len(numbers) != count:
             raise fault(f"--setting {name}", f"must have {count} values, one for each curve", values)
         for one, value in zip(found, numbers, strict=True):
             one[name] = value
     return found if given else None
+
+
+def argument_of(text: str) -> float:
+    """The number in a text, whole where it is written so: a rig's count of elements is."""
+    value = number("--set", text)
+    return int(text) if re.fullmatch(r"\s*[+-]?\d+\s*", text) else value
 
 
 def number(option: str, text: str) -> float:

@@ -259,7 +259,9 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
     """Whatever stops the block, say what is kept."""
     try:
         yield
-    except (KeyboardInterrupt, OSError, MemoryError, InputError):
+    except (KeyboardInterrupt, OSError, MemoryError, InputError) as error:
+        if isinstance(error, KeyboardInterrupt) and not len(kept):
+            warn("Nothing was kept yet: no part of the work was completed.")
         if len(kept):
             curves = counted(len(kept), "completed curve")
             warn(f"Kept {curves} in {kept.folder}; run the same command with --resume to continue.")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +62,7 @@ class ContactRecord:
     [s]; without time the samples are equally spaced. name: for messages. notes: what was assumed or noticed in reading, one
     sentence each. number: that of its first cycle in the test; unless given, its cycles go on after those of the record before.
     file_number: that in the name of its file, the number of the cycle where every record holds one alone.
+    units: of the columns of its file, in which messages show numbers.
 
     Refused: values that are not finite, signals that are constant, a clipped force, time that does not increase, and
     displacement or force of an impossible size, which wrong units give.
@@ -75,6 +76,7 @@ class ContactRecord:
     number: int | None = None
     notes: tuple[str, ...] = ()
     file_number: int | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         size = np.size(self.displacement)
@@ -84,17 +86,23 @@ class ContactRecord:
         found: dict[str, Array] = {}
         for key, values in columns.items():
             if values is not None:
-                found[key] = _checked(f"{key.capitalize()} of {self.name}", values, size, key == "normal load")
+                shown = self._in_file(key)
+                found[key] = _checked(f"{key.capitalize()} of {self.name}", values, size, key == "normal load", shown)
         self._check_sizes(found)
         notes = self.notes
         for key in ("force", "displacement"):
-            notes += clipped(f"{key.capitalize()} of {self.name}", found[key])
+            notes += clipped(f"{key.capitalize()} of {self.name}", found[key], self._in_file(key))
         normal = found["normal load"]
         object.__setattr__(self, "displacement", found["displacement"])
         object.__setattr__(self, "force", found["force"])
         object.__setattr__(self, "normal", float(normal) if normal.ndim == 0 else normal)
         object.__setattr__(self, "time", found.get("time"))
         object.__setattr__(self, "notes", notes)
+
+    def _in_file(self, key: str) -> tuple[float, str]:
+        """Factor to SI and unit in which a message shows a column."""
+        unit = self.units.get(key.removesuffix(" load"), "")
+        return (UNITS[unit][1], f" {unit}") if unit in UNITS else (1.0, f" {QUANTITIES[key.removesuffix(' load')]}")
 
     def _check_sizes(self, found: Mapping[str, Array]) -> None:
         span, normal = float(np.ptp(found["displacement"])), float(np.max(found["normal load"]))
@@ -103,7 +111,8 @@ class ContactRecord:
                 "must vary by 10 nm to 10 mm",
                 "Is its unit right? State it, such as units={'displacement': 'um'} (--unit displacement=um).",
             )
-            raise fault(f"Displacement of {self.name}", rule, f"{span:.4g} m", remedy)
+            factor, unit = self._in_file("displacement")
+            raise fault(f"Displacement of {self.name}", rule, f"{span / factor:.4g}{unit}", remedy)
         if normal <= 0.0:
             raise fault(f"Normal load of {self.name}", "must be positive", normal)
         check_ratio(self.name, found["force"], normal)
@@ -130,7 +139,7 @@ def _unit_remedy(ratio: float) -> str:
     return "Is a unit wrong?"
 
 
-def _checked(what: str, values: Array | float, size: int, single: bool) -> Array:
+def _checked(what: str, values: Array | float, size: int, single: bool, shown: tuple[float, str]) -> Array:
     """A column as an array, refused unless it is of the right size, finite and, unless a single number is meant, not constant."""
     array = np.asarray(values, dtype=float)
     if single and array.ndim == 0:
@@ -142,13 +151,18 @@ def _checked(what: str, values: Array | float, size: int, single: bool) -> Array
         remedy = "Cut these rows out."
         raise fault(what, "must be finite", f"not so in {counted(bad.size, 'row')}, first in row {bad[0] + 1}", remedy)
     if not single and np.ptp(array) == 0.0:
-        raise fault(what, "must vary", f"constant at {array[0]:g}", "Is the channel connected, and the column the right one?")
+        raise fault(
+            what,
+            "must vary",
+            f"constant at {array[0] / shown[0]:g}{shown[1]}",
+            "Is the channel connected, and the column the right one?",
+        )
     return array
 
 
-def clipped(what: str, values: Array) -> tuple[str, ...]:
+def clipped(what: str, values: Array, shown: tuple[float, str] = (1.0, "")) -> tuple[str, ...]:
     """Refuse a signal that stays at its highest or lowest value to the last digit while it is noisy elsewhere; a note where it
-    is free of noise, as a computed loop is."""
+    is free of noise, as a computed loop is. shown: factor to SI and unit in which the values are shown."""
     longest, extreme = max((longest_run(values == extreme), extreme) for extreme in (values.max(), values.min()))
     if longest < LONGEST_CLIP:
         return ()
@@ -159,10 +173,11 @@ def clipped(what: str, values: Array) -> tuple[str, ...]:
     third = np.abs(np.diff(values, 3))[inside[3:] & inside[2:-1] & inside[1:-2] & inside[:-3]]
     turns = max(int(np.count_nonzero(np.diff(np.sign(values - values.mean())))), 1)
     sine = 0.5 * float(np.ptp(values)) * (np.pi * turns / values.size) ** 3
-    sentence = f"{longest} samples in a row at {extreme:.6g}"
+    factor, unit = shown
+    sentence = f"{longest} samples in a row at {extreme / factor:.6g}{unit}"
     step = float(np.min(np.diff(np.unique(values))))
     if third.size and np.median(third) <= RESOLVED * step:
-        words = f"Its noise is below its resolution, {step:.3g}: a plateau looks so, and a clipped sensor."
+        words = f"Its noise is below its resolution, {step / factor:.3g}{unit}: a plateau looks so, and a clipped sensor."
         return (f"{what}: {sentence}. {words}",)
     if third.size and np.median(third) > SMOOTH * sine:
         raise fault(what, "must not be clipped", sentence, "Choose a larger range of the sensor and measure again.")
@@ -236,6 +251,7 @@ def _record(
         remedy = "Give normal_load in N (--normal-load), or name the column: columns={'normal': ...}."
         raise fault(f"The normal load of {table.name}", "must be known", "missing", remedy)
     values: dict[str, Array] = {}
+    shown: dict[str, str] = {}
     for name, index in places.items():
         stated = table.units[index]
         unit = given.get(name) or stated
@@ -246,6 +262,7 @@ def _record(
             notes.append(f"The unit of {name} is not stated: {unit} is assumed.")
             if name == "displacement":
                 notes += _other_unit(unit, float(np.ptp(table.numbers[:, index])))
+        shown[name] = unit
         values[name] = table.numbers[:, index] * to_si(f"The unit of {name} in {table.name}", unit, QUANTITIES[name])
     normal: Array | float = values.get("normal", np.zeros(0))
     if normal_load is not None:
@@ -255,7 +272,7 @@ def _record(
         normal = -values["normal"]
         notes.append("The sign of the normal load is turned: pressing is positive.")
     signals = (values["displacement"], values["force"], normal, values.get("time"))
-    return ContactRecord(*signals, table.name, notes=tuple(notes), file_number=number)
+    return ContactRecord(*signals, table.name, notes=tuple(notes), file_number=number, units=shown)
 
 
 def _places(table: NumberTable, columns: Mapping[str, str | int]) -> dict[str, int]:

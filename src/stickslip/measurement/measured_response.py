@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.checks import Array, among, fault, of_kind, positive, storable, truth, vector, whole
 from stickslip.measurement.records import longest_run
+from stickslip.measurement.response_units import FileUnit
 
 Held = Literal["force", "response"]
 
@@ -29,7 +30,7 @@ class MeasuredResponse:
     output: number of the output. settings: keywords of the problem for this test, say its preload or mounting.
     error: standard error of a measured response per force, relative to it, or where `of_largest` to the largest of the curve.
     free_gain, free_phase: a constant factor and a constant phase of the measuring chain are free variables of this test.
-    notes: what was assumed in reading, one sentence each.
+    notes: what was assumed in reading, one sentence each. units: of the columns of its file, by what they hold.
     """
 
     frequency: ArrayLike
@@ -46,6 +47,7 @@ class MeasuredResponse:
     free_gain: bool = False
     free_phase: bool = False
     notes: tuple[str, ...] = ()
+    units: Mapping[str, FileUnit] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         what = f"test {storable('The name of a test', self.name)!r}" if self.name else "A test"
@@ -89,14 +91,22 @@ class MeasuredResponse:
 
 def flat_top(test: MeasuredResponse) -> list[str]:
     """A sentence where neighbouring points have the largest amplitude of a test to the last digit, as a clipped sensor shows it,
-    while other neighbours differ; none where the response is held."""
+    while other neighbours differ, and where all are equal; none where the response is held."""
     amplitude = np.asarray(test.amplitude)[np.argsort(np.asarray(test.frequency), kind="stable")]
     top = amplitude == amplitude.max()
     longest, others = longest_run(top), longest_run((np.diff(amplitude) == 0.0) & ~top[1:])
     if test.held == "response" or longest <= max(1, others + 1):
         return []
+    if longest == amplitude.size and np.ptp(np.asarray(test.force)) > 0.0:
+        return [
+            f"The {test.quantity} of {test.name} is the same at all points, while the force varies. Was it held "
+            "(held='response', --held response), or are the columns of force and response swapped?"
+        ]
     limited = "" if np.ptp(np.asarray(test.force)) == 0.0 else ", and a response that the controller limits"
+    unit = test.units.get(test.quantity, FileUnit("", 1.0))
+    factor, text = (1.0, "") if "/N" in unit.text else (unit.factor, f" {unit.text}".rstrip())
     return [
-        f"{longest} points of {test.name} in a row have the largest {test.quantity}, {amplitude.max():.6g}, to the last digit: "
+        f"{longest} points of {test.name} in a row have the largest {test.quantity}, {amplitude.max() / factor:.6g}{text}, "
+        "to the last digit: "
         f"a clipped sensor looks so{limited}. Clipped points make the damping too high: leave them out."
     ]

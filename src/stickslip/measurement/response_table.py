@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, among, counted, existing, fault, nearest, vector
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.measurement.number_table import NumberTable, matlab_tables, named_column, text_table
-from stickslip.measurement.response_units import MOTIONS, UNITS, ResponseUnit, response_unit
+from stickslip.measurement.response_units import MOTIONS, UNITS, FileUnit, ResponseUnit, response_unit
 
 PhaseOf = Literal["displacement", "quantity"]
 
@@ -45,11 +45,17 @@ ANGULAR = ("omega", "ω", "angular")
 SEVERAL = ("curve", "test", "run", "sweep", "case")
 """Words of a column that numbers the curves of a file."""
 
+FEWEST_ROWS = 3
+"""Of a curve."""
+
 FUNCTION = re.compile(r"(h\d*|frf|tf|x|y)(\(.*\))?", re.IGNORECASE)
 """What stands in the brackets of Re(H), Im(H) and arg(H): no unit."""
 
 LARGEST_PHASE = 2.0 * np.pi
 """rad; phases beyond it in a column without a unit may be degrees."""
+
+SI = {"frequency": "Hz", "displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force": "N", "phase": "rad"}
+"""What a column is taken for whose unit is not stated."""
 
 AHEAD = {"displacement": 0.0, "velocity": 0.5 * np.pi, "acceleration": np.pi}
 """rad by which a quantity is ahead of the displacement."""
@@ -76,10 +82,40 @@ def read_measured_response(
     phase_of: what a column of phases is of: the "displacement" (unless given for amplitudes) or the measured "quantity", which
     is 90° ahead of it as a velocity and 180° as an acceleration (unless given for responses per force). Complex responses are
     those of the quantity, with exp(+iωt). A title with the word lag turns the sign. Rows at 0 Hz are left out.
-    A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused.
+    A file holds one curve; one with several, which a column titled curve, test or run numbers, is refused:
+    `read_measured_responses` reads it.
     about: other arguments of `MeasuredResponse`, such as quantity, force, held, settings, error. Its name is that of the file.
     """
-    file = Path(path)
+    (test,) = _read(Path(path), None, columns, units, phase_of, about)
+    return test
+
+
+def read_measured_responses(
+    path: str | Path,
+    by: str | int,
+    *,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    phase_of: PhaseOf | None = None,
+    **about: Any,
+) -> list[MeasuredResponse]:
+    """The tests of a file of several curves, which the values of a column distinguish.
+
+    by: title or number (from 1) of that column, such as "curve"; the curves come in the order of their first rows. Other
+    arguments as for `read_measured_response`. The name of each is that of the file, the column and its value.
+    """
+    return _read(Path(path), by, columns, units, phase_of, about)
+
+
+def _read(
+    file: Path,
+    by: str | int | None,
+    columns: Mapping[str, str | int] | None,
+    units: Mapping[str, str] | None,
+    phase_of: PhaseOf | None,
+    about: dict[str, Any],
+) -> list[MeasuredResponse]:
+    """The test of a file, or those that a column distinguishes."""
     existing("A measured response", [file])
     for what, given in (("columns", columns), ("units", units)):
         for key in given or {}:
@@ -92,7 +128,10 @@ def read_measured_response(
         among("quantity", asked, MOTIONS)
     table = matlab_tables([file])[0] if file.suffix.lower() == ".mat" else text_table(file)
     found = _chosen(table, columns or {}, asked, "force" in about)
-    notes = [*table.notes, *_not_used(table, found)]
+    number = None if by is None else named_column(table, "the curves", by)
+    if number is not None and number in {column.index for column in found.values()}:
+        raise fault("by", "must be a column that holds nothing else", by)
+    notes = [*table.notes, *_not_used(table, found, number)]
     stated = dict(units or {})
     for key, other in (("real", "imaginary"), ("imaginary", "real")):
         if key in stated:
@@ -102,7 +141,26 @@ def read_measured_response(
             raise fault("units", f"must be of columns of {table.name}: {', '.join(found)}", key)
         notes += _contradicted(table.name, key, found[key].unit, text)
         found[key] = replace(found[key], unit=text)
-    return _response(table, found, asked, phase_of, {"name": file.stem, "notes": notes, **about})
+    about = {"name": file.stem, "notes": notes, **about}
+    if number is None:
+        return [_response(table, found, asked, phase_of, about)]
+    return [
+        _response(part, found, asked, phase_of, {**about, "name": f"{about['name']} {words}", "notes": [*notes]})
+        for words, part in _parts(table, number)
+    ]
+
+
+def _parts(table: NumberTable, number: int) -> list[tuple[str, NumberTable]]:
+    """The rows of each value of a column, and what they are called."""
+    values, title = table.numbers[:, number], (table.titles or ())[number] if table.titles else ""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise fault(f"The column of the curves in {table.name}", "must be finite", f"{values[bad[0]]} in row {bad[0] + 1}")
+    every = list(dict.fromkeys(values.tolist()))
+    if len(every) > len(values) // FEWEST_ROWS:
+        rule = f"must distinguish curves of {FEWEST_ROWS} rows or more"
+        raise fault(f"The column {title or number + 1} of {table.name}", rule, f"{len(every)} values in {len(values)} rows")
+    return [(f"{title} {value:g}".strip(), replace(table, numbers=table.numbers[values == value])) for value in every]
 
 
 @dataclass(frozen=True)
@@ -128,6 +186,9 @@ def _column(table: NumberTable, index: int) -> _Column:
     key = next(iter(places), None)
     if key not in ("real", "imaginary", "phase") and (motion or per_force or {"frequency", "amplitude"} <= {*places}):
         key = "amplitude"
+    end = response_unit(table.titles[index].rsplit("_", 1)[-1].strip()) if table.titles and unit is None else None
+    if end is not None and "_" in (table.titles or ())[index] and end.kind in (key, motion):  # force_n, frequency_hz
+        unit = (table.titles or ())[index].rsplit("_", 1)[-1].strip()
     rank = 10 * [*QUANTITY_TITLES, None].index(motion) if key == "amplitude" else 0
     return _Column(index, words, key, motion, per_force, rank + places.get(key or "", 0), None if of else unit)
 
@@ -170,18 +231,19 @@ def _chosen(table: NumberTable, named: Mapping[str, str | int], asked: str | Non
     return found
 
 
-def _not_used(table: NumberTable, found: Mapping[str, _Column]) -> list[str]:
+def _not_used(table: NumberTable, found: Mapping[str, _Column], by: int | None) -> list[str]:
     """The note on columns that are not used; a file of several curves, which one of them numbers, is refused."""
-    used = {column.index for column in found.values()}
+    used = {*(column.index for column in found.values()), by}
     left = [] if table.titles is None else [index for index in range(len(table.titles)) if index not in used]
     titles = [str((table.titles or ())[index]) for index in left]
     for index, title in zip(left, titles, strict=True):
         count = np.unique(table.numbers[:, index]).size
         if (
-            1 < count <= table.numbers.shape[0] // 2
+            by is None
+            and 1 < count <= table.numbers.shape[0] // 2
             and _place(tuple(re.findall(r"[^\W\d_]+", title.lower())), SEVERAL) is not None
         ):
-            remedy = "Write each curve to a file of its own: gain, phase and error count for each."
+            remedy = f"Split it, by={title!r} (--by {title!r}), or leave one curve: gain and error count for each."
             raise fault(f"The number of curves in {table.name}, by its column {title!r},", "must be 1", count, remedy)
     return [f"Columns of {table.name} that are not used: {', '.join(titles)}."] if titles else []
 
@@ -210,18 +272,20 @@ def _response(
     unit, quantity = _quantity(table, first, asked)
     per_force = unit.per_force if unit else first.per_force
     if unit is None and (asked or first.motion) is None:
-        notes.append(f"The quantity of {table.name} is not stated: acceleration in m/s2 is assumed.")
-    frequency = _frequency(table, found["frequency"])
+        notes.append(f"The quantity of {table.name} is not stated: acceleration is assumed.")
+    units = _units_of_file(table, found, quantity, unit, per_force)
+    frequency = units["frequency"].factor * table.numbers[:, found["frequency"].index]
     used = frequency != 0.0
     if not np.all(used):
         notes.append(f"{table.name}: {counted(int(np.sum(~used)), 'row')} at 0 Hz left out.")
-    values, level = _values(table, found, unit), _level(table, found, about.pop("force", None))
+    values, level = _values(table, found, unit), _level(table, found, about.pop("force", None), units)
     size = np.abs(values) if "real" in found else values.real
     for key, column in {"frequency": frequency, quantity: size, "force": level}.items():
-        _check(table, key, column, used & ~(np.isfinite(column) & (column > 0.0)), "must be finite and positive")
+        shown = column / units[key].factor if key in units else column
+        _check(table, key, shown, used & ~(np.isfinite(column) & (column > 0.0)), "must be finite and positive")
     phase, of = (np.angle(values), "quantity") if "real" in found else (None, phase_of)
     if "phase" in found:
-        phase = _phase(table, found["phase"], used)
+        phase = _phase(table, found["phase"], used, units["phase"])
         if of is None and (per_force or found["phase"].per_force):
             of = "quantity"
             if AHEAD[quantity]:
@@ -231,7 +295,26 @@ def _response(
         phase = np.angle(np.exp(1j * (phase - AHEAD[quantity])))
     amplitude = size * (level if per_force else 1.0)
     phase = None if phase is None else phase[used]
-    return MeasuredResponse(frequency[used], amplitude[used], level[used], phase, quantity, notes=tuple(notes), **about)
+    about |= {"notes": tuple(notes), "units": units}
+    return MeasuredResponse(frequency[used], amplitude[used], level[used], phase, quantity, **about)
+
+
+def _units_of_file(
+    table: NumberTable, found: Mapping[str, _Column], quantity: str, unit: ResponseUnit | None, per_force: bool
+) -> dict[str, FileUnit]:
+    """Units of the columns by what they hold, the responses by their quantity."""
+    first = found["real" if "real" in found else "amplitude"]
+    whole = f"({SI[quantity]})/N" if per_force else SI[quantity]
+    units = {}
+    for key in ("frequency", quantity, "force", "phase"):
+        if key == quantity:
+            units[key] = FileUnit(first.unit or whole, unit.factor if unit else 1.0, unit is None)
+        elif key in found:
+            stated = _unit(table, found[key], key, (key,))
+            angular = key == "frequency" and {*ANGULAR} & {*found[key].words}
+            text = found[key].unit or ("rad/s" if angular else SI[key])
+            units[key] = FileUnit(text, UNITS[key][text.lower()] if stated is None else stated.factor, stated is None)
+    return units
 
 
 def _quantity(table: NumberTable, first: _Column, asked: str | None) -> tuple[ResponseUnit | None, str]:
@@ -259,12 +342,6 @@ def _unit(table: NumberTable, column: _Column, what: str, kinds: Sequence[str]) 
     return unit
 
 
-def _frequency(table: NumberTable, column: _Column) -> Array:
-    unit = _unit(table, column, "frequency", ("frequency",))
-    default = UNITS["frequency"]["rad/s"] if {*ANGULAR} & {*column.words} else 1.0
-    return np.asarray(table.numbers[:, column.index] * (unit.factor if unit else default))
-
-
 def _values(table: NumberTable, found: Mapping[str, _Column], unit: ResponseUnit | None) -> NDArray[np.complex128]:
     """The responses (n,) in SI, complex where their parts are known."""
     factor = unit.factor if unit else 1.0
@@ -278,26 +355,25 @@ def _values(table: NumberTable, found: Mapping[str, _Column], unit: ResponseUnit
     return np.asarray(factor * (real + 1j * imaginary))
 
 
-def _level(table: NumberTable, found: Mapping[str, _Column], given: Any) -> Array:
+def _level(table: NumberTable, found: Mapping[str, _Column], given: Any, units: Mapping[str, FileUnit]) -> Array:
     """The force level at each row (n,) [N], of a column or as given."""
     if "force" not in found:
         return vector(f"force of {table.name}", given, len(table.numbers))
     if given is not None:
         remedy = "Leave out one of the two."
         raise fault(f"The force of {table.name}", "must be given once", "a column of the file, and given too", remedy)
-    unit = _unit(table, found["force"], "force", ("force",))
-    return np.asarray(table.numbers[:, found["force"].index] * (unit.factor if unit else 1.0))
+    return np.asarray(table.numbers[:, found["force"].index] * units["force"].factor)
 
 
-def _phase(table: NumberTable, column: _Column, used: NDArray[np.bool_]) -> Array:
+def _phase(table: NumberTable, column: _Column, used: NDArray[np.bool_], unit: FileUnit) -> Array:
     """Phases (n,) in rad, ahead of the force."""
-    values, unit = table.numbers[:, column.index], _unit(table, column, "phase", ("phase",))
+    values = table.numbers[:, column.index]
     _check(table, "phase", values, used & ~np.isfinite(values), "must be finite")
     largest = float(np.max(np.abs(values), where=used, initial=0.0))
-    if unit is None and largest > LARGEST_PHASE:
+    if unit.assumed and largest > LARGEST_PHASE:
         remedy = "Name the column phase [deg], or give units={'phase': 'deg'} (--unit phase=deg)."
         raise fault(f"The unit of phase in {table.name}", "must be stated", f"missing, with values to {largest:g}", remedy)
-    return np.asarray(values * (unit.factor if unit else 1.0) * (-1.0 if "lag" in column.words else 1.0))
+    return np.asarray(values * unit.factor * (-1.0 if "lag" in column.words else 1.0))
 
 
 def _check(table: NumberTable, key: str, values: Array, wrong: NDArray[np.bool_], rule: str) -> None:

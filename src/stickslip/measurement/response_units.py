@@ -35,9 +35,18 @@ class ResponseUnit:
     per_force: bool = False
 
 
+@dataclass(frozen=True)
+class FileUnit:
+    """Unit of a column of a file, its factor to SI, and whether it was assumed since the file states none."""
+
+    text: str
+    factor: float
+    assumed: bool = False
+
+
 def response_unit(text: str) -> ResponseUnit | None:
     """The unit that a text names, or None."""
-    unit = re.sub(r"[\s·*]", "", text)
+    unit = re.sub(r"[\s·*]", "", text).replace("_", "/")  # m_s2, rad_s
     if found := _single(unit):
         return ResponseUnit(*found)
     if unit.lower() in BY_MASS:

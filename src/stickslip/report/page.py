@@ -97,7 +97,8 @@ def _of_responses(datasets: Mapping[str, xr.Dataset]) -> bool:
 def page(datasets: Mapping[str, xr.Dataset]) -> str:
     """The whole page as a string."""
     title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
-    kinds = " and ".join(dict.fromkeys(presentation_of(dataset).title for dataset in datasets.values()))
+    kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
+    about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
     charts, shown = Charts(list(datasets)), sections_of(datasets)
     body = "".join(build(datasets, charts) for _, _, build in shown)
     scripts = (_plotly(), _resource("report.js"))
@@ -107,7 +108,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{_policy(scripts)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<title>{text(title)} – stickslip</title><style>{_resource('report.css')}</style></head>\n<body>"
-        f"<header><h1>{text(title)}</h1><p>{text(kinds)}, computed with stickslip</p></header>{_navigation(datasets, shown)}"
+        f"<header><h1>{text(title)}</h1><p>{text(about)}</p></header>{_navigation(datasets, shown)}"
         f"{need}\n<main>{body}</main>\n"
         f"{script_data('data', charts.data())}\n"
         + "\n".join(f"<script>{script}</script>" for script in scripts)

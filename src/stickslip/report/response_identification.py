@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.identification.response_result import summary
+from stickslip.analyses.identification.response_summary import summary
 from stickslip.plots.files import Figures
 from stickslip.plots.response_identification import intervals, measured_and_computed, misfits
 from stickslip.report.presentation import Presentation
@@ -35,7 +35,7 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     import pandas as pd
 
     names = [str(name) for name in dataset["parameter"].values]
-    columns = {"parameter": names, **{key: dataset[key].values for key in ("value", "low", "high")}}
+    columns = {"parameter": names, **{key: dataset[key].values for key in ("value", "low", "high", "least")}}
     columns |= {f"correlation with {name}": dataset["correlation"].values[:, k] for k, name in enumerate(names)}
     own = {str(name): dataset["own_value"].values[:, k] for k, name in enumerate(dataset["own"].values)}
     tests = {"test": dataset["test"].values, "misfit [1]": dataset["misfit"].values, "left out [1]": dataset["held_out"].values}

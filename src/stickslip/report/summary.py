@@ -58,7 +58,7 @@ def summary_page(result: Result) -> str:
 
 def _titled(name: str, dataset: xr.Dataset | None) -> str:
     title = "" if dataset is None else str(dataset.attrs.get("title", ""))
-    return f"{name}: {title}" if title else name
+    return f"{name}: {title}" if title not in ("", name) else name
 
 
 def _content(dataset: xr.Dataset) -> str:

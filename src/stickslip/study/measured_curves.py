@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import fault, nearest
-from stickslip.measurement.response_table import read_measured_response
 from stickslip.rigs import RIGS
 from stickslip.study.analyses.response_identification import (
     FACTORS,
     TABLE,
     ResponseIdentificationTable,
-    about_columns,
+    measured_curves,
     start_between,
 )
 from stickslip.study.faults import parsed
@@ -73,8 +72,7 @@ def _sweep(given: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]
     found = dict(given)
     if "frequency" not in found and "at" not in found:
         checked = parsed(ResponseIdentificationTable, dict(table))
-        each = zip(checked.files, about_columns(checked), strict=True)
-        all_of_them = [np.asarray(read_measured_response(file, **how).frequency) for file, how in each]
+        all_of_them = [np.asarray(curve.frequency) for curve in measured_curves(checked, Path())]
         ends = min(map(np.min, all_of_them)), max(map(np.max, all_of_them))
         found["frequency"] = [float(ends[0]) * (1.0 - BESIDE), float(ends[1]) * (1.0 + BESIDE)]
     if found.get("harmonics") == "auto":

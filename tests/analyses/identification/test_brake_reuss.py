@@ -1,8 +1,14 @@
 """A measured joint: one set of friction parameters gives the damping of eight measured curves of the Brake-Reuss beam."""
 
+import re
+import shlex
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from analyses.identification.brake_reuss import (
+    ELEMENTS,
     FILE,
     FREE,
     beam,
@@ -15,8 +21,10 @@ from analyses.identification.brake_reuss import (
     one_mode,
     per_force,
 )
+from typer.testing import CliRunner
 
 import stickslip as ss
+from stickslip.cli import app
 
 CURVES = np.array(
     [
@@ -50,7 +58,37 @@ WITHOUT = (0.30, 0.414e-2)
 """Largest misfit, and damping ratio at the largest acceleration, where all curves have one linear frequency."""
 SETTINGS = {"harmonics": 1, "evaluations": 60}
 
+PAGE = Path(__file__).parents[3] / "docs" / "response_identification.md"
+
 measured = pytest.mark.skipif(FILE is None, reason="the measured curves are not shipped")
+
+
+def test_the_command_of_the_page_is_the_identification_of_these_tests(tmp_path, monkeypatch):
+    """Free parameters, starts and bounds are `FREE`, and each curve has its rows of the file, gain and phase free."""
+    rows = [(k, 79.0 + f, 0.1 + 0.01 * f, 5.0 * k, -0.1 * f - 0.1) for k in range(1, 9) for f in range(6)]
+    lines = [",".join(f"{value:g}" for value in row) for row in rows]
+    (tmp_path / "brake_reuss.csv").write_text(
+        "curve,frequency_hz,force_n,acceleration_m_s2,phase_rad\n" + "\n".join(lines) + "\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    runs = []
+    monkeypatch.setattr(sys.modules["stickslip.cli.identify_response"], "carry_out", lambda run, figures: runs.append(run))
+    (command,) = re.findall(r"^stickslip (identify-response jointed_mode (?:.*\\\n)*.*)", PAGE.read_text(encoding="utf-8"), re.M)
+    shown = CliRunner().invoke(app, shlex.split(command.replace("\\\n", " ")))
+    assert shown.exit_code == 0, shown.output
+    work = runs[0].jobs[""].plan.works[""]
+    wanted = {name: free if isinstance(free, ss.FreeParameter) else ss.FreeParameter(*free) for name, free in FREE.items()}
+    assert work.free == wanted
+    assert (work.harmonics, work.start_states) == (1, "virgin")
+    (joint,) = work.problem_of(**{name: free.start for name, free in wanted.items()}).contacts
+    assert joint.law.count == ELEMENTS
+    assert len(work.tests) == 8
+    for k, test in enumerate(work.tests, start=1):
+        own = np.array([row[1:] for row in rows if row[0] == k]).T
+        found = np.array([test.frequency, test.force, test.amplitude, test.phase])
+        assert found == pytest.approx(own)
+        assert (test.held, test.free_gain, test.free_phase, test.quantity) == ("response", True, True, "acceleration")
+        assert not any(unit.assumed for unit in test.units.values())
 
 
 def test_phase_resonance_has_the_damping_of_the_table():

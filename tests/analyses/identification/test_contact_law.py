@@ -1,6 +1,7 @@
 """Contact law from records: kt, mu and the law are those that were put in, intervals cover them, and a measured record."""
 
 import gzip
+import re
 import warnings
 from pathlib import Path
 
@@ -116,6 +117,7 @@ def test_a_force_that_lags_is_named_and_taken_away(lag):
     if lag == 2:
         assert found.kt == pytest.approx((1.0 - TOO_LOW) * KT, rel=0.005)
     (warning,) = [one for one in found.warnings if "too late" in one or "too early" in one]
+    assert "A force that is saturated looks the same. Record both with one filter, or give lag = " in warning
     estimate = float(warning.split("lag = ")[1].rstrip("."))
     assert estimate == pytest.approx(lag / 400, abs=2e-4)
     again = ss.contact_law(late, laws="jenkins", lag=estimate)
@@ -202,6 +204,7 @@ def test_many_cycles_are_averaged_over_neighbours():
 def test_little_motion_and_a_poor_fit_are_said():
     small = ss.contact_law(record("iwan", amplitude=1e-6, cycles=4, zero=0.0), laws="iwan")
     assert "The contact hardly slips" in " ".join(small.warnings)
+    assert str(small).splitlines()[0] == "Law of a contact"  # once: name of the analysis and title of the result are the same
 
 
 @pytest.mark.parametrize(("amplitude", "slips"), [(0.5, False), (0.95, False), (3.0, True)])
@@ -210,6 +213,12 @@ def test_friction_of_a_contact_that_hardly_slips_is_a_lower_bound(amplitude, sli
     found = ss.contact_law(record(amplitude=amplitude * MU * N / KT, gain=0.0, zero=0.0, noise=(0.0, 0.0)), laws="jenkins")
     assert any("mu is a lower bound" in warning for warning in found.warnings) != slips
     assert found.mu <= 1.01 * MU
+    if not slips:
+        carried = min(amplitude, 1.0) * MU
+        (least,) = {float(one) for one in re.findall(r"mu ≥ ([\d.]+)", str(found))}
+        assert least == pytest.approx(carried, rel=0.01)
+        assert "mu = " not in str(found)
+    assert ("the contact hardly slips" in str(found)) != slips
 
 
 def test_wrong_arguments_are_refused():

@@ -102,6 +102,9 @@ def test_what_no_start_state_explains_and_what_stays_open_is_said():
     )
     notes = " ".join(found.notes)
     assert "wrong: 1 of 4 points lie outside of the bounds by more than two standard errors. No start state" in notes
+    assert "1 point of wrong misses the fit to the others: at 345 Hz by" in notes
+    assert np.argwhere(found.dataset["outlier"].values > 0.0).tolist() == [[1, 1]]
+    assert "Without such points" not in notes  # the values are some of many
     assert "mu is not determined above: start states explain the tests up to its bound, 0.9." in notes
 
 

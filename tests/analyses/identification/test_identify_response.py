@@ -9,8 +9,10 @@ import stickslip as ss
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.model_error import above_noise, error_between_tests, independent_one_in
 from stickslip.analyses.identification.response_fit import ResponseFit
+from stickslip.analyses.identification.response_summary import summary
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.measurement.measured_response import flat_top
+from stickslip.measurement.response_units import FileUnit
 from stickslip.report.charts import Charts
 from stickslip.report.sections import energies
 from stickslip.solve.continuation import first_point
@@ -116,8 +118,16 @@ def test_a_stuck_contact_says_nothing_of_friction():
     small = [measured(force, 2) for force in (0.005, 0.01)]
     found = ss.identify_response(one_mass, FREE, small, tries=0, samples=128)
     assert found.values["kt"] == pytest.approx(0.5, rel=0.02)
-    assert any("say nothing of friction coefficients" in note for note in found.notes)
-    assert any(note.startswith("limit is not found") for note in found.notes)
+    assert any("no more of friction than that it holds" in note for note in found.notes)
+    assert not any(note.startswith("limit is not found") for note in found.notes)
+    least = float(found.dataset["least"].sel(parameter="limit"))
+    assert f"\nlimit ≥ {least:.5g}: no contact slips or opens, with less one would\n" in str(found)
+    carried = 0.5 * max(float(np.max(test.amplitude)) for test in small)
+    assert 0.9 * carried < least < 1.01 * carried
+    assert np.isnan(found.dataset["least"].sel(parameter="kt"))
+    unseen = ss.identify_response(one_mass, FREE | {"limit": (0.6, 0.4, 5.0)}, small, tries=0, samples=128)
+    assert any("say nothing of friction coefficients" in note for note in unseen.notes)
+    assert any(note.startswith("limit is not found") for note in unseen.notes)
 
 
 def test_what_every_test_has_by_itself():
@@ -141,6 +151,13 @@ def test_what_every_test_has_by_itself():
     assert own.sel(own="extra").values == pytest.approx([0.0, 0.03, -0.02], abs=1e-4)
     assert own.sel(own="gain").values == pytest.approx(1.1, rel=1e-4)
     assert own.sel(own="phase offset").values == pytest.approx(0.2, abs=1e-4)
+    assert "\ngain: 1.1 (0), 1.1 (1), 1.1 (2)\nphase offset: 11.46° (0), 11.46° (1), 11.46° (2)\n" in str(found)
+    assert "gain is" not in " ".join(found.notes)
+    many = found.dataset.isel(test=[0, 1, 2, 0, 1])
+    assert "extra: -0.02 to 0.03 over 5 tests" in summary(many)
+    loud = [replace(test, amplitude=2.0 * np.asarray(test.amplitude), free_phase=k > 0) for k, test in enumerate(tests)]
+    again = ss.identify_response(mounted, free, [loud[1], tests[2]], tries=0, samples=128)
+    assert "The gain is 2.2 of 1. The measured response is so many times what the model computes" in " ".join(again.notes)
 
 
 def test_wrong_input():
@@ -322,6 +339,25 @@ def clipped(test, level):
     return replace(test, amplitude=np.minimum(test.amplitude, level))
 
 
+@pytest.mark.parametrize(("over", "alone"), [(0.9, False), (0.6, True), (1.5, False)])
+def test_a_bad_point_at_the_resonance_of_a_sparse_curve_is_named(over, alone):
+    """Of 11 points one lies at the resonance: it bends the fit to itself, so that every point misses it. alone: of one curve."""
+    frequencies = FREQUENCIES[::2]
+    tests = [replace(measured(force, 3, frequencies=frequencies), phase=None) for force in (0.3, 1.0, 2.0)][: 1 if alone else 3]
+    free = {name: FREE[name] for name in (("kt", "damping") if alone else FREE)}
+    top, amplitude = int(np.argmax(tests[0].amplitude)), np.array(tests[0].amplitude)
+    amplitude[top] *= over
+    settings = {"tries": 0, "samples": 128, "harmonics": 3}
+    assert not np.any(ss.identify_response(one_mass, free, tests, **settings).dataset["outlier"])
+    found = ss.identify_response(one_mass, free, [replace(tests[0], amplitude=amplitude), *tests[1:]], **settings)
+    assert np.argwhere(found.dataset["outlier"].values > 0.0).tolist() == [[0, top]]
+    assert f"1 point of 0.3 misses the fit to the others: at {frequencies[top]:.5g} Hz" in " ".join(found.notes)
+    apart, without = (
+        abs(float(found.dataset[key].sel(parameter="damping")) / 0.02 - 1.0) for key in ("value", "value_without_outliers")
+    )
+    assert without < 0.7 * apart
+
+
 @pytest.mark.parametrize("over", [0.9, 0.6])
 def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
     """One point at the resonance of the largest level, 10 % or 40 % too low, with noise of 1 %: the fit follows it."""
@@ -356,3 +392,18 @@ def test_a_flat_top_is_said():
     assert flat_top(replace(flat, held="response")) == []
     found = ss.identify_response(one_mass, {"kt": (0.5, 0.1, 3.0)}, [flat], tries=0, samples=128)
     assert said in found.notes
+    micro = replace(flat, units={"displacement": FileUnit("mm", 1e-3)})
+    assert f"displacement, {1e3 * np.max(flat.amplitude):.6g} mm, to the last digit" in flat_top(micro)[0]
+    (same,) = flat_top(replace(test, amplitude=2.0, force=np.asarray(test.amplitude)))
+    assert "displacement of 1 is the same at all points, while the force varies" in same
+    assert "swapped" in same
+
+
+def test_a_parameter_at_its_bound_is_named_with_the_bound():
+    """The true kt of 0.5 and the true damping of 0.02 lie beyond their bounds."""
+    tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0)]
+    free = {"kt": (0.6, 0.55, 1.0), "damping": ss.FreeParameter(0.005, 0.002, 0.015, each_test=True), "limit": (1.0, 0.1, 5.0)}
+    found = ss.identify_response(one_mass, free, tests, tries=0, samples=128, harmonics=3)
+    assert "kt ends at its lower bound, 0.55: widen it, or the model lacks something." in found.notes
+    assert "damping of 1 ends at its upper bound, 0.015: widen it, or the model lacks something." in found.notes
+    assert not any("limit ends" in note for note in found.notes)

@@ -201,8 +201,8 @@ class ContactLawWork:
             return self
         together = float(np.exp(fitted(self.loops, "jenkins")[0][0]))
         if self.rig_stiffness < SOFTEST_RIG * together:
-            rule = f"must be above {together:.4g} N/m, the stiffness of rig and contact together"
-            remedy = "Is its unit N/m, and does it belong to the place where the displacement was measured?"
+            rule = f"must be above {together:.4g} N/m ({1e-6 * together:.4g} N/um), the stiffness of rig and contact together"
+            remedy = "Is its unit N/m (N/um with --rig-stiffness), and is it of the place where the displacement was measured?"
             raise fault("rig_stiffness", rule, self.rig_stiffness, remedy)
         rig = self.rig_stiffness
         note = f"The displacement is corrected by force over the rig's stiffness, {1e-6 * rig:.4g} N/um; "

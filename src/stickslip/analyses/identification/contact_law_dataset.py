@@ -91,7 +91,14 @@ def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: 
         "bound": ("bound", ["low", "high"], _about("1", "end of the interval")),
         "loop": ("loop", [loop.name for loop in work.loops], _about("1", "loop, the mean of these cycles")),
     }
-    attributes = {"title": "Law of a contact", "best": best, "summary": work.summary, "removed": "\n".join(work.removed)}
+    attributes: dict[str, Any] = {
+        "title": "Law of a contact",
+        "best": best,
+        "summary": work.summary,
+        "removed": "\n".join(work.removed),
+    }
+    if _hardly_slips(work, chosen.mu):
+        attributes["least_mu"] = _most_carried(work)
     dataset = xr.Dataset(variables, coords, attributes)
     return dataset.assign_attrs(warnings="\n".join((*work.notes, *_warnings(work, chosen, dataset))))
 
@@ -106,6 +113,16 @@ def _energy_of_law(loop: Any, law: str, theta: Array) -> float:
     return float(np.sum(force * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
 
 
+def _hardly_slips(work: ContactLawWork, mu: float) -> bool:
+    """Whether no loop shows the friction coefficient."""
+    return max(_share_in_slip(loop, mu) for loop in work.loops) < SLIPS
+
+
+def _most_carried(work: ContactLawWork) -> float:
+    """The largest friction force over the normal load that a loop reaches: half its range, as its zero is unknown."""
+    return max(0.5 * float(np.ptp(np.asarray(loop.force)) / np.mean(np.asarray(loop.normal))) for loop in work.loops)
+
+
 def _share_in_slip(loop: Any, mu: float) -> float:
     """Energy of a loop over 4 mu N A, that of a contact which slips all the way."""
     amplitude = 0.5 * float(np.ptp(np.asarray(loop.displacement)))
@@ -115,11 +132,12 @@ def _share_in_slip(loop: Any, mu: float) -> float:
 def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[str]:
     """What to check before the result is used."""
     found = []
-    slipping = max(_share_in_slip(loop, fit.mu) for loop in work.loops)
-    if slipping < SLIPS:
+    if _hardly_slips(work, fit.mu):
+        slipping = max(_share_in_slip(loop, fit.mu) for loop in work.loops)
         found.append(
             f"The contact hardly slips: no loop dissipates more than {max(slipping, 0.0):.0%} of what mu N would. "
-            "mu is a lower bound then, whatever its interval. Measure with larger amplitudes or a smaller normal load."
+            f"mu is a lower bound then, whatever its interval: mu ≥ {_most_carried(work):.4g}, the largest friction force over "
+            "the normal load. Measure with larger amplitudes or a smaller normal load."
         )
     if fit.misfit > POOR:
         found.append(f"The {fit.law} law misses the loops by {fit.misfit:.0%} of their rms force.")
@@ -139,6 +157,8 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
             "Smaller amplitudes show it better."
         )
     for name, (low, high), value in (("kt", fit.kt_interval, fit.kt), ("mu", fit.mu_interval, fit.mu)):
+        if name == "mu" and _hardly_slips(work, fit.mu):
+            continue
         if high - low > 2.0 * WIDE * value:
             found.append(f"{name} is hardly known: its 95 % interval is {0.5 * (high - low) / value:.0%} wide to either side.")
     found += _over_loads(work, dataset["cycle_kt"].values)
@@ -198,7 +218,11 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     low, high = 1e-6 * own["kt_interval"].values
     lines = [
         f"{best}: kt = {kt:.4g} N/um, 95 % between {low:.4g} and {high:.4g}; "
-        f"mu = {mu:.4g}, 95 % between {float(own['mu_interval'][0]):.4g} and {float(own['mu_interval'][1]):.4g}",
+        + (
+            f"mu ≥ {float(dataset.attrs['least_mu']):.4g}, the contact hardly slips"
+            if "least_mu" in dataset.attrs
+            else f"mu = {mu:.4g}, 95 % between {float(own['mu_interval'][0]):.4g} and {float(own['mu_interval'][1]):.4g}"
+        ),
         f"misfit {_misfits(own)}; energy per cycle {_energies(dataset)}",
         str(dataset.attrs["summary"]),
     ]

@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -19,13 +20,17 @@ from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
+from stickslip.analyses.identification.least_friction import least_friction
+from stickslip.analyses.identification.mistakes import POOR, amplitudes_alone, notes_on_mistakes
 from stickslip.analyses.identification.outliers import fitted_without
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
-from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit, summary
+from stickslip.analyses.identification.response_result import dataset_of_fit, misfit, notes_of_fit
+from stickslip.analyses.identification.response_summary import summary
 from stickslip.checks import Array, InputError, among, between, fault, numbers, of_kind, positive, seed_of, several, truth, unique
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, attribute
 from stickslip.measurement.measured_response import MeasuredResponse, flat_top
+from stickslip.measurement.response_scales import assumed_units, mixed_units
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
@@ -125,7 +130,10 @@ def identify_response(
 
 @dataclass(frozen=True, eq=False)
 class ResponseIdentificationWork:
-    """An identification as one case, the fit; `finished` then leaves out its tests one by one, if that is asked for."""
+    """An identification as one case, the fit; `finished` then leaves out its tests one by one, if that is asked for.
+
+    factors: of parameters that are factors, least and largest value of the problem that they multiply, if any, and its unit.
+    """
 
     problem_of: Callable[..., Problem]
     free: Mapping[str, FreeParameter]
@@ -141,6 +149,7 @@ class ResponseIdentificationWork:
     harmonics: Harmonics
     samples: int
     remarks: tuple[str, ...] = ()
+    factors: Mapping[str, tuple[tuple[float, ...], str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for test in self.tests:
@@ -167,7 +176,7 @@ class ResponseIdentificationWork:
                 repr(replace(test, frequency=(1, 2, 3), amplitude=1.0, force=1.0, phase=None, free_phase=False)).encode()
             )
             digest.update(repr(test.free_phase).encode())
-        rest = [getattr(self, field.name) for field in fields(self) if field.name not in ("problem_of", "tests")]
+        rest = [getattr(self, one.name) for one in fields(self) if one.name not in ("problem_of", "tests")]
         return (f"identification of responses {digest.hexdigest()}, {rest!r}",)
 
     @property
@@ -204,13 +213,17 @@ class ResponseIdentificationWork:
             most = self.tries + self.evaluations
             fit.evaluated = lambda count: report(min(count / most, 0.95))
             x = fit.best(self.tries, self.seed, self.evaluations)
-            bounds: Arrays = {}
+            found: dict[str, Any] = {}
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
-            else:
-                outliers = fitted_without(fit, x, self.evaluations)
-                bounds = {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
-        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **bounds}
+                found |= bounds
+            outliers = fitted_without(fit, x, self.evaluations)
+            found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
+            if self.start_states != "bounds":
+                found["least"] = least_friction(fit, x)
+            if max(misfit(fit, x, t) for t in range(len(fit.tests))) > POOR:
+                found |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
+        return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **found}
 
     def finished(
         self, results: Sequence[Arrays], checkpoint: Checkpoint | None, workers: Workers, progress: Progress
@@ -232,14 +245,17 @@ class ResponseIdentificationWork:
             statistics = fit.statistics(x)
             predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
             dataset = dataset_of_fit(fit, x, statistics, np.array(predicted), results[0])
-            notes = (*dict.fromkeys(note for test in self.tests for note in (*test.notes, *flat_top(test))), *self.remarks)
+            about = [note for test in self.tests for note in (*test.notes, *flat_top(test))]
+            notes = (*assumed_units(self.tests), *mixed_units(self.tests), *dict.fromkeys(about), *self.remarks)
             if self.start_states == "bounds":
                 dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
                 notes += tuple(notes_on_bounds(dataset, fit))
             notes += tuple(notes_of_fit(fit, x, statistics, dataset))
+            if "plain_gain" in results[0]:
+                notes += tuple(notes_on_mistakes(self.tests, dataset["misfit"].values, results[0]))
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
-        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds}
+        dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds, "factors": json.dumps(self.factors)}
         return ResponseIdentification(dataset, self.problem_of, notes)
 
 

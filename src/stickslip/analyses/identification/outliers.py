@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,11 @@ OUTLIER = 5.0
 NORMAL = 0.6745
 """Median of the size of noise of standard deviation 1."""
 
+KNOWN, FLAT = 1e-8, 1e-6
+"""Share of the largest singular value below which a direction is unknown; least variance of a residual, relative."""
+
 MOST = 0.1
-"""Share of the points that may be outliers: of more the model is at fault."""
+"""Share of the points that may be outliers, one in any case: of more the model is at fault."""
 
 ROUNDS = 5
 """Fits without outliers, at most: each may show others."""
@@ -46,41 +50,66 @@ class Outliers:
 def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outliers:
     """The outliers of a fit, which are those of the fit without them."""
     marks = [np.zeros(np.size(model.test.frequency), dtype=bool) for model in fit.tests]
-    errors = _errors(fit, x, marks)
+    whole, errors = x, _errors(fit, x, marks)
     for _ in range(ROUNDS):
         before, marks = marks, [one > OUTLIER for one in errors]
-        if sum(map(np.count_nonzero, marks)) > MOST * sum(one.size for one in marks):
+        if sum(map(np.count_nonzero, marks)) > max(MOST * sum(one.size for one in marks), 1.0):
             marks = [np.zeros_like(one) for one in marks]
         if all(map(np.array_equal, marks, before)):
             break
         x = fit.without(marks).solved(x, evaluations)
         errors = _errors(fit, x, marks)
-    found = np.concatenate(marks)
+    found = np.concatenate(marks) & (np.concatenate(errors) > OUTLIER)
+    x = x if np.any(found) else whole
     return Outliers(np.where(found, np.concatenate(errors), 0.0), np.where(found, _deviation(fit, x), 0.0), x)
 
 
 def _errors(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> list[Array]:
-    """By how many standard errors the points of each test miss the fit, marked ones one that does not know them: by the stated
-    errors, or those of the usual residuals of the test or of all where these are larger. 0 of points without a solution.
+    """By how many standard errors the points of each test miss the fit to the others: by the stated errors, or those of the usual
+    residuals of the test or of all where these are larger. 0 of points without a solution. Marked points are those that the fit
+    at x does not know.
 
-    The residual of a point in the fit has the variance 1 − h, h its leverage: one alone at a resonance draws the
-    damping to itself.
+    With the covariance H of its computed rows, the residual r of a point has the covariance 1 − H in the fit, and 1 + H where the
+    fit does not know it. Usual residuals are those by their median, which few outliers do not move, or those that are left
+    without the point, r (1 − H)⁻¹ r less, if these are smaller: one alone at a resonance bends the fit to itself.
     """
     residuals, J = fit.residuals(x), fit.jacobian(x)
-    kept = np.concatenate([*(np.tile(~mark, rows) for mark, rows in zip(marks, fit.rows, strict=True)), _priors(fit)])
-    Q = np.linalg.svd(J[kept] / np.maximum(np.linalg.norm(J[kept], axis=0), 1e-300), full_matrices=False)[0]
-    leverage = np.zeros(residuals.size)
-    leverage[kept] = np.sum(Q**2, axis=1)
-    parts = fit.parted(residuals / np.sqrt(np.maximum(1.0 - leverage, 1.0 / residuals.size)))
-    usual = _usual(np.concatenate([part.ravel() for part in parts]))
-    solved = [np.asarray(fit.found(t).solved, dtype=float) for t in range(len(parts))]
-    return [
-        one * np.sqrt(np.sum(part**2, axis=0)) / max(1.0, usual, _usual(part)) for one, part in zip(solved, parts, strict=True)
-    ]
+    priors = np.ones(sum(variable.deviation is not None for variable in fit.variables), dtype=bool)
+    kept = np.concatenate([*(np.tile(~mark, rows) for mark, rows in zip(marks, fit.rows, strict=True)), priors])
+    J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    _, values, directions = np.linalg.svd(J[kept], full_matrices=False)
+    known = values > KNOWN * np.max(values, initial=1e-300)
+    ways = J @ directions[known].T / values[known]
+    blind = np.sum(J**2, axis=1) - np.sum((J @ directions[known].T) ** 2, axis=1) > KNOWN
+    count, lost = int(np.count_nonzero(kept)), int(np.count_nonzero(known))
+    square, usual = float(np.sum(residuals[kept] ** 2)), _usual(residuals[: residuals.size - priors.size])
+    found = []
+    for t, (parts, mark) in enumerate(zip(fit.parted(residuals), marks, strict=True)):
+        miss = _misses(parts, _by_point(fit, ways, t), mark)
+        gone, share = np.where(mark, 0.0, miss), parts[:, ~mark].size / max(count, 1)
+        left = [
+            np.sqrt(np.maximum(whole - gone, 0.0) / max(freedom - len(parts), 1.0))
+            for whole, freedom in ((square, count - lost), (float(np.sum(parts[:, ~mark] ** 2)), share * (count - lost)))
+        ]
+        scale = np.maximum(1.0, np.maximum(np.minimum(usual, left[0]), np.minimum(_usual(parts), left[1])))
+        unknown = mark & np.any(_by_point(fit, blind[:, None], t), axis=(1, 2))
+        found.append(np.where(fit.found(t).solved & ~unknown, np.sqrt(miss) / scale, 0.0))
+    return found
 
 
-def _priors(fit: ResponseFit) -> Marks:
-    return np.ones(sum(variable.deviation is not None for variable in fit.variables), dtype=bool)
+def _by_point(fit: ResponseFit, rows: NDArray[Any], t: int) -> NDArray[Any]:
+    """The rows of the points of a test, (points, rows of a point, columns)."""
+    sizes = [np.size(model.test.frequency) * count for model, count in zip(fit.tests, fit.rows, strict=True)]
+    first = sum(sizes[:t])
+    return np.moveaxis(rows[first : first + sizes[t]].reshape(fit.rows[t], sizes[t] // fit.rows[t], rows.shape[1]), 0, 1)
+
+
+def _misses(parts: Array, ways: Array, mark: Marks) -> Array:
+    """r (1 ∓ H)⁻¹ r of each point (points,), from its residuals (rows, points): what the sum of squares loses with it."""
+    signs = np.where(mark, 1.0, -1.0)[:, None, None]
+    values, directions = np.linalg.eigh(np.eye(len(parts)) + signs * ways @ np.moveaxis(ways, 1, 2))
+    along = np.einsum("pki,kp->pi", directions, parts)
+    return np.asarray(np.sum(along**2 / np.maximum(values, FLAT), axis=1))
 
 
 def _usual(residuals: Array) -> float:

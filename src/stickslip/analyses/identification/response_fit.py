@@ -242,10 +242,10 @@ class ResponseFit:
         settings: dict[str, Any] = {"bounds": (low, high), "method": "trf", "x_scale": "jac", "max_nfev": evaluations}
         return np.asarray(least_squares(self.residuals, inside, self.jacobian, ftol=1e-10, xtol=1e-9, gtol=1e-10, **settings).x)
 
-    def best(self, tries: int, seed: int, evaluations: int) -> Array:
+    def best(self, tries: int, seed: int, evaluations: int, most: int = MOST_STARTS) -> Array:
         """The least squares from the start of the lowest cost: the given one, or one of `tries` more between the bounds.
 
-        Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost.
+        Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost, `most` in all.
         """
         from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
 
@@ -257,7 +257,7 @@ class ResponseFit:
             starts[-1][shared] = low[shared] + share * (high[shared] - low[shared])
         starts.sort(key=self.cost)
         found: list[tuple[float, Array]] = []
-        for x in starts[:MOST_STARTS]:
+        for x in starts[:most]:
             self.forget()
             solved = self.solved(x, evaluations)
             found.append((self.cost(solved), solved))

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.model_error import FEWEST_TESTS, above_noise
 from stickslip.analyses.identification.outliers import moved, notes_on_outliers
 from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
-from stickslip.checks import Array, counted
+from stickslip.checks import Array, first_of
 from stickslip.measurement.measured_response import MeasuredResponse
 
 if TYPE_CHECKING:
@@ -27,6 +28,15 @@ FEWEST_POINTS = 10
 
 SEEN = 0.5
 """Residuals in stated errors from which it is said that they go together."""
+
+AT_BOUND = 1e-4
+"""Distance from a bound, relative to that of both bounds, from which on a parameter has not ended there."""
+
+GAINS = (0.5, 2.0)
+"""Gains of a measuring chain outside which one is doubted."""
+
+LISTED = 4
+"""Tests that a sentence names."""
 
 UNEXPLAINED = 2.0
 """A misfit this many times the median one, and the stated error, is named."""
@@ -71,6 +81,7 @@ def dataset_of_fit(
         "value": _described("parameter", values, "as given", "identified value"),
         "low": _described("parameter", low, "as given", "lower end of the 95 % interval, not below the bound"),
         "high": _described("parameter", high, "as given", "upper end of the 95 % interval, not above the bound"),
+        "least": _described("parameter", _least(fit, solution, names), "as given", "lower bound of friction that never slips"),
         "correlation": _described(("parameter", "parameter_2"), correlation, "1", "correlation of the errors"),
         "own_value": _described(("test", "own"), own, "as given", "what each test has by itself"),
         "frequency": _described(at, along(lambda t: tests[t].frequency), "Hz", "frequency"),
@@ -113,6 +124,12 @@ def dataset_of_fit(
     return xr.Dataset(data, coords, {"title": "Parameters from frequency responses", "noise": float(np.sqrt(statistics.noise))})
 
 
+def _least(fit: ResponseFit, solution: Mapping[str, Any], names: Sequence[str]) -> list[float]:
+    """Lower bounds of the parameters; NaN of those that are known otherwise, or not at all."""
+    bounds = np.asarray(solution.get("least", np.full(len(names), np.nan)))
+    return [fit.free[name].value(float(end)) if np.isfinite(end) else np.nan for name, end in zip(names, bounds, strict=True)]
+
+
 def _phase(test: MeasuredResponse) -> Array:
     if test.phase is None:
         return np.full(np.size(test.frequency), np.nan)
@@ -140,21 +157,24 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     found = []
     contacts = [contact for t, model in enumerate(fit.tests) for contact in model.problem(fit.values(x, t)).contacts]
     if not np.any(dataset["slips"].values) and any(contact.law.rubs for contact in contacts):
-        found.append("No contact slips or opens at any point: the responses say nothing of friction coefficients.")
+        known = np.isfinite(dataset["least"].values).any()
+        words = "no more of friction than that it holds" if known else "nothing of friction coefficients"
+        found.append(f"No contact slips or opens at any point: the responses say {words}.")
     elif not np.any(dataset["slips"].values) and any(contact.normal is not None for contact in contacts):
         found.append("No contact opens or closes at any point: the responses say nothing of gaps.")
     for k, name in enumerate(names):
         value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
-        free = fit.free[name]
+        if np.isfinite(dataset["least"].values[k]):
+            continue
         if statistics.blind[k] or not np.isfinite(high) or high - low > 2.0 * UNCERTAIN * max(abs(value), 1e-300):
             found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
-        elif min(abs(x[k] - free.variable(end)) for end in (free.low, free.high)) < 1e-6:
-            found.append(f"{name} lies at a bound, {value:.4g}: widen it, or the model lacks something.")
+    found += _at_bounds(fit, x)
     for i in range(len(names)):
         for j in range(i):
             r = float(dataset["correlation"].values[i, j])
             if abs(r) > CORRELATED:
                 found.append(f"{names[j]} and {names[i]} can hardly be separated by these tests: correlation {r:.3f}.")
+    found += _doubtful_gains(dataset)
     found += _repeated([model.test for model in fit.tests])
     apart = dataset["misfit"].values
     stated = np.array([model.test.error for model in fit.tests])
@@ -172,14 +192,45 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
     return found
 
 
+def _at_bounds(fit: ResponseFit, x: Array) -> list[str]:
+    """The parameters, also those of single tests, that end at one of their bounds."""
+    found, (low, high) = [], fit.bounds
+    for k, variable in enumerate(fit.variables):
+        if variable.name in fit.free:
+            free = fit.free[variable.name]
+            where = "" if variable.test < 0 else f" of {fit.tests[variable.test].test.name}"
+            for side, end, value in (("lower", low[k], free.low), ("upper", high[k], free.high)):
+                if abs(x[k] - end) < AT_BOUND * (high[k] - low[k]):
+                    words = f"{variable.name}{where} ends at its {side} bound, {value:.4g}"
+                    found.append(f"{words}: widen it, or the model lacks something.")
+    return found
+
+
 def _about_outliers(fit: ResponseFit, dataset: xr.Dataset) -> list[str]:
     """The outliers, and how far the parameters move without them."""
     if "outlier" not in dataset or not np.any(dataset["outlier"].values):
         return []
     tests, errors, deviations = [model.test for model in fit.tests], dataset["outlier"], dataset["outlier_deviation"]
     found = notes_on_outliers(tests, list(errors.values), list(deviations.values))
-    names, ends = [str(name) for name in dataset["parameter"].values], (dataset["low"].values, dataset["high"].values)
-    return [*found, moved(names, dataset["value"].values, ends, dataset["value_without_outliers"].values)]
+    known = dataset.isel(parameter=np.isnan(dataset["least"].values))
+    if isinstance(fit.tests[0], EnclosedTest):  # the value is one of many
+        return found
+    names, ends = [str(name) for name in known["parameter"].values], (known["low"].values, known["high"].values)
+    return [*found, moved(names, known["value"].values, ends, known["value_without_outliers"].values)]
+
+
+def _doubtful_gains(dataset: xr.Dataset) -> list[str]:
+    """A sentence where the free gain of a test is far from 1."""
+    if GAIN not in dataset["own"].values:
+        return []
+    gains = dataset["own_value"].sel(own=GAIN).values
+    found = [
+        f"{gain:.4g} of {test}"
+        for test, gain in zip(dataset["test"].values, gains, strict=True)
+        if np.isfinite(gain) and not GAINS[0] <= gain <= GAINS[1]
+    ]
+    words = "The measured response is so many times what the model computes: check units, and calibration of the sensors."
+    return [f"The gain is {first_of(found, LISTED)}. {words}"] if found else []
 
 
 def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset) -> list[str]:
@@ -219,20 +270,3 @@ def _repeated(tests: Sequence[MeasuredResponse]) -> list[str]:
     firsts = [content.index(one) for one in content]
     words = "hold the same points, which count twice: the intervals are too narrow."
     return [f"{tests[first].name} and {tests[t].name} {words}" for t, first in enumerate(firsts) if first < t]
-
-
-def summary(dataset: xr.Dataset) -> list[str]:
-    """Parameters with intervals, misfit of each test, notes."""
-    lines = []
-    for k, name in enumerate(dataset["parameter"].values):
-        value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
-        lines.append(f"{name} = {value:.5g}, 95 % interval {low:.5g} to {high:.5g}")
-    sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
-    worst = int(np.argmax(sizes))
-    lines.append(
-        f"{counted(sizes.size, 'test')}, misfit {np.median(sizes):.2g} % of the largest response in the median, at most "
-        f"{sizes[worst]:.2g} % ({dataset['test'].values[worst]})"
-    )
-    if np.isfinite(predicted).any():
-        lines.append(f"left out and predicted by the others: at most {np.nanmax(predicted):.2g} %")
-    return lines + [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]

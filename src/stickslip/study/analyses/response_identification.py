@@ -18,7 +18,7 @@ from stickslip.analyses.identification.response_fit import FreeParameter
 from stickslip.analyses.performance.scaled_problem import with_factors, with_preload_factor
 from stickslip.checks import MOST, Index, counted, fault, nearest
 from stickslip.measurement.measured_response import MeasuredResponse
-from stickslip.measurement.response_table import read_measured_response
+from stickslip.measurement.response_table import read_measured_response, read_measured_responses
 from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FACTORS = ("kt", "kn", "mu", "preload", "damping", "mass", "stiffness")
+WITHOUT = {"kn": "A contact has kn where it has a normal direction and its law a stiffness kn; else leave it out."}
+"""Remedies for factors on what no contact has."""
+
 ColumnName = Literal["frequency", "amplitude", "real", "imaginary", "phase", "force"]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -40,6 +43,9 @@ class ResponseIdentificationTable(Table):
     """Measured curves, and the parameters that are fitted to them; points outside the band of [sweep] are not used."""
 
     files: Annotated[list[str], Field(min_length=1, description="curves (text): frequency, amplitude, force, phase if known")]
+    by: Annotated[
+        Column | None, Field(description='title or number of the column that distinguishes the curves of a file, such as "curve"')
+    ] = None
     quantity: Annotated[
         Literal["displacement", "velocity", "acceleration"] | None,
         Field(description="that was measured; as the titles of the files say unless given"),
@@ -133,7 +139,7 @@ def free_parameters(table: ResponseIdentificationTable) -> dict[str, FreeParamet
     for name, (start, low, high) in table.rig.items():
         if not low <= start <= high or low == high:
             raise fault(name, "must be [start, low, high] with the start between the others", [start, low, high])
-    if table.settings and len(table.settings) != len(table.files):
+    if table.settings and table.by is None and len(table.settings) != len(table.files):
         raise fault("settings", f"must be one for each of {counted(len(table.files), 'file')}", len(table.settings))
     found = {name: (start_between(1.0, low, high), low, high) for name, (low, high) in factors.items()}
     found |= {name: (start, low, high) for name, (start, low, high) in table.rig.items()}
@@ -148,11 +154,45 @@ def start_between(present: float, low: float, high: float) -> float:
     return float(np.sqrt(low * high)) if low > 0.0 else 0.5 * (low + high)
 
 
+def own_values(problem: Problem, name: str) -> tuple[tuple[float, ...], str]:
+    """Least and largest value that a factor multiplies, over the contacts of the problem, and its unit; none of what is no
+    parameter of a contact."""
+    if name not in FACTORS[:3]:
+        return (), ""
+    contacts = [one for one in problem.contacts if name != "kn" or one.normal is not None]
+    found = [np.ravel(value) for one in contacts if (value := getattr(one.law, name, None)) is not None]
+    ends = (float(min(map(np.min, found))), float(max(map(np.max, found)))) if found else ()
+    return ends, "" if name == "mu" else "N/m"
+
+
+def measured_curves(table: ResponseIdentificationTable, folder: Path, **about: Any) -> list[MeasuredResponse]:
+    """The curves of all files, one each, or those that the column `by` distinguishes; about: other arguments of them all."""
+    how = about_columns(table)
+    if table.by is None:
+        each = zip(table.files, names_of(table.files), how, strict=True)
+        return [read_measured_response(folder / file, name=name, **about, **own) for file, name, own in each]
+    named = list(zip(table.files, names_of(table.files), strict=True))
+    by = table.by
+
+    def read(**level: Any) -> list[MeasuredResponse]:
+        each = [read_measured_responses(folder / file, by, name=name, **about, **how[0], **level) for file, name in named]
+        return [curve for curves in each for curve in curves]
+
+    sets = [read(force=level) for level in table.force] or [read()]
+    count = len(sets[0])
+    for key, given in (("force", len(sets) if len(sets) > 1 else count), ("settings", len(table.settings) or count)):
+        if given != count:
+            raise fault(f"[{TABLE}]: {key}", f"must be one for each of {counted(count, 'curve')}", given)
+    return sets[0] if len(sets) == 1 else [own[k] for k, own in enumerate(sets)]
+
+
 def about_columns(table: ResponseIdentificationTable) -> list[dict[str, Any]]:
-    """How each file is read: arguments of `read_measured_response`."""
+    """How each file is read: arguments of `read_measured_response`; force levels of the curves of one file aside."""
     about: dict[str, Any] = {"quantity": table.quantity, "phase_of": table.phase_of}
     about |= {"columns": {str(key): which for key, which in table.columns.items()}}
     about |= {"units": {str(key): unit for key, unit in table.column_units.items()}}
+    if table.by is not None:
+        return [about]
     if table.force and len(table.force) not in (1, len(table.files)):
         raise fault(f"[{TABLE}]: force", f"must be one, or one for each of {counted(len(table.files), 'file')}", table.force)
     levels = table.force if len(table.force) == len(table.files) else table.force * len(table.files)
@@ -229,6 +269,10 @@ class ResponseIdentificationPlan(Plan):
         names = list(sweep.problem.output_names)
         _known_settings(table, asked.rig[0])
         about_columns(table)
+        for name in FACTORS[:3]:
+            if getattr(table, name) is not None and not own_values(sweep.problem, name)[0]:
+                laws = ", ".join(dict.fromkeys(type(contact.law).__name__ for contact in sweep.problem.contacts)) or "no contact"
+                raise fault(f"[{TABLE}]: {name}", "must be a parameter of a contact of the problem", laws, WITHOUT.get(name, ""))
         if table.output is not None and table.output not in names:
             raise fault(f"[{TABLE}]: output", f"must be one of {', '.join(names)}", table.output)
         if table.rig and not asked.rig[0]:
@@ -245,7 +289,8 @@ class ResponseIdentificationPlan(Plan):
 
     @property
     def summary(self) -> str:
-        return f"{counted(len(self.table.files), 'measured curve')}, free: {', '.join(free_parameters(self.table))}"
+        what = "measured curve" if self.table.by is None else "file"
+        return f"{counted(len(self.table.files), what)}, free: {', '.join(free_parameters(self.table))}"
 
     def tests(self) -> list[MeasuredResponse]:
         """The curves, each with its settings."""
@@ -253,8 +298,7 @@ class ResponseIdentificationPlan(Plan):
         about: dict[str, Any] = {"held": table.held, "error": table.error, "of_largest": table.of_largest}
         about |= {"free_gain": table.free_gain, "free_phase": table.free_phase}
         about["output"] = 0 if table.output is None else names.index(table.output)
-        each = zip(table.files, names_of(table.files), about_columns(table), strict=True)
-        tests = [read_measured_response(self.folder / file, name=name, **about, **how) for file, name, how in each]
+        tests = measured_curves(table, self.folder, **about)
         own = table.settings or [{} for _ in tests]
         return [replace(test, settings=settings) for test, settings in zip(tests, own, strict=True)]
 
@@ -304,6 +348,7 @@ class ResponseIdentificationPlan(Plan):
             harmonics=base.harmonics,
             samples=base.samples,
             remarks=(words,) if kept < count else (),
+            factors={name: own_values(self.sweep.problem, name) for name in free if name in FACTORS and name not in table.rig},
         )
 
     @property

@@ -1,0 +1,48 @@
+"""What measured responses say of their units: those that were assumed, and tests a thousand times apart."""
+
+from dataclasses import replace
+
+import numpy as np
+
+import stickslip as ss
+from stickslip.measurement.response_scales import assumed_units, mixed_units
+
+FREQUENCY = np.linspace(60.0, 100.0, 21)
+
+
+def response_of(name, natural=80.0, damping=0.02, factor=1.0, frequency=FREQUENCY):
+    """Acceleration per newton of one mass."""
+    size = frequency**2 / np.abs(natural**2 - frequency**2 + 2j * damping * natural * frequency)
+    return ss.MeasuredResponse(frequency, factor * size, 1.0, name=name)
+
+
+def test_assumed_units_are_listed_once_for_files_alike(tmp_path):
+    for name, titles in (
+        ("a", "f,a [g],force"),
+        ("b", "f,a [g],force"),
+        ("c", "f [Hz],a,force [N]"),
+        ("d", "f [Hz],a [g],force [N]"),
+    ):
+        (tmp_path / f"{name}.csv").write_text(titles + "\n80,1,1\n81,2,1\n82,1,1\n")
+    tests = [ss.read_measured_response(tmp_path / f"{name}.csv") for name in "abcd"]
+    assert assumed_units(tests) == [
+        "No unit is stated of frequency and force in a, b: Hz and N are assumed.",
+        "No unit is stated of acceleration in c: m/s2 is assumed.",
+    ]
+    found = ss.identify_response(
+        lambda kt: ss.rigs.single_mass(kt=kt), {"kt": (0.5, 0.1, 3.0)}, tests[2:3], tries=0, evaluations=1
+    )
+    assert "No unit is stated of acceleration in c: m/s2 is assumed." in str(found)
+
+
+def test_tests_a_thousand_times_apart_are_named():
+    """Not those that friction moves, those of another band, or of another quantity."""
+    tests = [response_of("low"), response_of("middle", 76.0, 0.1), response_of("high", 72.0, 0.03)]
+    assert mixed_units(tests) == []
+    (said,) = mixed_units([tests[0], response_of("mm", factor=1e3), tests[2]])
+    assert said.startswith("The responses per force of mm are about 1000 times those of low, high at the same frequencies.")
+    (said,) = mixed_units([response_of("mm", 77.0, 0.1, 1e3), tests[0], tests[2]])
+    assert said.startswith("The responses per force of mm are about 1000 times those of low, high")
+    other = response_of("second mode", 800.0, factor=1e3, frequency=10.0 * FREQUENCY)
+    assert mixed_units([tests[0], other]) == []
+    assert mixed_units([tests[0], replace(response_of("mm", factor=1e3), quantity="velocity")]) == []
