@@ -63,6 +63,7 @@ LESS = {
     "speed_sweep": {"speed": "[6500.0, 7200.0]", "engine_orders": "[3]", "harmonics": "1", "samples": "64"},
     "response_samples": {"points": "3", "count": "3", "harmonics": "3", "samples": "64"},
     "sensitivity_indices": {"draws": "8", "harmonics": "1", "samples": "64", "kn": None, "preload": None, "slider_offset": None},
+    "strip_damper": {"points": "2", "frequency": "[498.0, 502.0]", "force_levels": "[1.0]", "harmonics": "3", "samples": "64"},
     "steady_cycles": {"steps": "200", "count": "3"},
 }
 

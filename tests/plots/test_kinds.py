@@ -124,7 +124,7 @@ def contact_law(data):
 
 SHOWN = {
     **dict.fromkeys(("blisk", "forced_response", "lumped", "model", "ring_damper", "shrouded_blades"), response),
-    **dict.fromkeys(("beams_with_a_gap", "blade_root", "jointed_beams"), many_contacts),
+    **dict.fromkeys(("beams_with_a_gap", "blade_root", "jointed_beams", "strip_damper"), many_contacts),
     "controlled_response": controlled,
     "response_bounds": bounds,
     "response_samples": samples,

@@ -1,4 +1,4 @@
-"""The strip damper: closed form of its loop, the rig against it and against its own first loading by hand, statics, full disk."""
+"""The strip damper: closed form of its loop, the rig against it and against its own first loading by hand, stuck stiffness, full disk."""
 
 from dataclasses import replace
 
@@ -18,9 +18,11 @@ WHOLE = MOST * (GAP + OVERLAP) / EA
 """Relative motion of the platforms at which the whole strip slips, without elasticity of the contact, m."""
 
 
-def masing(D: np.ndarray, F: np.ndarray) -> float:
-    """Energy of the loop whose branches are a first loading F(D), twice as large: 8 (∫F dD − F D/2)."""
-    return float(8.0 * (np.sum(0.5 * (F[1:] + F[:-1]) * np.diff(D)) - 0.5 * F[-1] * D[-1]))
+def loop(motion: float, D: np.ndarray, F: np.ndarray) -> float:
+    """Energy of the loop whose branches are the first loading F(D), twice as large, up to a motion: 8 (∫F dD − F D/2)."""
+    to = np.append(D[: np.searchsorted(D, motion)], motion)
+    up = np.interp(to, D, F)
+    return float(8.0 * (np.sum(0.5 * (up[1:] + up[:-1]) * np.diff(to)) - 0.5 * up[-1] * motion))
 
 
 @pytest.mark.parametrize("share", [0.2, 0.7, 1.0, 1.5, 4.0])
@@ -33,8 +35,7 @@ def test_closed_form_is_the_loop_of_the_first_loading(share: float):
         D.append(pull * GAP / EA + 2.0 * stretch)
         F.append(pull)
     D, F = np.append(D, max(share * WHOLE, D[-1]) + WHOLE), np.append(F, MOST)
-    to = np.append(D[D < share * WHOLE], share * WHOLE)
-    assert strip_energy(share * WHOLE, PULL, MU, EA, OVERLAP, GAP) == pytest.approx(masing(to, np.interp(to, D, F)), rel=1e-5)
+    assert strip_energy(share * WHOLE, PULL, MU, EA, OVERLAP, GAP) == pytest.approx(loop(share * WHOLE, D, F), rel=1e-5)
 
 
 def test_closed_form_has_no_step_at_whole_slip_and_grows_with_the_cube_before():
@@ -82,8 +83,7 @@ def test_the_rig_dissipates_the_loop_of_its_first_loading():
     D = np.linspace(0.0, motion[-1], 3001)
     F = first_loading(D, 6, KT)
     assert F[-1] == pytest.approx(MOST, rel=1e-9)
-    expected = [masing(np.append(D[D < each], each), np.interp(np.append(D[D < each], each), D, F)) for each in motion]
-    np.testing.assert_allclose(energy, expected, rtol=5e-3)
+    np.testing.assert_allclose(energy, [loop(each, D, F) for each in motion], rtol=5e-3)
     assert float(np.abs(response.dataset.energy_residual).max()) < 1e-6
     slipping = response.dataset.share_slip.isel(point=0).sel(direction="t1").to_numpy().reshape(4, 2, 6) > 0.0
     assert 0 < np.count_nonzero(slipping[0, 0]) < 6  # microslip: from the gap on, alike under both platforms
@@ -99,8 +99,7 @@ def test_the_rig_tends_to_the_closed_form_with_points_and_stiffness():
     errors = []
     for points in (10, 20, 40):
         F = first_loading(D, points, 4e8 * points**2)
-        found = [masing(D[D <= each * (1 + 1e-9)], F[D <= each * (1 + 1e-9)]) for each in motion]
-        errors.append(np.abs(np.array(found) / exact - 1.0))
+        errors.append(np.abs(np.array([loop(each, D, F) for each in motion]) / exact - 1.0))
     assert np.all(errors[0] > 1.5 * errors[1])
     assert np.all(errors[1] > 1.5 * errors[2])
     assert np.all(errors[2] < 0.03)
@@ -142,12 +141,13 @@ def test_one_sector_gives_what_all_blades_do():
     assert float(whole.dataset.dissipated.sum()) == pytest.approx(6 * float(one.dataset.dissipated.sum()), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_time_integration_of_all_blades_gives_the_same_vibration():
     """Without the pins: the stuck ends of a strip in microslip hold it."""
     rig = replace(strip_damper(points=2, sectors=4, engine_order=1, damping=0.02), mean_springs=())
     frequency = [float(rig.frequencies(stuck=True)[0]) * 0.99]
     response = ss.forced_response(rig.full([1]), frequency, force=4.5, harmonics=15, samples=256)
-    assert 0.1 < float(response.dataset.share_slip.max())
+    assert float(response.dataset.share_slip.max()) > 0.1
     check = response.verify_in_time(0, 0, steps_per_period=1000)
     np.testing.assert_allclose(check.harmonic_amplitude, check.time_amplitude, rtol=2e-3)
 

@@ -55,6 +55,7 @@ def test_new_names_are_known():
         "blade_root",
         "ring_damper",
         "shrouded_blades",
+        "strip_damper",
     }
 
 

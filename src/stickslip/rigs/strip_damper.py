@@ -50,10 +50,10 @@ def strip_damper(
 
     pull F_C [N]: centrifugal load of a strip, m r Ω². A strip bends so easily that the load is spread evenly and is constant:
     q = μ F_C/(2ℓ) is the friction per length. mu; kt [N/m]: of the contact with one platform, shared over `points` along it.
-    overlap ℓ [m]: length of the strip under each platform, along t; gap g between the platforms; width (along the axis), thickness
-    [m], youngs_modulus [Pa], density [kg/m³] of the strip, a chain of bars. engine_order: force F cos(ωt − 2π EO j/N) [N] on the
-    tip of blade j; platform_mass, tip_mass [kg]; shank_stiffness between platform and rigid disk, blade_stiffness between platform
-    and tip [N/m]; damping: ratio of both modes of a blade alone. A pin holds the mean position of the strip.
+    overlap ℓ [m]: length of the strip under each platform, along t; gap g between the platforms; width (along the axis),
+    thickness [m], youngs_modulus [Pa], density [kg/m³] of the strip, a chain of bars. engine_order: force F cos(ωt − 2π EO j/N)
+    [N] on the tip of blade j; platform_mass, tip_mass [kg]; shank_stiffness between platform and rigid disk, blade_stiffness
+    between platform and tip [N/m]; damping: ratio of both modes of a blade alone. A pin holds the mean position of the strip.
     """
     sectors, points = whole("sectors", sectors), whole("points", points)
     if points < 1:
@@ -86,14 +86,13 @@ def strip_damper(
 def strip_energy(motion: float, pull: float, mu: float, stiffness: float, overlap: float, gap: float) -> float:
     """Energy per cycle that a strip dissipates [J] while the two platforms move by D cos ωt relative to each other.
 
-    motion D [m]; pull F_C [N]; mu; stiffness EA of the strip [N]; overlap ℓ, gap g [m]. Coulomb friction q = μ F_C/(2ℓ) per length,
-    without elasticity of the contact and inertia of the strip: where it pulls with F, slip reaches F/q from the gap under either
-    platform, so D = F g/(EA) + F²/(q EA), and by Masing's rule W = 4 F³/(3 q EA). From F = q ℓ, D₀ on the whole strip slips, and W
-    grows by 4 q ℓ (D − D₀).
+    motion D [m]; pull F_C [N]; mu; stiffness EA of the strip [N]; overlap ℓ, gap g [m]. Coulomb friction q = μ F_C/(2ℓ) per
+    length, without elasticity of the contact and inertia of the strip: where it pulls with F, slip reaches F/q from the gap under
+    either platform, so D = F g/(EA) + F²/(q EA), and by Masing's rule W = 4 F³/(3 q EA). From F = q ℓ on, at D₀ = q ℓ (g + ℓ)/(EA),
+    the whole strip slips, and W grows by 4 q ℓ (D − D₀).
     """
     q = positive("mu", mu) * positive("pull", pull) / (2.0 * positive("overlap", overlap))
     EA, D, most = positive("stiffness", stiffness), not_negative("motion", motion), q * overlap
     half = 0.5 * q * positive("gap", gap)
     F = min(sqrt(half**2 + q * EA * D) - half, most)
-    beyond = max(D - (F * gap + F**2 / q) / EA, 0.0) if F == most else 0.0
-    return 4.0 * F**3 / (3.0 * q * EA) + 4.0 * F * beyond
+    return 4.0 * F**3 / (3.0 * q * EA) + 4.0 * most * max(D - most * (gap + overlap) / EA, 0.0)
