@@ -3,7 +3,7 @@
 import stickslip as ss
 from stickslip.rigs import strip_damper, strip_energy
 
-forces = [0.03, 0.3, 1.0, 3.0, 10.0]
+forces = [0.03, 0.3, 1.0, 3.0]
 response = ss.forced_response(strip_damper(pull=600.0), ss.hertz(484, 503), force=forces, harmonics=9, samples=256)
 print(response)
 response.plot().savefig("strip_damper.png")

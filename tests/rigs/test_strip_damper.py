@@ -1,4 +1,4 @@
-"""The strip damper: closed form of its loop, the rig against it and against its own first loading by hand, stuck stiffness, full disk."""
+"""The strip damper: closed form of its loop, the rig against it and its own first loading, stuck stiffness, full disk."""
 
 from dataclasses import replace
 

@@ -88,8 +88,8 @@ def strip_energy(motion: float, pull: float, mu: float, stiffness: float, overla
 
     motion D [m]; pull F_C [N]; mu; stiffness EA of the strip [N]; overlap ℓ, gap g [m]. Coulomb friction q = μ F_C/(2ℓ) per
     length, without elasticity of the contact and inertia of the strip: where it pulls with F, slip reaches F/q from the gap under
-    either platform, so D = F g/(EA) + F²/(q EA), and by Masing's rule W = 4 F³/(3 q EA). From F = q ℓ on, at D₀ = q ℓ (g + ℓ)/(EA),
-    the whole strip slips, and W grows by 4 q ℓ (D − D₀).
+    either platform, so D = F g/(EA) + F²/(q EA), and by Masing's rule W = 4 F³/(3 q EA). From F = q ℓ on, at
+    D₀ = q ℓ (g + ℓ)/(EA), the whole strip slips, and W grows by 4 q ℓ (D − D₀).
     """
     q = positive("mu", mu) * positive("pull", pull) / (2.0 * positive("overlap", overlap))
     EA, D, most = positive("stiffness", stiffness), not_negative("motion", motion), q * overlap
