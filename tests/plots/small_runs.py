@@ -10,6 +10,7 @@ from stickslip.study.templates import write_new
 
 LESS = {
     "beams_with_a_gap": {"modes": "1", "frequency": "[108.0, 112.0]", "force_levels": "[0.001]", "harmonics": "1"},
+    "blade_root": {"points": "2", "frequency": "[121.0, 124.0]", "force_levels": "[1.0]", "harmonics": "3", "samples": "64"},
     "blisk": {
         "rig": '"lumped_blisk"',
         "contact": None,
@@ -57,9 +58,12 @@ LESS = {
     "performance_curve": {"points": "6", "harmonics": "1", "samples": "64"},
     "response_bounds": {"points": "3", "cloud": "4", "starts": "1", "harmonics": "3", "samples": "64"},
     "response_identification": {"harmonics": "1", "leave_one_out": "false"},
+    "ring_damper": {"frequency": "[575.0, 585.0]", "force_levels": "[1.0]", "harmonics": "3"},
+    "shrouded_blades": {"frequency": "[260.0, 263.0]", "force_levels": "[20.0]", "harmonics": "3"},
     "speed_sweep": {"speed": "[6500.0, 7200.0]", "engine_orders": "[3]", "harmonics": "1", "samples": "64"},
     "response_samples": {"points": "3", "count": "3", "harmonics": "3", "samples": "64"},
     "sensitivity_indices": {"draws": "8", "harmonics": "1", "samples": "64", "kn": None, "preload": None, "slider_offset": None},
+    "strip_damper": {"points": "2", "frequency": "[498.0, 502.0]", "force_levels": "[1.0]", "harmonics": "3", "samples": "64"},
     "steady_cycles": {"steps": "200", "count": "3"},
 }
 

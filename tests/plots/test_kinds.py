@@ -123,8 +123,8 @@ def contact_law(data):
 
 
 SHOWN = {
-    **dict.fromkeys(("blisk", "forced_response", "lumped", "model"), response),
-    **dict.fromkeys(("beams_with_a_gap", "jointed_beams"), many_contacts),
+    **dict.fromkeys(("blisk", "forced_response", "lumped", "model", "ring_damper", "shrouded_blades"), response),
+    **dict.fromkeys(("beams_with_a_gap", "blade_root", "jointed_beams", "strip_damper"), many_contacts),
     "controlled_response": controlled,
     "response_bounds": bounds,
     "response_samples": samples,

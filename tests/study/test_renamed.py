@@ -52,6 +52,10 @@ def test_new_names_are_known():
         "flutter",
         "jointed_beams",
         "beams_with_a_gap",
+        "blade_root",
+        "ring_damper",
+        "shrouded_blades",
+        "strip_damper",
     }
 
 

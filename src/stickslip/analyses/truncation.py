@@ -11,7 +11,7 @@ from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.truncation import change_by, enough_beyond
+from stickslip.solve.truncation import change_by, enough_beyond, solved_change
 
 ALLOWED = 0.004
 """The estimate above which a curve comes with a warning: the change by many more harmonics was up to 2.3
@@ -73,7 +73,12 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Ar
     by_samples = change_by(sampled, balance, point.evaluation, counted)
     by_harmonics = change_by(finer, balance, point.evaluation, counted)
     by_harmonics[:, : by_samples.shape[1]] -= by_samples
-    return np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
+    errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
+    large = errors[0] > ALLOWED
+    if large.any():
+        solved = solved_change(finer, balance, point.evaluation, counted, by_samples)
+        errors[0] = np.where(large & np.isfinite(solved), solved, errors[0])
+    return errors
 
 
 def finer_balance(problem: Problem, harmonics: int, samples: int) -> HarmonicBalance:
@@ -88,7 +93,5 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
         return ""
     worst = int(np.nanargmax(errors))
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
-    return (
-        f"{more} would change {outputs[worst]} at its highest peak by about "
-        f'{100.0 * errors[worst]:.1f} %: take more, or harmonics = "auto".'
-    )
+    much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "beyond any estimate"
+    return f'{more} would change {outputs[worst]} at its highest peak {much}: take more, or harmonics = "auto".'

@@ -16,6 +16,7 @@ from stickslip.rigs.octopus_blisk import octopus_blisk
 from stickslip.rigs.ring_damper import ring_damper, ring_energy
 from stickslip.rigs.shrouded_blades import shrouded_blades
 from stickslip.rigs.single_blade import single_blade, single_blade_stress
+from stickslip.rigs.strip_damper import strip_damper, strip_energy
 from stickslip.rigs.two_semi_cylinders import two_semi_cylinders
 from stickslip.structure.stress import StressRecovery
 
@@ -36,6 +37,7 @@ RIGS: dict[str, Callable[..., Problem]] = {
         blade_root,
         ring_damper,
         shrouded_blades,
+        strip_damper,
     )
 }
 
@@ -59,6 +61,8 @@ __all__ = [
     "single_blade",
     "single_blade_stress",
     "single_mass",
+    "strip_damper",
+    "strip_energy",
     "three_mass_wedge",
     "two_semi_cylinders",
 ]

@@ -76,6 +76,24 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
     return relative
 
 
+def solved_change(
+    finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array
+) -> Array:
+    """By how much the amplitude of each output changes where the point is solved with `finer` at its frequency:
+    ||X'| − |X||/|X| of the counted columns together, (outputs,); NaN where Newton's method does not get there.
+
+    Of large changes, for which one step is wrong, the phase is left out: at a peak it is a shift of the resonance, which in the
+    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself.
+    """
+    rows = slice(balance.rows, None)
+    found, X = resolved(finer, evaluation), evaluation.w[rows, counted]
+    if not found.converged:
+        return np.full(X.shape[0], np.nan)
+    size = np.linalg.norm(X, axis=1)
+    start = np.linalg.norm(X + size[:, None] * sampled[:, : balance.columns][:, counted], axis=1)
+    return np.abs(np.linalg.norm(found.evaluation.w[rows, counted], axis=1) - start) / np.maximum(size, np.finfo(float).tiny)
+
+
 def pad(forces: Array, columns: int) -> Array:
     """λ with more harmonics (zeros) or fewer."""
     padded = np.zeros((forces.shape[0], columns))
