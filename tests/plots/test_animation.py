@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -60,10 +61,17 @@ def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refu
         ss.forced_response(free, [0.2]).animate(0, 0)
 
 
-@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg, a program of the system, is not installed")
 def test_ffmpeg_writes_a_film(animation, tmp_path):
     film = animation.save(tmp_path / "x.mp4").read_bytes()
     assert film[4:8] == b"ftyp"
+
+
+def test_without_ffmpeg_a_film_is_refused_with_the_remedy(animation, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(InputError, match=r"stickslip\[film\]"):
+        animation.save(tmp_path / "x.mp4")
+    assert not list(tmp_path.iterdir())
 
 
 def test_blades_of_a_mistuned_wheel_have_amplitudes_and_colours_of_their_own():

@@ -31,9 +31,9 @@ from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
-from stickslip.harmonic.iteration import Control
 from stickslip.harmonic.measure import QUANTITIES, Quantity, quantity_named
 from stickslip.harmonic.orders import Harmonics, attribute, highest
+from stickslip.harmonic.system import Control
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.files import save

@@ -21,11 +21,12 @@ from stickslip.contact.period import HELD
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.fourier import Fourier, fourier
-from stickslip.harmonic.iteration import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.harmonic.linear_part import LinearPart
 from stickslip.harmonic.newton_matrix import pushed
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, in_fractions, orders
+from stickslip.harmonic.system import FREE, SMALLER, Border, Bordered, Control, Direction, State, System
 from stickslip.harmonic.transposed import solve_transposed
+from stickslip.kernels.views import Placed
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
 
@@ -185,6 +186,7 @@ class HarmonicBalance:
     """
 
     periods = 1
+    _placed: Placed | None = None
 
     def __init__(self, problem: Problem, harmonics: Harmonics | Sequence[int], samples: int, periods: int = 1) -> None:
         _, samples = fineness(harmonics, samples)
@@ -214,6 +216,13 @@ class HarmonicBalance:
             SMALLER,
         )
         newton_parts.compile_parts(self.system)
+
+    @property
+    def placed_system(self) -> System:
+        """The system as kernels take it, by its address."""
+        if self._placed is None or self._placed.whole is not self.system:
+            self._placed = newton_parts.placed(self.system)
+        return self._placed.address  # type: ignore[no-any-return]
 
     @property
     def first(self) -> slice:
@@ -264,7 +273,9 @@ class HarmonicBalance:
 
     def evaluate(self, point: Point) -> Evaluation:
         """Motion, residual and derivatives at a point."""
-        state = newton_parts.evaluate(self.system, np.ascontiguousarray(point.forces), float(point.omega), float(point.level))
+        state = newton_parts.evaluate(
+            self.placed_system, np.ascontiguousarray(point.forces), float(point.omega), float(point.level)
+        )
         return Evaluation(point, self.table, state)
 
     def carried_forces(self, evaluation: Evaluation) -> Array:
@@ -275,20 +286,20 @@ class HarmonicBalance:
     def factorise(self, evaluation: Evaluation, condition: PathCondition) -> Factors:
         """The bordered Newton matrix of an evaluation, factorised once."""
         point = evaluation.point
-        bordered = newton_parts.factorise(self.system, evaluation.state, point.omega, point.level, condition.border)
+        bordered = newton_parts.factorise(self.placed_system, evaluation.state, point.omega, point.level, condition.border)
         return Factors(bordered, self.system)
 
     def newton_step(self, evaluation: Evaluation, condition: PathCondition, factors: Factors) -> tuple[Array, float]:
         """Newton's change of λ (rows, 2H+1) and of the parameter."""
         point, short = evaluation.point, condition.gap(evaluation)
         return newton_parts.newton_step(
-            self.system, evaluation.state, point.omega, point.level, condition.border, short, factors.bordered
+            self.placed_system, evaluation.state, point.omega, point.level, condition.border, short, factors.bordered
         )[:2]
 
     def tangent(self, evaluation: Evaluation, parameter: Parameter, factors: Factors) -> Direction:
         """Direction along the curve, the path condition growing at rate one."""
         point, by_level = evaluation.point, parameter == "level"
-        return newton_parts.tangent(self.system, evaluation.state, point.omega, point.level, by_level, factors.bordered)
+        return newton_parts.tangent(self.placed_system, evaluation.state, point.omega, point.level, by_level, factors.bordered)
 
     def pushed(self, evaluation: Evaluation, offsets: Index, dw: Array) -> Array:
         """E dw on the unknowns (N,): what a change of motion (rows, 2H+1) does to λ̂ there."""

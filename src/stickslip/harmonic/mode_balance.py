@@ -20,9 +20,9 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point, const
 from stickslip.harmonic.decoupling import DIAGONAL, stuck_modes
 from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
 from stickslip.harmonic.fourier import fourier, real_harmonics
-from stickslip.harmonic.iteration import FREE
 from stickslip.harmonic.mode_iteration import ModeSystem
 from stickslip.harmonic.orders import Harmonics, columns_of, fineness, harmonics_for, highest, orders
+from stickslip.harmonic.system import FREE
 from stickslip.problem import Problem
 from stickslip.problem.speed import refuse_speed
 from stickslip.problem.systems import LinearSystem

@@ -34,12 +34,6 @@ from stickslip.harmonic.extended_structure import (
 )
 from stickslip.harmonic.fourier import Fourier, fourier
 from stickslip.harmonic.iteration import (
-    FREE,
-    Border,
-    Bordered,
-    Control,
-    Direction,
-    State,
     evaluate_signature,
     factorise_signature,
     factorised,
@@ -49,7 +43,9 @@ from stickslip.harmonic.iteration import (
 from stickslip.harmonic.lapack import lu_solve
 from stickslip.harmonic.newton_matrix import moved_rows, newton_matrix, pushed, spread, unknown_entries
 from stickslip.harmonic.receptance import Complex
+from stickslip.harmonic.system import FREE, Border, Bordered, Control, Direction, State
 from stickslip.kernels import inner, separate
+from stickslip.kernels.views import placed_as
 
 SPRINGS = 1e-3
 """Share of the forces of springs K_c w below which contact forces are not the scale of the residual: λ beyond these springs has
@@ -57,7 +53,7 @@ their rounding, also where contacts carry nothing, without friction or without l
 
 
 class ModeSystem(NamedTuple):
-    """The balance of a nonlinear mode as the kernels read it; fields as in `iteration.System`."""
+    """The balance of a nonlinear mode as the kernels read it; fields as in `system.System`."""
 
     table: ContactTable
     tables: Fourier
@@ -77,6 +73,13 @@ def _empty_system() -> ModeSystem:
     damping, static = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, dtype=np.complex128)
     structure = ExtendedStructure(blocks, blocks, np.empty((0, 0)), damping, static, places, 0, 0)
     return ModeSystem(contact_table(()), fourier(1, 6), structure, line, places, places, 0.0, places, FREE)
+
+
+@placed_as(_empty_system)
+class ModeSystemAddress(NamedTuple):
+    """Where a `ModeSystem` lies in memory, for kernels that are called often."""
+
+    address: int
 
 
 class ModeSlopes(NamedTuple):

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
+from stickslip.harmonic.system import State, System
 from stickslip.kernels import inner, kernel
-from stickslip.kernels.arrays import zero_numbers
+from stickslip.kernels.arrays import empty_line, zero_numbers
 
 
 @inner
@@ -140,3 +141,37 @@ def spread(mask: NDArray[np.bool_], solution: Array, forces: Array) -> None:
             if mask[r, i]:
                 forces[r, i] = solution[k]
                 k += 1
+
+
+@inner
+def pull(kept: Index, offsets: Index, active: Index, pulls: Array, row: Array) -> None:
+    """Put the derivatives of a condition by the unknowns of the active rows into a row of the matrix."""
+    for i in range(active.size):
+        first, last = offsets[active[i]], offsets[active[i] + 1]
+        for k in range(last - first):
+            row[first + k] = pulls[i, kept[k]]
+
+
+@inner
+def pushed_by(system: System, state: State, offsets: Index, dw: Array) -> Array:
+    """E dw (N,) on the unknowns, for a change of motion dw (rows, 2H+1)."""
+    result = empty_line(offsets[-1])
+    normal, partner = system.table.loading_row, system.table.partner_row
+    pushed(offsets, system.kept, normal, partner, state.own, state.coupling, state.cross, dw, result)
+    return result
+
+
+@inner
+def push(system: System, state: State, offsets: Index, dw: Array, column: Array) -> None:
+    """column (N,) = −E dw on the unknowns."""
+    values = pushed_by(system, state, offsets, dw)
+    for k in range(values.size):
+        column[k] = -values[k]
+
+
+@inner
+def subtract(kept: Index, offsets: Index, values: Array, column: Array) -> None:
+    """column (N,) −= the unknown entries of values (rows, 2H+1)."""
+    for r in range(values.shape[0]):
+        for k in range(offsets[r + 1] - offsets[r]):
+            column[offsets[r] + k] -= values[r, kept[k]]

@@ -10,12 +10,12 @@ from typing import Any
 from numba.extending import overload
 
 from stickslip.checks import Array
-from stickslip.harmonic import iteration, mode_iteration
+from stickslip.harmonic import iteration, mode_iteration, on_states
 from stickslip.harmonic.contact_forces import compile_contact_forces
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, System
-from stickslip.harmonic.mode_iteration import ModeSystem
+from stickslip.harmonic.mode_iteration import ModeSystem, ModeSystemAddress
+from stickslip.harmonic.system import Border, Bordered, Direction, State, System, SystemAddress
 from stickslip.kernels import boxed, compiled, kernel
-from stickslip.kernels.views import view
+from stickslip.kernels.views import Placed, view
 
 AnySystem = System | ModeSystem
 
@@ -110,9 +110,14 @@ def solve(system: System, bordered: Bordered, right: Array) -> None:
     iteration.solve(view(system), bordered, right)
 
 
+def placed(system: AnySystem) -> Placed:
+    """A system where kernels read it."""
+    return Placed(system, SystemAddress if isinstance(system, System) else ModeSystemAddress)
+
+
 def compile_parts(system: AnySystem) -> None:
     """Compile the parts for a kind of system, or take them from disk."""
     compile_contact_forces(system.table)
     compiled(*(_chosen(system, *part) for part in (_EVALUATE, _FACTORISE, _NEWTON_STEP, _TANGENT)))
     if isinstance(system, System):
-        iteration.compile_on_states(system)
+        on_states.compile_on_states(system)

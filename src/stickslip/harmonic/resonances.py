@@ -9,13 +9,14 @@ with the slipping contacts stuck and free, and friction makes it the wider the f
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array, Index
+from stickslip.checks import Array
 from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.problem import Problem
 from stickslip.problem.systems import BARELY, LinearSystem
@@ -71,6 +72,8 @@ class Resonances:
         joined = np.concatenate([np.array(part) for part in rows], axis=1)
         joined = joined[:, np.argsort(joined[0], kind="stable")]
         self.omega, self.width = joined[0], joined[2]
+        # Lists, for a search at each step of a curve, which arrays would slow.
+        self._ascending, self._widths = self.omega.tolist(), self.width.tolist()
         self.harmonic, self._number, self._mode = (joined[k].astype(np.int64) for k in (1, 3, 4))
 
     def with_held(self, held: NDArray[np.bool_]) -> Resonances | None:
@@ -83,10 +86,10 @@ class Resonances:
             self._mixed[key] = Resonances(self.problem, self.harmonics, (held,))
         return self._mixed[key]
 
-    def between(self, low: float, high: float) -> Index:
-        """Numbers of the resonances with low < ω < high, ascending."""
-        first, last = np.searchsorted(self.omega, [low, high])
-        return np.array([k for k in range(first, last) if self.omega[k] > low], dtype=np.int64)
+    def between(self, low: float, high: float) -> list[int]:
+        """Numbers of the resonances with low < ω < high whose half-width is less than high − low, ascending."""
+        inside = range(bisect_right(self._ascending, low), bisect_left(self._ascending, high))
+        return [k for k in inside if self._widths[k] < high - low]
 
     def motion(self, k: int, level: float, forces: Array, carried: Array) -> Array:
         """About the largest motion of contact rows and outputs (rows,) [m] that resonance k could add in harmonic h.

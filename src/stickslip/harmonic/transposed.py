@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.harmonic.iteration import Bordered, System, three_blocks
 from stickslip.harmonic.lapack import lu_solve_transposed
 from stickslip.harmonic.modal_matrix import from_line, in_line, places, weights_on
+from stickslip.harmonic.on_states import three_blocks
 from stickslip.harmonic.receptance import driven_states, frequency_gains, pulled_by_states
+from stickslip.harmonic.system import Bordered, System
 from stickslip.kernels import inner, kernel
 from stickslip.kernels.arrays import empty_table, zero_table
 from stickslip.kernels.views import view

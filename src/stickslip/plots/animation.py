@@ -7,6 +7,7 @@ matplotlib. Colours stand by name, as in `interactive.py`.
 from __future__ import annotations
 
 import html
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -69,6 +70,24 @@ class Polyline:
     @property
     def moves(self) -> bool:
         return len(self.x) > 1
+
+
+def _ffmpeg() -> str:
+    """Where the program ffmpeg is: of the system, else of the package imageio-ffmpeg."""
+    from matplotlib import rcParams
+
+    found = shutil.which(rcParams["animation.ffmpeg_path"])
+    if found is None:
+        try:
+            from imageio_ffmpeg import get_ffmpeg_exe
+
+            found = get_ffmpeg_exe()
+        except (ImportError, RuntimeError):
+            raise InputError(
+                "A .mp4 file needs the program ffmpeg, which is not installed. `pip install 'stickslip[film]'` installs it; or "
+                "save a .gif."
+            ) from None
+    return str(found)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -337,16 +356,18 @@ class Animation:
         return figure
 
     def save(self, path: str | Path, fps: int = FPS) -> Path:
-        """One period as a film that can be repeated: .gif or .webp (by Pillow), .mp4 (by ffmpeg, a program of the system)."""
+        """One period as a film that can be repeated: .gif or .webp (by Pillow), .mp4 (by ffmpeg)."""
+        from matplotlib import rc_context, rcParams
         from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
         place = Path(path)
         if place.suffix.lower() not in FILES:
             raise fault("The name of an animation", f"must end in {', '.join(FILES)}", str(path))
-        if place.suffix.lower() == ".mp4" and not FFMpegWriter.isAvailable():
-            raise InputError("A .mp4 file needs the program ffmpeg, which is not installed. Install it, or save a .gif.")
-        writer: Any = FFMpegWriter(fps=fps) if place.suffix.lower() == ".mp4" else PillowWriter(fps=fps)
-        with house_style():
+        film = place.suffix.lower() == ".mp4"
+        writer: Any = FFMpegWriter(fps=fps) if film else PillowWriter(fps=fps)
+        with house_style(), rc_context():
+            if film:
+                rcParams["animation.ffmpeg_path"] = _ffmpeg()
             figure, show = self._drawn()
             FuncAnimation(figure, show, frames=self.frames, blit=False).save(place, writer=writer, dpi=90)
         return place

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance, Parameter
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.held_amplitude import first_held
@@ -96,29 +95,29 @@ class _Tracer:
     def points(self, first: Correction) -> Iterator[CurvePoint]:
         current = self.steps.starting_point(first, self.direction)
         yield current
-        bend: tuple[Array, float, float] | None = None
+        before: CurvePoint | None = None
         mark, renewal, drifting = current, 64, 0
-        place, standing, size = current.point.value(self.parameter), 0, _vibration(current)
+        place, standing, size = current.point.value(self.parameter), 0, self._vibration(current)
         for count in range(self.steps.control.points):
             if self._remaining(current) <= 0.0:
                 return
-            following = self.steps.advance(current, bend)
+            following = self.steps.advance(current, before)
             value = following.point.value(self.parameter)
             if self.direction * (value - self.end) >= 0.0:
                 yield self._last_point(current, following)
                 return
             if self.direction * (value - self.start) < 0.0:
                 raise LostCurveError(TURNED_BACK)
-            bend = self.steps.bend(current, following)
+            before = current
             drifting = drifting + 1 if self._means_alone_move(current, following) else 0
             current = following
             yield current
             if drifting == DRIFT_STEPS:
                 raise LostCurveError(DRIFTS)
             if abs(value - place) >= STILL * self.steps.scale:
-                place, standing, size = value, 0, _vibration(current)
+                place, standing, size = value, 0, self._vibration(current)
             standing += 1
-            if self.undamped and _vibration(current) > GROWN * size:
+            if self._vibration(current) > GROWN * size:
                 raise LostCurveError(INFINITE)
             if standing > STANDING_STEPS:
                 raise LostCurveError(STANDS_STILL)
@@ -152,7 +151,6 @@ class _Tracer:
         """The point at the end of the band, exactly, between the last two."""
         return solve_at(self.steps.balance, current, following, self.parameter, self.end)
 
-
-def _vibration(point: CurvePoint) -> float:
-    """The largest harmonic of a point, the mean left out."""
-    return float(np.abs(point.evaluation.w[:, 1:]).max(initial=0.0))
+    def _vibration(self, point: CurvePoint) -> float:
+        """The largest harmonic of a point, the mean left out; 0 where damping bounds it."""
+        return float(np.abs(point.evaluation.w[:, 1:]).max(initial=0.0)) if self.undamped else 0.0

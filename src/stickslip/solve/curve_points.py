@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.kernels import kernel
+from stickslip.kernels import boxed, inner, kernel
+from stickslip.kernels.arrays import zero_table
 from stickslip.solve.newton import correct, fixed
 
 ROUNDING = 1e-9
@@ -21,8 +23,7 @@ MEAN = 0.002
 pressed body may drift by many thousand times its vibration, and steps would be as short."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Metric:
+class Metric(NamedTuple):
     """Squared scales of arc length: weight (motion rows, 2H+1) = 1/σ², parameter = 1/σ_p²."""
 
     weight: Array
@@ -43,18 +44,36 @@ def moving_sizes(w: Array, rows: int) -> tuple[float, float]:
     return np.sqrt(squares[0]), np.sqrt(squares[1])
 
 
+@inner
+def weights(w: Array, rows: int, contacts: float, outputs: float) -> Array:
+    """Squared reciprocal scales (motion rows, 2H+1) of the motion of contacts and of outputs, whose sizes are given; what moves
+    by rounding alone does not count."""
+    found, largest = zero_table(w.shape[0], w.shape[1]), max(contacts, outputs)
+    for scale, first, last in ((contacts, 0, rows), (outputs, rows, w.shape[0])):
+        if scale > ROUNDING * largest:
+            mean = 0.0
+            for r in range(first, last):
+                mean += w[r, 0] * w[r, 0]
+            for r in range(first, last):
+                found[r, 0] = 1.0 / (scale * scale + MEAN * MEAN * mean)
+                for i in range(1, w.shape[1]):
+                    found[r, i] = 1.0 / (scale * scale)
+    return found
+
+
+@kernel
+def _weights_called(w: Array, rows: int, contacts: float, outputs: float) -> Array:
+    """`weights` for calls from Python."""
+    return boxed(weights(w, rows, contacts, outputs))
+
+
 def relative_metric(w: Array, rows: int, scales: Sequence[float], parameter_scale: float) -> Metric:
     """Motion w of contacts and of outputs relative to the two scales; what moves by rounding alone does not count."""
-    weight = np.zeros_like(w)
-    for where, scale in zip((slice(0, rows), slice(rows, None)), scales, strict=True):
-        if scale > ROUNDING * max(scales):
-            weight[where] = 1.0 / scale**2
-            weight[where, 0] = 1.0 / (scale**2 + (MEAN * np.linalg.norm(w[where, 0])) ** 2)
-    return Metric(weight, 1.0 / parameter_scale**2)
+    contacts, outputs = map(float, scales)
+    return Metric(_weights_called(np.ascontiguousarray(w), rows, contacts, outputs), 1.0 / parameter_scale**2)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Tangent:
+class Tangent(NamedTuple):
     """Unit direction along the curve: dλ/ds, dw/ds, dp/ds; level: of the force level where it holds an amplitude, else 0."""
 
     forces: Array

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
-from stickslip.harmonic.iteration import Control
+from stickslip.harmonic.system import Control
 from stickslip.solve.newton import Correction, correct, fixed
 
 LOWEST = 1e-4

@@ -23,9 +23,6 @@ SAME = 0.1
 SHORT = 1e-3
 """Arc length below which Newton's method may fail at a resonance: it does at kinks, and the curve has to go on."""
 
-NARROW = 1.0
-"""A step shorter than this many half-widths of a peak does not pass over it."""
-
 
 def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint) -> float | None:
     """The fraction of the step from one point to the next where it passes over a resonance, None where it does not.
@@ -73,13 +70,7 @@ def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     known = [limits, limits.with_held(states[0])]
     if not np.array_equal(*states):
         known.append(limits.with_held(states[1]))
-    found = [
-        (float(one.omega[k]), one, int(k))
-        for one in known
-        if one is not None
-        for k in one.between(low, high)
-        if one.width[k] * NARROW < high - low
-    ]
+    found = [(float(one.omega[k]), one, k) for one in known if one is not None for k in one.between(low, high)]
     found.sort(key=lambda each: each[0])
     kept: list[tuple[float, Resonances, int]] = []
     for omega, one, k in found:

@@ -9,8 +9,9 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Border, Bordered, Direction, State, gap, missed_amplitude, no_factors
+from stickslip.harmonic.iteration import gap, missed_amplitude, no_factors
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
+from stickslip.harmonic.system import Border, Bordered, Direction, State
 from stickslip.kernels import boxed, inlined, inner, kernel
 from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers
 from stickslip.kernels.views import view
@@ -70,15 +71,15 @@ def correct(
     """
     forces, omega, level = np.ascontiguousarray(start.forces), float(start.omega), float(start.level)
     wanted = -1.0 if direction is None else direction
-    found = _newton(balance.system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
+    found = _newton_called(balance.placed_system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
     evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), balance.table, found.state)
     factors = Factors(found.bordered, balance.system) if found.bordered.lu.size else None
     along = found.direction if direction is not None and found.converged else None
     return Correction(found.start_motion, evaluation, factors, along, found.iterations, found.converged, found.singular)
 
 
-class _Found(NamedTuple):
-    """What the compiled loop returns; `bordered` and `direction` hold nothing where they were not needed."""
+class Found(NamedTuple):
+    """What Newton's method came to; `bordered` and `direction` hold nothing where they were not needed."""
 
     start_motion: Array
     state: State
@@ -91,9 +92,9 @@ class _Found(NamedTuple):
     singular: bool
 
 
-@kernel
-def _newton(
-    given: AnySystem,
+@inner
+def newton(
+    system: AnySystem,
     forces: Array,
     omega: float,
     level: float,
@@ -102,8 +103,8 @@ def _newton(
     halvings: int,
     patience: int,
     wanted: float,
-) -> _Found:
-    system = view(given)
+) -> Found:
+    """Newton's method with a line search; the arguments are those of `correct`."""
     state = first = evaluate(system, forces, omega, level)
     bordered = no_factors(state)
     done, near, converged, singular = 0, False, False, False
@@ -131,17 +132,33 @@ def _newton(
             break
         near = state.error <= wanted and same_numbers(state.unknown, following.unknown)
         state = following
-        omega, level = _moved(border, omega, level, length * amount, length * raised)
+        omega, level = moved(border, omega, level, length * amount, length * raised)
     direction = Direction(empty_table(0, 0), empty_table(0, 0), 0.0, 0.0)
     if converged and wanted >= 0.0:
         if not near:
             bordered = factorise(system, state, omega, level, border)
         direction = tangent(system, state, omega, level, border.by_level, bordered)
-    return boxed(_Found(first.w, state, omega, level, bordered, direction, done, converged, singular))
+    return Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
+
+
+@kernel
+def _newton_called(
+    given: AnySystem,
+    forces: Array,
+    omega: float,
+    level: float,
+    border: Border,
+    iterations: int,
+    halvings: int,
+    patience: int,
+    wanted: float,
+) -> Found:
+    """`newton` for calls from Python."""
+    return boxed(newton(view(given), forces, omega, level, border, iterations, halvings, patience, wanted))
 
 
 @inner
-def _moved(border: Border, omega: float, level: float, amount: float, raised: float) -> tuple[float, float]:
+def moved(border: Border, omega: float, level: float, amount: float, raised: float) -> tuple[float, float]:
     """ω and level with the parameter changed, and the level by `raised` too."""
     return (omega, level + amount) if border.by_level else (omega + amount, level + raised)
 
@@ -151,7 +168,7 @@ def _full_step(
     system: AnySystem, state: State, omega: float, level: float, border: Border, step: Array, amount: float, raised: float
 ) -> tuple[float, State]:
     """The state after Newton's whole step, whatever it does to the residual; length 0 where there is none."""
-    after, lifted = _moved(border, omega, level, amount, raised)
+    after, lifted = moved(border, omega, level, amount, raised)
     if not (after > 0.0 and np.isfinite(amount) and np.isfinite(raised) and all_finite(step)):
         return 0.0, state
     return 1.0, evaluate(system, moved_by(state.forces, 1.0, step), after, lifted)
@@ -177,7 +194,7 @@ def _search(
     before = np.hypot(state.error, short)
     length = 1.0
     for _ in range(halvings + 1):
-        after, lifted = _moved(border, omega, level, length * amount, length * raised)
+        after, lifted = moved(border, omega, level, length * amount, length * raised)
         if after > 0.0:
             trial = evaluate(system, moved_by(state.forces, length, step), after, lifted)
             missed = np.hypot(gap(border, trial, after, lifted), missed_amplitude(system.control, trial.w, after))

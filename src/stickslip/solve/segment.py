@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, PathCondition
-from stickslip.harmonic.iteration import Direction
+from stickslip.harmonic.system import Direction
 from stickslip.solve.curve_points import Metric, hermite
 
 SHARP = 0.3

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.harmonic.iteration import Direction
+from stickslip.harmonic.system import Direction
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric
 from stickslip.solve.hidden_resonance import hidden_resonance
-from stickslip.solve.newton import NEAR, Correction, correct
+from stickslip.solve.newton import Correction, correct
+from stickslip.solve.step import LEAST, Place, Solver, Stepped, step
 
 BEYOND = (1e-3, 1e-2, 1e-4)
 SHORT = (1e-4, 1e-3, 1e-5, 1e-2)
@@ -67,10 +67,10 @@ class Steps:
         self.step = control.first
 
     def metric(self, evaluation: Evaluation) -> Metric:
-        """Scales of the motion at a point: its own size, but no less than 2 % of the largest so far."""
+        """Scales of the motion at a point: its own size, but no less than `LEAST` of the largest so far."""
         sizes = moving_sizes(evaluation.w, self.balance.rows)
         self.largest = [max(pair) for pair in zip(self.largest, sizes, strict=True)]
-        scales = [max(size, 0.02 * largest) for size, largest in zip(sizes, self.largest, strict=True)]
+        scales = [max(size, LEAST * largest) for size, largest in zip(sizes, self.largest, strict=True)]
         return relative_metric(evaluation.w, self.balance.rows, scales, self.scale)
 
     def starting_point(self, first: Correction, direction: float) -> CurvePoint:
@@ -111,12 +111,41 @@ class Steps:
         changes = distance * tangent.forces, self.parameter, distance * tangent.parameter, distance * tangent.level
         return current.point.moved(*changes)
 
-    def advance(self, current: CurvePoint, bend: tuple[Array, float, float] | None) -> CurvePoint:
+    def _stepped(
+        self,
+        current: CurvePoint,
+        tangent: Tangent,
+        distance: float,
+        before: CurvePoint | None = None,
+        iterations: int = 7,
+        halvings: int = 4,
+        patience: int = 0,
+    ) -> Stepped:
+        """A step along a tangent; before: the point that the curve comes from, for a prediction of second order."""
+        point, state, length = current.point, current.evaluation.state, current.length
+        if before is None:
+            before, length = current, 0.0
+        metric, behind, unknown = current.metric, before.tangent, before.evaluation.unknown
+        place = Place(point.forces, state.w, state.unknown, point.omega, point.level, metric, behind, unknown, length)
+        by_level = self.parameter == "level"
+        solver = Solver(iterations, halvings, patience, self.scale, by_level, self.orientation, *self.largest)
+        found = step(self.balance.placed_system, self.balance.rows, place, tangent, distance, solver)
+        self.largest = [found.contacts, found.outputs]
+        return found
+
+    def _solved(self, stepped: Stepped, distance: float) -> CurvePoint:
+        """The point that a step led to."""
+        found = stepped.found
+        evaluation = Evaluation(Point(found.state.forces, found.omega, found.level), self.balance.table, found.state)
+        size = int(found.bordered.offsets[-1])
+        return CurvePoint(evaluation, stepped.tangent, stepped.metric, found.iterations, size, distance)
+
+    def advance(self, current: CurvePoint, before: CurvePoint | None) -> CurvePoint:
         """The next point, with smaller steps until one is right; at a kink, along the tangent from beyond it."""
         distance, orientation = self.step, self.orientation
         passing: CurvePoint | None = None
         while distance > self.control.smallest:
-            found = self._try(current, current.tangent, distance, bend)
+            found = self._try(current, distance, before)
             if isinstance(found, CurvePoint):
                 hidden = self._hidden(current, found)
                 if hidden is None:
@@ -127,7 +156,7 @@ class Steps:
                 continue
             distance *= found
             if distance < 1e-3:
-                bend = None
+                before = None
             if distance < 1e-3 and distance / found >= 1e-3:
                 beyond = self._beyond_kink(current)
                 if beyond is not None:
@@ -141,30 +170,16 @@ class Steps:
         """The fraction of a step where it passes over a resonance, if it does."""
         return hidden_resonance(self.balance, current, following) if self.parameter == "omega" else None
 
-    def _try(
-        self, current: CurvePoint, tangent: Tangent, distance: float, bend: tuple[Array, float, float] | None
-    ) -> CurvePoint | float:
+    def _try(self, current: CurvePoint, distance: float, before: CurvePoint | None) -> CurvePoint | float:
         """One step; a point, or the factor by which to shorten the step."""
-        condition = self._condition(current.evaluation, tangent, current.metric, distance)
-        forces, amount, raised = distance * tangent.forces, distance * tangent.parameter, distance * tangent.level
-        if bend is not None:
-            forces = forces + 0.5 * distance**2 * bend[0]
-            amount += 0.5 * distance**2 * bend[1]
-            raised += 0.5 * distance**2 * bend[2]
-        start = current.point.moved(forces, self.parameter, amount, raised)
-        if start.omega <= 0.0:
+        stepped = self._stepped(current, current.tangent, distance, before, self.control.iterations)
+        if stepped.outside:
             return 0.5
-        correction = correct(self.balance, start, condition, self.control.iterations, direction=NEAR)
-        if not correction.converged and self.control.patient[0] < distance < self.control.patient[1]:
-            correction = correct(self.balance, start, condition, iterations=20, patience=10, direction=NEAR)
-        if not correction.converged:
+        if not stepped.found.converged and self.control.patient[0] < distance < self.control.patient[1]:
+            stepped = self._stepped(current, current.tangent, distance, before, iterations=20, patience=10)
+        if not stepped.found.converged:
             return 0.3
-        following = self._solved(correction, distance)
-        error = current.metric.length(
-            following.evaluation.w - correction.start_motion,
-            following.point.value(self.parameter) - start.value(self.parameter),
-        )
-        turn = current.turn(following)
+        following, error, turn = self._solved(stepped, distance), stepped.error, stepped.turn
         backwards = self.control.branching or following.tangent.parameter * current.tangent.parameter < 0.0
         crossed = backwards and turn < self.control.reversed and error < self.control.straight * distance
         if crossed:
@@ -175,17 +190,15 @@ class Steps:
         elif backwards and turn < self.control.reversed and self._kinked(following, distance, error, turn):
             crossed, following, turn = True, replace(following, tangent=following.tangent.turned()), -turn
         close = error < 8.0 * self.control.error and turn > self.control.cosine
-        if distance >= 1e-3 and not (close and self._beside(current, following, distance)):
+        if distance >= 1e-3 and not (close and stepped.chord <= 1.5 * distance and self._beside(current, following)):
             return 0.5
         if crossed:
             self.orientation = -self.orientation
-        self.step = self._next_step(distance, error, correction.iterations)
+        self.step = self._next_step(distance, error, stepped.found.iterations)
         return following
 
-    def _beside(self, current: CurvePoint, following: CurvePoint, distance: float) -> bool:
-        """Whether the point on the plane at `distance` is on the same branch, as far as the step to it shows."""
-        if current.chord(following, self.parameter) > 1.5 * distance:
-            return False
+    def _beside(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether the point that a step led to is on the same branch, as far as the step shows."""
         change = following.point.value(self.parameter) - current.point.value(self.parameter)
         if max(change * current.tangent.parameter, change * following.tangent.parameter) < 0.0:
             return False
@@ -221,14 +234,8 @@ class Steps:
 
     def _goes_on(self, current: CurvePoint, distance: float) -> bool:
         """Whether the curve goes straight on beyond a point; at the tip of a sharp fold, which looks the same, it ends."""
-        condition = self._condition(current.evaluation, current.tangent, current.metric, distance)
-        start = self._along(current, current.tangent, distance)
-        if start.omega <= 0.0:
-            return False
-        correction = correct(self.balance, start, condition, self.control.iterations)
-        change = correction.evaluation.point.value(self.parameter) - start.value(self.parameter)
-        error = current.metric.length(correction.evaluation.w - correction.start_motion, change)
-        return correction.converged and error < self.control.cosine * distance
+        stepped = self._stepped(current, current.tangent, distance, None, self.control.iterations)
+        return stepped.found.converged and stepped.error < self.control.cosine * distance
 
     def _next_step(self, distance: float, error: float, iterations: int) -> float:
         """From the error of the prediction, of third order; a step made short by a kink recovers faster than others grow."""
@@ -236,24 +243,6 @@ class Steps:
         effort = 1.0 if iterations <= 5 else 0.6
         most = self.control.recovery if distance < self.control.short else self.control.growth
         return min(distance * min(max(growth * effort, 0.3), most), self.control.largest)
-
-    def _solved(self, correction: Correction, distance: float) -> CurvePoint:
-        evaluation, factors, direction = correction.evaluation, correction.factors, correction.direction
-        assert factors is not None
-        assert direction is not None
-        metric = self.metric(evaluation)
-        tangent = self._tangent(direction, factors, metric)
-        return CurvePoint(evaluation, tangent, metric, correction.iterations, factors.size, distance)
-
-    def bend(self, current: CurvePoint, following: CurvePoint) -> tuple[Array, float, float] | None:
-        """Second derivative of λ, parameter and level along the curve, where the same rows are unknown on both sides."""
-        if following.length <= 0.0 or not np.array_equal(current.evaluation.unknown, following.evaluation.unknown):
-            return None
-        ratio = following.metric.length(current.tangent.motion, current.tangent.parameter)
-        a, b = current.tangent, following.tangent
-        step = following.length * ratio
-        slopes = (b.parameter - a.parameter / ratio) / step, (b.level - a.level / ratio) / step
-        return (b.forces - a.forces / ratio) / step, *slopes
 
     def _beyond_kink(self, current: CurvePoint) -> CurvePoint | None:
         """Tangents taken a little ahead and a little behind the point, where the state is already the other one."""
@@ -274,13 +263,11 @@ class Steps:
         return None
 
     def _try_turned(self, current: CurvePoint, tangent: Tangent, distance: float) -> CurvePoint | None:
-        condition = self._condition(current.evaluation, tangent, current.metric, distance)
-        start = self._along(current, tangent, distance)
-        correction = correct(self.balance, start, condition, iterations=15, halvings=8, direction=NEAR)
-        if not correction.converged:
+        stepped = self._stepped(current, tangent, distance, None, iterations=15, halvings=8)
+        if not stepped.found.converged:
             return None
-        found = self._solved(correction, distance)
-        near = current.chord(found, self.parameter) <= 1.5 * distance and self._hidden(current, found) is None
+        found = self._solved(stepped, distance)
+        near = stepped.chord <= 1.5 * distance and self._hidden(current, found) is None
         if self.control.reversible and not self._returns(current, found):
             return None
         return found if near and found.leads_away_from(current, self.parameter) else None

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Tangent, backwards, between, solve_at
 from stickslip.solve.newton import correct
@@ -68,11 +67,11 @@ def one_way(
     """The curve from a solved point on, in the direction that goes with `along`."""
     steps = Steps(balance, "omega", (band[1] - band[0]) / 10.0, control)
     points = [steps.begun_along(evaluation, along)]
-    bend: tuple[Array, float, float] | None = None
+    before: CurvePoint | None = None
     for _ in range(control.points):
         current = points[-1]
         try:
-            following = steps.advance(current, bend)
+            following = steps.advance(current, before)
             end = min(max(following.point.omega, band[0]), band[1])
             if end != following.point.omega:
                 inside = band[0] < current.point.omega < band[1]
@@ -83,7 +82,7 @@ def one_way(
         if len(points) > 1 and comes_back(balance, points[0], current, following):
             closing = replace(points[0], length=current.chord(points[0], "omega"))
             return Followed([*points, closing], True, None)
-        bend = steps.bend(current, following)
+        before = current
         points.append(following)
     return Followed(points, False, f"It was not finished within {control.points} points.")
 

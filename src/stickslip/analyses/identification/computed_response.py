@@ -15,9 +15,9 @@ from stickslip.checks import Array
 from stickslip.contact.period import SLIPPING
 from stickslip.curves.controlled import force_phase
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.harmonic.iteration import Control
 from stickslip.harmonic.measure import quantity_named
 from stickslip.harmonic.orders import Harmonics
+from stickslip.harmonic.system import Control
 from stickslip.measurement.measured_response import MeasuredResponse
 from stickslip.problem import Problem
 from stickslip.solve.continuation import solve_cold
