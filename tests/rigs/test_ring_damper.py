@@ -203,6 +203,20 @@ def test_normal_load_carries_the_hoop_force_and_the_inertia():
     assert float(response.dataset.share_slip.max()) > 0.1
 
 
+def test_a_pin_in_the_groove_bears_the_drag_of_the_wave():
+    """Its spring times the mean slip is the mean friction; the ring barely turns, so that a curve takes few points."""
+    slip = ss.Output("slip", {"ring.t": 1.0, "rim.t": -1.0, "rim.rz": -OFFSET})
+    rig = replace(ring_damper(N, kn=5e10), outputs=("rim.r", slip))
+    response = ss.forced_response(rig, ss.hertz(575.0, 583.0), force=2.0, harmonics=3, samples=128)
+    data = response.dataset.isel(case=0)
+    mean = data.response.sel(part="re").isel(output=1, harmonic=0).to_numpy()
+    drag = data.contact_force.sel(part="re", direction="t1").isel(contact=0, harmonic=0).to_numpy()
+    assert np.abs(drag).max() > 0.05  # N, where friction may carry 26
+    np.testing.assert_allclose(drag, -1e9 * 2.0 * np.pi * INNER / 64 * mean, atol=1e-6 * np.abs(drag).max())
+    assert np.abs(mean).max() < 0.02 * float(data.amplitude.isel(output=1).max())
+    assert data.sizes["point"] < 400
+
+
 def test_one_sector_gives_what_all_contact_points_do():
     rig = ring_damper(2, points=12, kt=2e9, kn=2e9, mu=0.05)
     frequency = [float(rig.frequencies(stuck=True)[0]) * 0.99]

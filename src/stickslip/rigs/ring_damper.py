@@ -25,8 +25,10 @@ from stickslip.structure.damping import ModalDamping
 
 RIM = ("rim.r", "rim.t", "rim.rz")
 RING = ("ring.r", "ring.t")
-PIN = 1e5
-"""Spring per length of the ring on its mean slip, N/m²: the pin that keeps the ring from turning in its groove."""
+PIN = 1e9
+"""Spring per length of the ring on its mean slip, N/m²: the pin that keeps the ring from turning in its groove. With `kn` the normal
+load goes with the wave, which then drags the ring along; on a soft pin it turns by many times the slip of the vibration.
+"""
 
 FULL_SLIP = hypot(1.0, 0.5 * pi)
 """Strain over that at which slip begins where, under a travelling wave, the whole ring slips."""
@@ -91,7 +93,7 @@ def ring_damper(
         contact = Contact("groove", law, (sliding,), {"ring.r": 1.0, "rim.r": -1.0})
         forces.append(Force("ring.r", static=pressing, name="pressure"))
     title = f"Rim with a ring damper, nodal diameter {n}"
-    pin = (Spring({"ring.t": 1.0}, PIN * step),)
+    pin = (Spring(sliding, PIN * step),)
     return TunedDisk(disk, (contact,), tuple(forces), ("rim.r",), title, pin, n)
 
 
