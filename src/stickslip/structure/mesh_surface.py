@@ -79,15 +79,15 @@ def boundary(mesh: Any, body: Solid, inside: Sequence[Indices] = ()) -> tuple[Ar
     inside: sets of nodes of the body, (k,); faces of which all corners belong to one of them are no part of the surface.
     """
     faces = outer_faces({"hexahedron": mesh.t.T[:, HEXAHEDRON_OF_SKFEM]})
-    nodes = cKDTree(body.points).query(mesh.p.T)[1]
+    nodes = np.asarray(cKDTree(body.points).query(mesh.p.T)[1], dtype=np.int64)
     for chosen in inside:
         faces = faces[~np.isin(nodes[faces], chosen).all(axis=1)]
-    used, places = np.unique(faces, return_inverse=True)
-    return mesh.p.T[used], places.reshape(faces.shape), body.numbers[nodes[used]]
+    used = np.unique(faces)
+    return mesh.p.T[used], np.searchsorted(used, faces), body.numbers[nodes[used]]
 
 
 def recovery_rows(transformation: NDArray[Any], numbers: Indices) -> NDArray[Any]:
-    """Rows of a transformation (n, m) at the rows `numbers` (p, 3), (3 p, m) in single precision; 0 where a number is negative."""
+    """The rows `numbers` (p, 3) of a transformation (n, m), (3 p, m) in single precision; 0 where a number is negative."""
     rows = numbers.ravel()
     kept = np.where(rows[:, None] >= 0, transformation[rows], 0.0)
     return kept.astype(np.complex64 if np.iscomplexobj(kept) else np.float32)
