@@ -24,13 +24,14 @@ from stickslip.explorer.figures import (
 from stickslip.explorer.sliders import Slider
 from stickslip.explorer.solving import Answer, OutdatedError, Solver
 from stickslip.plots.look import spoken
+from stickslip.plots.moving_picture import CONFIG as ALONE
 from stickslip.plots.moving_picture import step_script
 
 STEPS = 400
 """Steps of a slider."""
 RATIOS, RATIO_REACH = 9, 3.0
 """Points of the performance curve, from the present ratio divided by this to it times this."""
-CONFIG = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "responsive": True, "typesetMath": False}
+CONFIG = ALONE | {"responsive": True}
 
 Wanted = Mapping[str, Any]
 

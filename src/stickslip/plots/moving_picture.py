@@ -19,6 +19,7 @@ SPEEDS = {"slow": 120, "normal": 50, "fast": 20}
 PLAYED = 40
 """Periods after which playing ends."""
 CONFIG = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "typesetMath": False}
+"""Of plotly.js, without the button that uploads a figure."""
 
 
 class MovingPicture(ABC):

@@ -26,8 +26,8 @@ NOTE = (
 )
 
 SHAPE_NOTE = (
-    "The deformed shape is the first harmonic of the displacement at the highest peak, from the instant of the largest deflection "
-    "on; drag it to turn it. Grey: at rest. Dampers are not part of it."
+    "The deformed shape is the first harmonic of the displacement at the highest peak, from the instant of the largest "
+    "deflection on. Drag it to turn it. Grey: at rest. Dampers are not part of it."
 )
 
 
