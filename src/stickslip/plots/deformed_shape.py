@@ -26,6 +26,8 @@ FRAMES = 24
 """Pictures of a period."""
 DRAWN = 0.1
 """The largest displacement in a drawing, relative to the extent of the bodies."""
+RIM = 0.01
+"""What the axes leave round it, relative to their longest, so that a flat body has room too."""
 AT_REST = 0.12
 """Opacity of the bodies at rest."""
 HEIGHT, PHONE_HEIGHT = 620, 560
@@ -82,7 +84,9 @@ class DeformedShape(MovingPicture):
     def _limits(self) -> Array:
         """Ends of the axes, (2, 3) [m], that hold every frame."""
         reach, points = np.abs(self._turned), self.motion.points
-        return np.array([np.min(points - reach, axis=0), np.max(points + reach, axis=0)])
+        low, high = np.min(points - reach, axis=0), np.max(points + reach, axis=0)
+        rim = RIM * float((high - low).max())
+        return np.array([low - rim, high + rim])
 
     def description(self) -> dict[str, Any]:
         arrays = [values.astype(np.float32) for values in (self.motion.points, self._turned.real, self._turned.imag)]
