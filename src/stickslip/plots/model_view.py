@@ -37,6 +37,9 @@ FAINT = 0.5
 LARGE = 1.7
 """Longest side of the drawing in units of plotly, which places its camera 2.2 of them away."""
 
+EYE = 1.25
+"""Where the camera of plotly stands along each axis."""
+
 THINNEST = 0.02
 """Thickness of the drawing of a flat model over its longest side."""
 
@@ -65,7 +68,13 @@ def scene(sides: Array, paper: str) -> dict[str, Any]:
     """Axes and camera of plotly for a box of these sides (3,), the longest upright; paper: the colour behind it."""
     found = {f"{axis}axis": {"title": {"text": f"{axis} in m"}, "backgroundcolor": paper} for axis in AXES}
     up = {axis: float(place == np.argmax(sides)) for place, axis in enumerate(AXES)}
-    camera = {"projection": {"type": "orthographic"}, "up": up}
+    # Stated in full, as plotly.js compares it with its own, to see whether the reader has turned it.
+    camera = {
+        "projection": {"type": "orthographic"},
+        "up": up,
+        "center": dict.fromkeys(AXES, 0.0),
+        "eye": dict.fromkeys(AXES, EYE),
+    }
     shown = LARGE * np.maximum(sides / (sides.max() or 1.0), THINNEST)
     return found | {"aspectmode": "manual", "aspectratio": dict(zip(AXES, shown.tolist(), strict=True)), "camera": camera}
 
