@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stickslip.analyses.deformed_shape import SurfaceMotion
 from stickslip.checks import Array, between
+from stickslip.plots.chart import wrapped
 from stickslip.plots.interactive import BASE, Combination
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.model_view import axes_upright, in_space, scene
@@ -153,5 +154,6 @@ class DeformedShape(MovingPicture):
             in_space(axes, sides)
             bar = figure.add_axes((0.86, 0.2, 0.025, 0.5))
             figure.colorbar(scale, cax=bar, label=f"amplitude in {unit.name}")
-            figure.suptitle(plain(f"{self.title}\n{self.note}"), x=0.01, ha="left", fontsize=9.5)
+            words = "\n".join((self.title, *wrapped(self.note, 84)))
+            figure.suptitle(plain(words), x=0.01, ha="left", fontsize=9.5)
         return figure

@@ -37,6 +37,9 @@ FAINT = 0.5
 LARGE = 1.7
 """Longest side of the drawing in units of plotly, which places its camera 2.2 of them away."""
 
+DIAGONAL = 2.1
+"""The largest diagonal of the drawing in these units, so that a wheel too lies inside the picture."""
+
 EYE = 1.25
 """Where the camera of plotly stands along each axis."""
 
@@ -75,7 +78,8 @@ def scene(sides: Array, paper: str) -> dict[str, Any]:
         "center": dict.fromkeys(AXES, 0.0),
         "eye": dict.fromkeys(AXES, EYE),
     }
-    shown = LARGE * np.maximum(sides / (sides.max() or 1.0), THINNEST)
+    shown = np.maximum(sides / (sides.max() or 1.0), THINNEST)
+    shown *= min(LARGE, DIAGONAL / float(np.linalg.norm(shown)))
     return found | {"aspectmode": "manual", "aspectratio": dict(zip(AXES, shown.tolist(), strict=True)), "camera": camera}
 
 
