@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.models.ansys_deck import read_archive
 from stickslip.models.deck import read_deck
 from stickslip.models.nastran_grid import read_grid
 
@@ -77,6 +78,40 @@ def test_elements_of_bulk_data(tmp_path):
         "triangle": [[1, 2, 3]],
     }
     assert any("1 elements of a.bdf are left out" in note for note in deck.notes)
+
+
+def archive(angle=""):
+    """A brick of 20 nodes, a prism as a brick that repeats nodes, a shell and a spring, in columns of eight characters."""
+    nodes = "".join(f"{node:8d}{0:8d}{0:8d}{1.0:20.12E}{2.0:20.12E}{3.0:20.12E}{angle}\n" for node in range(1, 21))
+
+    def element(kind, nodes):
+        numbers = [1, kind, 1, 1, 0, 0, 0, 0, len(nodes), 0, 7, *nodes]
+        return "".join(f"{number:8d}" for number in numbers[:19]) + "\n" + "".join(f"{n:8d}" for n in numbers[19:])
+
+    elements = [(1, range(1, 21)), (2, (1, 2, 3, 3, 5, 6, 7, 7)), (3, (1, 2, 3, 4)), (4, (1, 2))]
+    lines = [line for each in elements for line in element(*each).splitlines()]
+    return (
+        "ET,       1,186\nET, 2, SOLID185\nET,3,181\nET,4,14\nNBLOCK,6,SOLID,20,20\n(3i8,6e20.13)\n"
+        + nodes
+        + "N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,4,4\n(19i8)\n"
+        + "\n".join(lines)
+        + "\n      -1\nCMBLOCK,PAD,NODE,2\n(8i10)\n         2         4\n"
+    )
+
+
+def test_elements_of_an_archive_of_ansys(tmp_path):
+    (tmp_path / "a.cdb").write_text(archive())
+    deck = read_archive(tmp_path / "a.cdb")
+    assert {kind: cells.tolist() for kind, cells in deck.cells.items()} == {
+        "hexahedron": [list(range(1, 9)), [1, 2, 3, 3, 5, 6, 7, 7]],
+        "quadrilateral": [[1, 2, 3, 4]],
+    }
+    assert deck.sets == {"PAD": ("2", "4")}
+    assert len(deck.nodes) == 20
+    (tmp_path / "a.cdb").write_text(archive(f"{30.0:20.12E}"))
+    assert read_archive(tmp_path / "a.cdb").cells == {}
+    (tmp_path / "a.cdb").write_text(archive(f"{0.0:20.12E}"))
+    assert read_archive(tmp_path / "a.cdb").cells
 
 
 def test_no_shape_is_drawn_of_nodes_that_move_along_axes_of_their_own(tmp_path):

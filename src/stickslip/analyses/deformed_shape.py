@@ -30,7 +30,7 @@ MOST_OF_A_WHEEL = 12_000
 """Points of the surface of a whole disk; of one with more, a sector is shown."""
 REMEDY = (
     "Ready rigs with finite elements have one (single_blade, octopus_blisk), and models read with the elements of their deck "
-    "(CalculiX, Abaqus, Nastran) whose nodes are those of the matrices and move along x, y, z."
+    "(CalculiX, Abaqus, Nastran, Ansys) whose nodes are those of the matrices and move along x, y, z."
 )
 
 

@@ -167,7 +167,7 @@ class ForcedResponse(
 
         u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, magnified by a factor that the picture says;
         of a tuned disk the wave round the wheel. Dampers are not drawn. The problem must have a mesh: the single blade, the
-        sector of a disk, models read with the elements of their deck (CalculiX, Abaqus, Nastran).
+        sector of a disk, models read with the elements of their deck (CalculiX, Abaqus, Nastran, Ansys).
 
         Returns a `DeformedShape`: a notebook shows it with play, pause, speed, slider and steps, and it can be turned;
         `.motion.displacement` (p, 3) [m] at `.motion.points`, `.to_html()`, `.to_plotly()`, `.plot(frame)`. Raises `InputError`

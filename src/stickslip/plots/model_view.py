@@ -37,7 +37,7 @@ FAINT = 0.5
 LARGE = 1.7
 """Longest side of the drawing in units of plotly, which places its camera 2.2 of them away."""
 
-DIAGONAL = 2.1
+DIAGONAL = 1.95
 """The largest diagonal of the drawing in these units, so that a wheel too lies inside the picture."""
 
 EYE = 1.25
