@@ -53,6 +53,7 @@ def deformed_shape() -> None:
         place = Path(folder) / "shape.html"
         place.write_text(response.deformed_shape().to_html())
         page.call("Emulation.setDeviceMetricsOverride", width=1100, height=745, deviceScaleFactor=1, mobile=False)
+        page.call("Emulation.setScrollbarsHidden", hidden=True)
         page.call("Page.navigate", url=place.as_uri())
         page.until("document.querySelectorAll('canvas').length > 0")
         time.sleep(3.0)
