@@ -128,7 +128,7 @@ def thinned(points: Array, triangles: Indices, most: int = MOST_POINTS) -> tuple
     if len(points) <= most:
         return np.arange(len(points)), triangles
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
-    divisions = int(most**0.5)
+    divisions = int(4.0 * most**0.5)  # of the longest side; a slender body has few points across
     while True:
         cell = np.floor((points - low) / size * divisions).astype(np.int64)
         _, group = np.unique(cell, axis=0, return_inverse=True)
@@ -142,7 +142,9 @@ def thinned(points: Array, triangles: Indices, most: int = MOST_POINTS) -> tuple
     merged = group[triangles]
     merged = merged[np.all(merged != np.roll(merged, 1, axis=1), axis=1)]
     _, first = np.unique(np.sort(merged, axis=1), axis=0, return_index=True)
-    return kept, merged[np.sort(first)]
+    merged = merged[np.sort(first)]
+    used = np.unique(merged)
+    return kept[used], np.searchsorted(used, merged)
 
 
 def _faces(kind: str, nodes: Indices) -> Indices:
