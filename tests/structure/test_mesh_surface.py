@@ -69,7 +69,7 @@ def test_the_surface_of_a_platform_blade_holds_its_volume():
     assert np.array_equal(np.all(numbers < 0, axis=1), points[:, 1] < 1e-9)
 
 
-def test_a_fine_surface_is_thinned_and_stays_closed():
+def test_a_fine_surface_is_thinned_and_keeps_its_volume():
     """A sphere of 40 000 points: few points, all of them of the mesh, and the volume."""
     turn, rise = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 401)[:-1], np.linspace(0.0, np.pi, 102)[1:-1], indexing="ij")
     points = np.stack([np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=-1).reshape(-1, 3)
