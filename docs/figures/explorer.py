@@ -1,4 +1,4 @@
-"""The pictures of docs/explorer.md: the explorer in Chromium, light and dark, and the film of the example."""
+"""The pictures of docs/explorer.md: the explorer in Chromium, light and dark, the film of the example, a deformed shape."""
 
 import base64
 import re
@@ -46,6 +46,21 @@ def picture(address: str, name: str, width: int, scheme: str) -> None:
         (HERE / name).write_bytes(base64.b64decode(shot["data"]))
 
 
+def deformed_shape() -> None:
+    """The wave of a tuned disk at its peak, as a page shows it."""
+    response = ss.forced_response(ss.rigs.octopus_blisk(), ss.Band(143.0, 147.0), 1.0, harmonics=1, samples=64)
+    with tempfile.TemporaryDirectory() as folder, browser() as page:
+        place = Path(folder) / "shape.html"
+        place.write_text(response.deformed_shape().to_html())
+        page.call("Emulation.setDeviceMetricsOverride", width=1100, height=745, deviceScaleFactor=1, mobile=False)
+        page.call("Emulation.setScrollbarsHidden", hidden=True)
+        page.call("Page.navigate", url=place.as_uri())
+        page.until("document.querySelectorAll('canvas').length > 0")
+        time.sleep(3.0)
+        shot = page.call("Page.captureScreenshot", format="png")
+        (HERE / "deformed_shape.png").write_bytes(base64.b64decode(shot["data"]))
+
+
 def main() -> None:
     """All pictures."""
     with tempfile.TemporaryDirectory() as folder:
@@ -62,6 +77,7 @@ def main() -> None:
             process.wait()
     response = ss.forced_response(ss.rigs.blade_and_wedge(pull=60.0), ss.Band(300.0, 370.0), 10.0, 5, 96)
     response.animate().save(HERE / "damper_in_motion.gif", fps=15)
+    deformed_shape()
 
 
 if __name__ == "__main__":

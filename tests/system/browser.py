@@ -80,6 +80,16 @@ class Page:
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left" if count else "none", clickCount=count)
             time.sleep(0.1)
 
+    def drag(self, x, y, to_x, to_y, steps=8):
+        """The mouse pressed at one place and released at another."""
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="none")
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1)
+        for k in range(1, steps + 1):
+            at = {"x": x + k / steps * (to_x - x), "y": y + k / steps * (to_y - y)}
+            self.call("Input.dispatchMouseEvent", type="mouseMoved", button="left", buttons=1, **at)
+            time.sleep(0.05)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=to_x, y=to_y, button="left", clickCount=1)
+
     def picture(self, path):
         """The whole page as PNG."""
         shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)

@@ -122,6 +122,7 @@ def test_a_slider_that_moves_shows_the_peak_of_forced_response(address):
 def test_a_click_shows_that_point_in_motion(address):
     with browser() as page:
         opened(page, address)
+        time.sleep(1.0)  # the line of the message goes when the fine curve is there, and the figure moves up
         box = page.value(
             "(() => { const g = document.querySelector('#curve .js-plotly-plot');"
             "const t = g._fullData.find(t => t.name === 'this study');"
@@ -133,6 +134,12 @@ def test_a_click_shows_that_point_in_motion(address):
         hertz = float(re.search(r"At ([\d.]+) Hz", shown(page, "details")).group(1))
         assert hertz == pytest.approx(box[2], abs=2.0)
         assert page.value("document.querySelector('#details .js-plotly-plot')._transitionData._frames.length") == 48
+        frame = "(document.querySelector('#details .js-plotly-plot').layout.sliders[0].active || 0)"
+        for name, shown_after in (("forward", 1), ("back", 0), ("back", 47)):
+            page.value(f"document.querySelector('#details button[aria-label=\"one frame {name}\"]').focus()")
+            for kind in ("keyDown", "keyUp"):
+                page.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", windowsVirtualKeyCode=13, text="\r")
+            page.until(f"{frame} === {shown_after}")
 
 
 def test_a_reload_shows_the_same_and_the_reference_stays(address):

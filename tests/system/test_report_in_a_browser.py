@@ -6,6 +6,7 @@ from report.synthetic import poor, synthetic
 from system.browser import browser, program
 from typer.testing import CliRunner
 
+import stickslip as ss
 from stickslip.cli import app
 from stickslip.report import write
 from stickslip.results.files import open_results
@@ -171,3 +172,52 @@ def test_charts_are_legible_on_every_screen(request, kind, width, scheme):
         dark = page.value("getComputedStyle(document.querySelector('.ytick text')).fill") == "rgb(230, 233, 236)"
         assert dark == (scheme == "dark")
         assert page.log == []
+
+
+FRAME = "document.getElementById('{}').layout.sliders[0].active || 0"
+
+
+def press(page, selector, key="Enter", code=13):
+    """A key on a control that has the focus."""
+    page.value(f"document.querySelector('{selector}').focus()")
+    for kind in ("keyDown", "keyUp"):
+        page.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, text="\r")
+
+
+def errors(log):
+    """What the console said but for remarks on the speed of drawing, which the software renderer of a headless browser makes."""
+    return [line for line in log if '"source": "rendering"' not in line]
+
+
+def test_moving_pictures_step_by_the_keyboard_and_shapes_turn_by_the_mouse(tmp_path):
+    rig = ss.rigs.single_blade(modes=20)
+    response = ss.forced_response(rig, [528.7], [20.0, 80.0], harmonics=1, samples=64).with_motion()
+    write({"blade": response.dataset}, tmp_path / "report.html")
+    with browser() as page:
+        page.open(tmp_path / "report.html")
+        page.until("document.querySelectorAll('#chart-shape canvas').length > 0")
+        for chart, count in (("chart-motion", 48), ("chart-shape", 24)):
+            buttons = [f'[data-place="{chart}"] .steps button[title="one frame {way}"]' for way in ("forward", "back")]
+            press(page, buttons[0])
+            page.until(f"({FRAME.format(chart)}) === 1")
+            press(page, buttons[1])
+            press(page, buttons[1])
+            page.until(f"({FRAME.format(chart)}) === {count - 1}")
+        shape = "document.getElementById('chart-shape')"
+        drawn = np.array([page.value(f"Array.from({shape}._fullData[0].{axis})") for axis in "xyz"]).T
+        expected = response.deformed_shape(0, 0).moved(23)
+        np.testing.assert_allclose(drawn, expected, atol=1e-6)
+        page.value(f"{shape}.scrollIntoView()")
+        box = page.value(f"(b => [b.x, b.y, b.width, b.height])({shape}.getBoundingClientRect())")
+        x, y = box[0] + 0.4 * box[2], box[1] + 0.4 * box[3]
+        before = page.value(f"JSON.stringify({shape}._fullLayout.scene.camera.eye)")
+        page.drag(x, y, x + 120, y + 30)
+        page.until(f"JSON.stringify({shape}._fullLayout.scene.camera.eye) !== '{before}'")
+        turned = page.value(f"{shape}._fullLayout.scene.camera.eye.x")
+        press(page, buttons[0])
+        page.until(f"({FRAME.format('chart-shape')}) === 0")
+        assert page.value(f"{shape}._fullLayout.scene.camera.eye.x") == pytest.approx(turned)
+        page.value('document.querySelector(\'[data-place="chart-shape"] input[value="80 N"]\').click()')
+        page.until(f"{shape}._fullData[0].cmax > 2.0")
+        assert page.value(f"{shape}._fullLayout.scene.camera.eye.x") == pytest.approx(turned)
+        assert errors(page.log) == []

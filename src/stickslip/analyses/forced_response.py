@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.base_motion import absolute
+from stickslip.analyses.deformed_shape import deformed_shape, with_shapes
 from stickslip.analyses.dense_output import response_at
 from stickslip.analyses.further_curves import SolvedCurve, all_branches, branch_point_table, branches
 from stickslip.analyses.harmonic_choice import sufficient_harmonics
@@ -161,6 +162,21 @@ class ForcedResponse(
         animation: Any = import_module("stickslip.plots.animation").Animation
         return animation(response_motion(self.dataset, self.problem, case, at))
 
+    def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int = 1) -> Any:
+        """The deformed shape of meshed bodies at a point, its highest peak unless given: their surface coloured by amplitude.
+
+        u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, magnified by a factor that the picture says;
+        of a tuned disk the wave round the wheel. Dampers are not drawn. The problem must have a mesh: the single blade, the
+        sector of a disk, models read with the elements of their deck (CalculiX, Abaqus, Nastran, Ansys).
+
+        Returns a `DeformedShape`: a notebook shows it with play, pause, speed, slider and steps, and it can be turned;
+        `.motion.displacement` (p, 3) [m] at `.motion.points`, `.to_html()`, `.to_plotly()`, `.plot(frame)`. Raises `InputError`
+        for a point that did not converge and for a problem without a mesh.
+        """
+        at = self.peak_point(case) if point is None else point
+        picture: Any = import_module("stickslip.plots.deformed_shape").DeformedShape
+        return picture(deformed_shape(self.dataset, self.problem, case, at, harmonic))
+
     def verify_in_time(
         self,
         case: int,
@@ -197,9 +213,9 @@ class ForcedResponse(
         return replace(self, dataset=with_stress(self.dataset, self.problem, recovery))
 
     def with_motion(self) -> ForcedResponse:
-        """A copy whose dataset also holds the motion of the dampers at its highest peaks, which the report then shows; studies
-        do so. As it is where no damper has a section."""
-        return replace(self, dataset=with_motion(self.dataset, self.problem))
+        """A copy whose dataset also holds the motion of the dampers and of meshed bodies at its highest peaks, which the report
+        then shows; studies do so. As it is where no damper has a section and no body a mesh."""
+        return replace(self, dataset=with_shapes(with_motion(self.dataset, self.problem), self.problem))
 
     def with_stability(self, highest: float | None = None) -> ForcedResponse:
         """A copy whose dataset also says which of its points are stable, for figures, report and tables.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.analyses.deformed_shape import has_surface
 from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.performance.curve import PerformanceCurve
 from stickslip.explorer.solving import Answer
@@ -107,11 +108,13 @@ def peak_place(response: ForcedResponse, output: int) -> int | None:
 
 
 def detail_figures(response: ForcedResponse, point: int, output: int, dark: bool, narrow: bool) -> list[dict[str, Any]]:
-    """Motion with loops and contact states, energy by contact and harmonics at a point."""
+    """Motion with loops and contact states, deformed shape, energy by contact and harmonics at a point."""
     dataset = response.dataset
     found = []
     if dataset.sizes["contact"]:
         found.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
+    if has_surface(response.problem):
+        found.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
     return [*found, _figure(_energy_and_harmonics(response, point, output), dark)]
 
 

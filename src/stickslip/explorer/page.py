@@ -24,12 +24,14 @@ from stickslip.explorer.figures import (
 from stickslip.explorer.sliders import Slider
 from stickslip.explorer.solving import Answer, OutdatedError, Solver
 from stickslip.plots.look import spoken
+from stickslip.plots.moving_picture import CONFIG as ALONE
+from stickslip.plots.moving_picture import step_script
 
 STEPS = 400
 """Steps of a slider."""
 RATIOS, RATIO_REACH = 9, 3.0
 """Points of the performance curve, from the present ratio divided by this to it times this."""
-CONFIG = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "responsive": True, "typesetMath": False}
+CONFIG = ALONE | {"responsive": True}
 
 Wanted = Mapping[str, Any]
 
@@ -44,6 +46,7 @@ def application(solver: Solver, token: str) -> Dash:
         assets_folder=str(files("stickslip.explorer").joinpath("assets")),
         serve_locally=True,
     )
+    app.index_string = app.index_string.replace("{%scripts%}", f"<script>{step_script()}</script>{{%scripts%}}")
     app.layout = _layout(solver)
     _add_client(app)
     _add_server(app, solver)
@@ -188,6 +191,8 @@ def _add_client(app: Dash) -> None:
     app.clientside_callback(
         client("show"), *(Output(*name.split(".")) for name in shown), Input("answer", "data"), prevent_initial_call=True
     )
+    step = {"type": "step", "by": MATCH, "figure": MATCH}
+    app.clientside_callback(client("step"), Output(step, "title"), Input(step, "n_clicks"), prevent_initial_call=True)
     app.clientside_callback(
         client("copied"),
         Output("python", "children"),
@@ -284,8 +289,20 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
         figures = detail_figures(response, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
         return html.P(str(error))
-    graphs = [dcc.Graph(figure=figure, config=CONFIG) for figure in figures]
+    graphs = [_graph(number, figure) for number, figure in enumerate(figures)]
     return html.Div([html.H2(f"At {hertz:.6g} Hz"), *graphs], **{"data-version": str(wanted["version"])})
+
+
+def _graph(number: int, figure: dict[str, Any]) -> Any:
+    """A figure, with steps of one frame where it moves."""
+    graph = dcc.Graph(figure=figure, config=CONFIG)
+    if not figure.get("frames"):
+        return graph
+    steps = [
+        html.Button(words, id={"type": "step", "by": by, "figure": number}, type="button", **{"aria-label": name})
+        for by, words, name in ((-1, "◀ step", "one frame back"), (1, "step ▶", "one frame forward"))
+    ]
+    return html.Div([graph, html.Div(steps, className="buttons")], className="moving")
 
 
 def _performed(solver: Solver, wanted: Wanted) -> Any:

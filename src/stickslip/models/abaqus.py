@@ -54,7 +54,7 @@ def _matrix_input(path: Path, entries: Array, deck: Deck) -> Content:
     pairs = rows.reshape(-1, 2)
     matrix = _square(path.name, pairs[:, 0], pairs[:, 1], entries[:, 4], len(found))
     dofs = tuple(dof(int(node), int(direction)) for node, direction in found)
-    return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes)
+    return Content("Abaqus matrix", {"": matrix}, dofs, deck.nodes, deck.sets, deck.notes, deck.cells)
 
 
 def _square(what: str, rows: Index, columns: Index, values: Array, size: int) -> Sparse:
@@ -76,7 +76,7 @@ def _substructure(path: Path, deck: Deck) -> Content:
             dofs = _directions(data, nodes)
         elif keyword == "MATRIX" and options.get("TYPE"):
             matrices[options["TYPE"]] = _packed(f"{path.name}, {options['TYPE']}", data, len(dofs))
-    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, deck.notes)
+    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, deck.notes, deck.cells)
 
 
 def _element_nodes(text: str) -> list[str]:

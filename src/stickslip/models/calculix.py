@@ -37,7 +37,9 @@ def read(path: Path) -> Content:
     deck = path.with_suffix(".inp")
     found = read_deck(deck) if deck.is_file() else Deck()
     missing = (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
-    return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, found.notes if deck.is_file() else missing)
+    return Content(
+        "CalculiX matrices", matrices, dofs, found.nodes, found.sets, found.notes if deck.is_file() else missing, found.cells
+    )
 
 
 def _entries(path: Path) -> Array:

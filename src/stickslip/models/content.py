@@ -8,6 +8,7 @@ from typing import Any
 
 from stickslip.checks import Faults, fault, nearest
 from stickslip.structure.matrices import Point
+from stickslip.structure.mesh_surface import Cells
 
 SYNONYMS = {
     "M": ("M", "MAA", "MAAX", "MGG", "MXX", "MHH", "MASS"),
@@ -26,7 +27,7 @@ class Content:
     """Matrices by their names in the file (dense or sparse), and what the file says about their rows.
 
     dofs: the name NODE.DIRECTION of each row, or none; nodes: coordinates, in the file's unit of length; sets: nodes by the name
-    of a set; notes: what the reader left out or took for granted.
+    of a set; cells: corner nodes of the elements by kind, where known; notes: what the reader left out or took for granted.
     """
 
     format: str
@@ -35,6 +36,7 @@ class Content:
     nodes: Mapping[str, Point] = field(default_factory=dict)
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    cells: Cells = field(default_factory=dict)
 
 
 def chosen(content: Content, variables: Mapping[Any, str], file: str, needed: Sequence[str] = NEEDED) -> dict[str, Any]:

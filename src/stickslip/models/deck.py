@@ -1,27 +1,40 @@
-"""Input decks of Abaqus and CalculiX: node coordinates and node sets."""
+"""Input decks of Abaqus and CalculiX: node coordinates, node sets and the corners of elements."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from stickslip.checks import fault
+from stickslip.models.cells import PLATES, SOLIDS, FoundCells
 from stickslip.models.content import located
 from stickslip.models.limits import within_memory
 from stickslip.structure.matrices import Point
+from stickslip.structure.mesh_surface import Cells
 
+ELEMENT = re.compile(r"(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
+"""Names of elements with faces: family and number of nodes, which those with V have a choice of."""
+SHAPES = {
+    **{("C3D", nodes): kind for kind, counts in SOLIDS.items() for nodes in counts},
+    **{(family, nodes): kind for family in ("S", "STRI", "M3D") for kind, counts in PLATES.items() for nodes in counts},
+    ("SC", 6): "wedge",
+    ("SC", 8): "hexahedron",
+}
 MOST_GENERATED = 10_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
 
 
 @dataclass
 class Deck:
-    """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; notes: what was not read."""
+    """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; cells: corner nodes of elements by kind; notes:
+    what was not read."""
 
     nodes: dict[str, Point] = field(default_factory=dict)
     sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    cells: Cells = field(default_factory=dict)
 
 
 def read_deck(path: Path) -> Deck:
@@ -30,6 +43,7 @@ def read_deck(path: Path) -> Deck:
     deck = Deck()
     members: dict[str, dict[str, None]] = {}
     nodes: list[tuple[str, Point]] = []
+    found = FoundCells()
     with path.open(encoding="utf-8", errors="replace") as file:
         for keyword, options, data in cards(file):
             if keyword == "NODE":
@@ -37,11 +51,17 @@ def read_deck(path: Path) -> Deck:
                 nodes += numbered
                 if "NSET" in options:
                     _add(members, options["NSET"], [node for node, _ in numbered])
+            elif keyword == "ELEMENT":
+                _elements(options.get("TYPE", ""), data, found)
+            elif keyword == "TRANSFORM":
+                found.turned = True
             elif keyword == "INCLUDE":
-                deck.notes = (f"{path.name} includes other files, which are not read: nodes and sets there are missing.",)
+                deck.notes = (
+                    f"{path.name} includes other files, which are not read: nodes, sets and elements there are missing.",
+                )
             elif keyword == "NSET" and "NSET" in options:
                 _add(members, options["NSET"], _members(data, "GENERATE" in options, members))
-    deck.nodes = located(nodes)
+    deck.nodes, deck.cells, deck.notes = located(nodes), found.cells, (*deck.notes, *found.notes(path.name))
     deck.sets = {name: tuple(nodes) for name, nodes in members.items()}
     return deck
 
@@ -80,6 +100,21 @@ def _node(line: str) -> tuple[str, Point]:
         return str(int(words[0])), (x, y, z)
     except ValueError:
         raise fault("A line of *NODE", "must hold a number and coordinates", line[:60]) from None
+
+
+def _elements(kind: str, data: list[str], found: FoundCells) -> None:
+    """Elements over one or more lines each: number, nodes. What has no faces, such as springs and beams, is passed over."""
+    match = ELEMENT.fullmatch(kind)
+    shape = SHAPES.get((match[1], int(match[2]))) if match else None
+    if match is None or shape is None:
+        return
+    words: list[str] = []
+    for line in data:
+        words += [word for word in fields(line) if word]
+        if len(words) > int(match[2]):
+            found.add(shape, words[1:])
+            words = []
+    found.lost += bool(words)
 
 
 def _add(members: dict[str, dict[str, None]], name: str, nodes: list[str]) -> None:

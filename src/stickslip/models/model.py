@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, Faults, InputError, counted, fault, finite
+from stickslip.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite
 from stickslip.models.content import NEEDED, Content, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
 from stickslip.structure.matrices import Point, check_names, freedoms
+from stickslip.structure.mesh_surface import Cells, outer_faces, thinned, triangulated
 from stickslip.structure.sparse import Sparse, square_sparse, symmetric_sparse
 from stickslip.units import UnitSystem
 
@@ -22,12 +23,21 @@ CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
 LETTERS = ("M", "K", "C")
 
 
+class Surface(NamedTuple):
+    """points: (p, 3), m; triangles: (t, 3), places among them; numbers: (p, 3), the rows of their displacements, −1 without."""
+
+    points: Array
+    triangles: Index
+    numbers: Index
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Model:
     """M q̈ + C q̇ + K q = p, sparse, SI.
 
     M, K: (n, n), symmetric; C: (n, n) or None; dofs: n names NODE.DIRECTION; nodes: coordinates of nodes, m, where known;
-    sets: nodes by the name of a set; format, file: what it was read from; notes: what the reader left out or took for granted.
+    sets: nodes by the name of a set; cells: corner nodes of elements by kind, where known; format, file: what it was read from;
+    notes: what the reader left out or took for granted.
     """
 
     M: Sparse
@@ -39,6 +49,7 @@ class Model:
     format: str = ""
     file: str = ""
     notes: tuple[str, ...] = ()
+    cells: Cells = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Model {self.file!r}: {freedoms(self.dofs)}, {counted(len(self.nodes), 'node')} with coordinates"
@@ -68,6 +79,24 @@ class Model:
         return names, np.array([self.nodes[node] for node in names]).reshape(len(names), 3)
 
     @cached_property
+    def surface(self) -> Surface | None:
+        """The outer surface of the mesh, thinned out where it is fine; None without elements, and where these are not those of
+        the matrices: nodes without rows count as fixed, which most nodes of a mesh are not.
+        """
+        faces = outer_faces(self.cells)
+        used = np.unique(faces)
+        names = [str(node) for node in used.tolist()]
+        if not names or not all(name in self.nodes for name in names):
+            return None
+        moving = sum(name in self.directions for name in names)
+        if moving <= len(names) / 2:
+            return None
+        points = np.array([self.nodes[name] for name in names])
+        kept, triangles = thinned(points, triangulated(np.searchsorted(used, faces)))
+        numbers = np.array([[self.rows.get(f"{names[k]}.{axis}", -1) for axis in "xyz"] for k in kept.tolist()])
+        return Surface(points[kept], triangles, numbers)
+
+    @cached_property
     def fingerprint(self) -> str:
         """Hexadecimal digits that identify matrices and names."""
         digest = sha256("\n".join(self.dofs).encode())
@@ -93,8 +122,8 @@ def model_of(
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
-    C = converted.get("C")
-    return Model(converted["M"], converted["K"], names, C, nodes, content.sets, content.format, file, content.notes)
+    matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
+    return Model(*matrices_of, nodes, content.sets, content.format, file, content.notes, content.cells)
 
 
 def _in_metres(node: str, point: Point, metres: float) -> Point:

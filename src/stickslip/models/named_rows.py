@@ -88,7 +88,7 @@ def with_names(content: Content, path: Path) -> Content:
     deck = Deck(nodes, {name: tuple(found) for name, found in members.items()})
     if "direction" in rows[0]:
         dofs = tuple(checked_name(f"{row['node']}.{_direction(row['direction'])}") for row in rows)
-        content = replace(content, dofs=dofs, nodes={}, sets={})
+        content = replace(content, dofs=dofs, nodes={}, sets={}, cells={})
     return with_nodes(content, deck, path.name)
 
 
@@ -106,7 +106,8 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if infinite is not None:
         raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
-    return replace(content, nodes=nodes, sets=sets, notes=(*content.notes, *deck.notes, *_missing(known, deck, file)))
+    notes = (*content.notes, *deck.notes, *_missing(known, deck, file))
+    return replace(content, nodes=nodes, sets=sets, notes=notes, cells=deck.cells or content.cells)
 
 
 def _missing(known: set[str], deck: Deck, file: str) -> Iterator[str]:

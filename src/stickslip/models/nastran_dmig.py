@@ -52,7 +52,7 @@ def read(path: Path) -> Content:
     row = {key: index for index, key in enumerate(keys)}
     dofs = tuple(dof(*key) for key in keys)
     assembled = {name: _assembled(name, matrix, row) for name, matrix in matrices.items()}
-    return Content("Nastran DMIG", assembled, dofs, grid.nodes, notes=(*notes, *grid.notes))
+    return Content("Nastran DMIG", assembled, dofs, grid.nodes, notes=(*notes, *grid.notes), cells=grid.cells)
 
 
 def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:

@@ -1,4 +1,5 @@
-"""Coordinates of Nastran's grid points (GRID, GRDSET) in the basic system, from rectangular, cylindrical and spherical systems.
+"""Coordinates of Nastran's grid points (GRID, GRDSET) in the basic system, from rectangular, cylindrical and spherical systems,
+and the corners of elements.
 
 CORD2x, CID, RID, A1, A2, A3, B1, ..., C3: origin A, a point B of the third axis and a point C of the plane of the first and the
 third, in the system RID; CORD1x, CID, G1, G2, G3 has them at grid points. Coordinates are (x, y, z), (r, θ, z) or (r, θ, φ) with
@@ -14,11 +15,22 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.checks import Array, fault
+from stickslip.models.cells import FoundCells
 from stickslip.models.content import located
 from stickslip.models.deck import Deck
 from stickslip.models.limits import within_memory
 from stickslip.models.nastran_cards import entries, integer, number
 from stickslip.structure.matrices import Point
+
+ELEMENTS = {
+    "CTETRA": "tetrahedron",
+    "CPYRAM": "pyramid",
+    "CPENTA": "wedge",
+    "CHEXA": "hexahedron",
+    **dict.fromkeys(("CTRIA3", "CTRIA6", "CTRIAR"), "triangle"),
+    **dict.fromkeys(("CQUAD4", "CQUAD8", "CQUADR"), "quadrilateral"),
+}
+"""Entries of elements with faces: ELEMENT, EID, PID, G1, G2, ..., corners first."""
 
 BASIC = 0
 """Number of the basic coordinate system; a blank field means it too."""
@@ -68,6 +80,7 @@ class Grid:
     systems: dict[int, _Defined] = field(default_factory=dict)
     default: tuple[str, str] = ("", "")
     turned: int = 0
+    elements: FoundCells = field(default_factory=FoundCells)
 
     def take(self, entry: list[str]) -> None:
         """Keep what an entry says, if it is one of these."""
@@ -77,6 +90,8 @@ class Grid:
             x, y, z = map(number, entry[3:6])
             self.points.append((integer(entry[1]), integer(system or "0"), (x, y, z)))
             self.turned += integer(motion or "0") > BASIC
+        elif name in ELEMENTS:
+            self.elements.add(ELEMENTS[name], [word for word in entry[3:] if word])
         elif name == "GRDSET":
             self.default = entry[2], entry[6]
         elif name in ("CORD2R", "CORD2C", "CORD2S"):
@@ -98,7 +113,8 @@ class Grid:
             notes += [
                 f"{self.turned} grid points of {file} move in coordinate systems of their own: x, y, z are those directions."
             ]
-        return Deck(located(found), notes=tuple(notes))
+        self.elements.turned = self.turned > 0
+        return Deck(located(found), notes=(*notes, *self.elements.notes(file)), cells=self.elements.cells)
 
     def _places(self) -> list[Point | None]:
         """Where each grid point is; None in a system that is not known."""

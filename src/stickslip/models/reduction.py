@@ -22,6 +22,7 @@ from stickslip.models.places import Place
 from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Point, Structure
+from stickslip.structure.mesh_surface import MeshSurface, recovery_rows, selection
 
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what is being done."""
@@ -44,7 +45,9 @@ def whole(model: Model, damping: Damping | None = None) -> Structure:
     C = None if model.C is None else model.C.toarray()
     nodes = {node: model.nodes[node] for node in model.located[0]}
     sets = {name: tuple(node for node in members if node in model.directions) for name, members in model.sets.items()}
-    return Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets)
+    found = model.surface
+    surfaces = () if found is None else (MeshSurface(*found[:2], selection(found.numbers, model.size), model.dofs),)
+    return Structure(model.M.toarray(), model.K.toarray(), model.dofs, C, damping, nodes=nodes, sets=sets, surfaces=surfaces)
 
 
 def reduced(
@@ -66,7 +69,9 @@ def reduced(
     C = matrices["C"] if matrices["C"].size else None
     dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
     nodes, sets, mesh = _kept_nodes(model, kept), _kept_sets(model, places), model.located[1]
-    return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh)
+    found = model.surface
+    surfaces = () if found is None else (MeshSurface(*found[:2], matrices["recovery"], dofs),)
+    return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh, surfaces=surfaces)
 
 
 def _kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
@@ -95,7 +100,8 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress) 
     reduction = craig_bampton(model.M, model.K, kept, modes, progress)
     T = reduction.transformation
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
-    return {"M": reduction.structure.M, "K": reduction.structure.K, "C": C}
+    numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
+    return {"M": reduction.structure.M, "K": reduction.structure.K, "C": C, "recovery": recovery_rows(T, numbers)}
 
 
 def cache_folder() -> Path:
@@ -105,7 +111,8 @@ def cache_folder() -> Path:
 
 
 def _key(model: Model, kept: dict[str, int], modes: int) -> str:
-    key = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes))
+    surface = b"" if model.surface is None else model.surface.numbers.tobytes()
+    key = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes, surface))
     return sha256(key.encode()).hexdigest()[:32]
 
 
@@ -113,7 +120,7 @@ def _from_cache(file: Path) -> dict[str, Array] | None:
     """What an earlier reduction left; a damaged file counts as none."""
     try:
         with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in "MKC"}
+            return {name: archive[name] for name in ("M", "K", "C", "recovery")}
     except Exception:  # whatever a damaged file raises: the reduction is simply done again
         return None
 

@@ -6,7 +6,6 @@ matplotlib. Colours stand by name, as in `interactive.py`.
 
 from __future__ import annotations
 
-import html
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,8 +17,9 @@ import numpy as np
 
 from stickslip.analyses.motion import STATES, FaceMotion, PeriodOfMotion, Wheel, frames_of, largest_loops
 from stickslip.checks import Array, InputError, between, fault
-from stickslip.plots.interactive import BASE, escaped, resolved
+from stickslip.plots.interactive import BASE, escaped
 from stickslip.plots.look import colour, house_style, plain
+from stickslip.plots.moving_picture import MovingPicture, magnification, played
 from stickslip.results.view import unit_for
 
 if TYPE_CHECKING:
@@ -36,10 +36,6 @@ MOST_LOOPS = 4
 """Loops that are drawn: those that enclose most."""
 MOST_STRIPS = 16
 """Directions whose states over the period are drawn."""
-SPEEDS = {"slow": 120, "normal": 50, "fast": 20}
-"""Milliseconds of a frame."""
-PLAYED = 40
-"""Periods after which playing ends."""
 HUB, BLADE = 0.55, 0.45
 """Radius of the hub of a wheel and length of its blades, of a radius of 1."""
 BINS = 8
@@ -91,9 +87,9 @@ def _ffmpeg() -> str:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Animation:
-    """One period in pictures. A notebook shows it with play, pause, speed and a slider; `.to_html()` is the same as a page,
-    `.to_plotly()` the figure, `.save("x.gif")` a film, `.plot(frame)` one picture."""
+class Animation(MovingPicture):
+    """One period in pictures. A notebook shows it with play, pause, speed, a slider and steps of one frame; `.to_html()` is the
+    same as a page, `.to_plotly()` the figure, `.save("x.gif")` a film, `.plot(frame)` one picture."""
 
     motion: PeriodOfMotion
 
@@ -116,7 +112,7 @@ class Animation:
         moved = [body.motion[:, :2] for body in motion.bodies] + [face.motion for face in motion.faces]
         moved += [point.motion for point in motion.points]
         largest = max((float(np.linalg.norm(each, axis=-1).max()) for each in moved), default=0.0)
-        return _round_down(DRAWN_MOTION * self._extent / largest) if largest > 0.0 and self._extent else 1.0
+        return magnification(DRAWN_MOTION * self._extent, largest)
 
     @cached_property
     def _extent(self) -> float:
@@ -243,7 +239,8 @@ class Animation:
             own = self._axis(name)
             for key, axis in (("x", own["xaxis"]), ("y", own["yaxis"])):
                 layout[f"{key}axis{axis[1:]}"] = {"domain": axes[key], **self._look(name, key, own)}
-        return layout | {"updatemenus": self._buttons(narrow), "sliders": [self._slider(narrow)]}
+        below = {"x": 0.0, "len": 1.0, "y": -0.13} if narrow else {"x": 0.52, "len": 0.48, "y": -0.2}
+        return layout | played(self.frames, {"x": 0.0, "y": -0.08 if narrow else -0.22}, below)
 
     def _domain(self, name: str, narrow: bool) -> tuple[list[float], list[float]]:
         """Where a panel stands: beside each other, the states below; all below each other on a phone."""
@@ -292,62 +289,6 @@ class Animation:
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         rim = 0.05 * ((high - low) or 1.0)
         return [low - rim, high + rim]
-
-    def _buttons(self, narrow: bool) -> list[dict[str, Any]]:
-        names = [str(frame) for frame in range(self.frames)] * PLAYED
-
-        def timed(milliseconds: int) -> dict[str, Any]:
-            frame = {"duration": milliseconds, "redraw": False}
-            return {"frame": frame, "transition": {"duration": 0}, "mode": "immediate"}
-
-        play = [{"label": f"▶ {speed}", "method": "animate", "args": [names, timed(ms)]} for speed, ms in SPEEDS.items()]
-        pause = {"label": "❚❚ pause", "method": "animate", "args": [[None], timed(0)]}
-        look = {"bgcolor": "@paper", "bordercolor": "@grid", "font": {"color": "@text"}}
-        place = {
-            "type": "buttons",
-            "direction": "right",
-            "x": 0.0,
-            "xanchor": "left",
-            "y": -0.08 if narrow else -0.22,
-            "yanchor": "top",
-            "showactive": False,
-        }
-        return [place | look | {"buttons": [*play, pause], "pad": {"t": 0, "r": 8}}]
-
-    def _slider(self, narrow: bool) -> dict[str, Any]:
-        settings = {"frame": {"duration": 0, "redraw": False}, "transition": {"duration": 0}, "mode": "immediate"}
-        steps = [
-            {"label": f"{frame / self.frames:.2f}", "method": "animate", "args": [[str(frame)], settings]}
-            for frame in range(self.frames)
-        ]
-        look = {"bgcolor": "@grid", "bordercolor": "@grid", "tickcolor": "@grid", "font": {"color": "@text"}}
-        value = {"prefix": "share of the period ", "xanchor": "right"}
-        place = {"x": 0.0, "len": 1.0, "y": -0.13} if narrow else {"x": 0.52, "len": 0.48, "y": -0.2}
-        return {"steps": steps, **place, "pad": {"t": 4}, "currentvalue": value, **look}
-
-    def to_plotly(self, *, dark: bool = False, narrow: bool = False) -> Any:
-        """As a figure of plotly with frames: `.show()` or `.write_html(path)`; narrow: panels below each other."""
-        from plotly.graph_objects import Figure as Interactive
-
-        found = self.description()
-        title = {"text": f"<b>{escaped(self.title)}</b><br><sup>{escaped(self.note)}</sup>", "x": 0.01}
-        layout = found["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
-        layout["margin"] = layout["margin"] | {"t": 70}
-        layout["height"] = layout["height"] + 54
-        return Interactive(resolved({"data": found["data"], "layout": layout, "frames": found["frames"]}, dark))
-
-    def to_html(self, *, dark: bool = False) -> str:
-        """A page that needs nothing else: plotly.js is in it (5 MB)."""
-        config = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "typesetMath": False}
-        page: str = self.to_plotly(dark=dark).to_html(full_html=True, include_plotlyjs=True, auto_play=False, config=config)
-        return page
-
-    def _repr_html_(self) -> str:
-        height = HEIGHT + 110
-        page = html.escape(self.to_html(), quote=True)
-        return (
-            f'<iframe style="width:100%;height:{height}px;border:0" title="{html.escape(self.title)}" srcdoc="{page}"></iframe>'
-        )
 
     def plot(self, frame: int = 0) -> Figure:
         """One picture as a matplotlib figure."""
@@ -416,12 +357,6 @@ class Animation:
             axes.set_yticklabels([plain(name) for name in names], fontsize=7)
         axes.grid(visible=False)
         return axes.axvline(0.0, color=colour("ink"), linewidth=1.5)
-
-
-def _round_down(value: float) -> float:
-    """The next of 1, 2, 5 times a power of ten below a number."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1.0 + 1e-12)))
 
 
 def _length(value: float) -> str:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, assert_never
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.plots.chart import Area, Axis, Bars, Cells, Chart, Key, Line, Panel, Rule, Shades, labelled, wrapped
 from stickslip.plots.look import Style, colour
@@ -88,8 +89,23 @@ def description(chart: Chart) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """Σ weight × array: frames of a moving picture that are made of the same few arrays."""
+
+    weights: tuple[float, ...]
+    arrays: tuple[NDArray[np.floating[Any]], ...]
+
+    @property
+    def value(self) -> NDArray[np.floating[Any]]:
+        """The sum, in the precision of the arrays."""
+        return np.asarray(sum(weight * array for weight, array in zip(self.weights, self.arrays, strict=True)))
+
+
 def resolved(part: Any, dark: bool) -> Any:
-    """The same with the values of colours that stand by name."""
+    """The same with the values of colours that stand by name, and of combinations."""
+    if isinstance(part, Combination):
+        return part.value
     if isinstance(part, str) and part.startswith("@"):
         return colour(part[1:], dark)
     if isinstance(part, Mapping):

@@ -37,12 +37,50 @@ FAINT = 0.5
 LARGE = 1.7
 """Longest side of the drawing in units of plotly, which places its camera 2.2 of them away."""
 
+DIAGONAL = 1.95
+"""The largest diagonal of the drawing in these units, so that a wheel too lies inside the picture."""
+
+EYE = 1.25
+"""Where the camera of plotly stands along each axis."""
+
 THINNEST = 0.02
 """Thickness of the drawing of a flat model over its longest side."""
 
 AXES = "xyz"
 SIZES = {"mesh": 2.5, "node": 3.0, "output": 6.0, "body": 6.0}
 """Diameter of points in pixels, by what they are."""
+
+
+def axes_upright(sides: Array) -> list[int]:
+    """The axes in the order in which matplotlib draws them, the longest of the sides (3,) last: upright, as a blade stands."""
+    return [(int(np.argmax(sides)) + k) % 3 for k in (1, 2, 3)]  # a cyclic one, since another would mirror the model
+
+
+def in_space(axes: Any, sides: Array) -> None:
+    """Names, equal scales and a view of matplotlib's axes for a box of these sides (3,), drawn in the order of `axes_upright`."""
+    order = axes_upright(sides)
+    names = [f"{AXES[k]} in m" for k in order]
+    axes.set(xlabel=names[0], ylabel=names[1], zlabel=names[2])
+    axes.set_aspect("equal")
+    axes.set_proj_type("ortho")
+    axes.view_init(azim=-60.0 if sides[order[0]] > sides[order[1]] else 30.0)
+    axes.locator_params(nbins=4)
+
+
+def scene(sides: Array, paper: str) -> dict[str, Any]:
+    """Axes and camera of plotly for a box of these sides (3,), the longest upright; paper: the colour behind it."""
+    found = {f"{axis}axis": {"title": {"text": f"{axis} in m"}, "backgroundcolor": paper} for axis in AXES}
+    up = {axis: float(place == np.argmax(sides)) for place, axis in enumerate(AXES)}
+    # Stated in full, as plotly.js compares it with its own, to see whether the reader has turned it.
+    camera = {
+        "projection": {"type": "orthographic"},
+        "up": up,
+        "center": dict.fromkeys(AXES, 0.0),
+        "eye": dict.fromkeys(AXES, EYE),
+    }
+    shown = np.maximum(sides / (sides.max() or 1.0), THINNEST)
+    shown *= min(LARGE, DIAGONAL / float(np.linalg.norm(shown)))
+    return found | {"aspectmode": "manual", "aspectratio": dict(zip(AXES, shown.tolist(), strict=True)), "camera": camera}
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +115,8 @@ class ModelView:
 
     @cached_property
     def sides(self) -> Array:
-        """Sides of the box around all points, (3,) [m]. The longest stands upright: it is the length of a blade."""
+        """Sides of the box around all points, (3,) [m]."""
         return np.asarray(np.ptp(np.concatenate([points.places for points in self.points]), axis=0))
-
-    @property
-    def upright(self) -> int:
-        return int(np.argmax(self.sides))
 
     @property
     def arrow(self) -> float:
@@ -93,7 +127,7 @@ class ModelView:
         """As a matplotlib figure."""
         from stickslip.plots.notebook import NotebookFigure
 
-        order = [(self.upright + k) % 3 for k in (1, 2, 3)]  # a cyclic one, since another would mirror the model
+        order = axes_upright(self.sides)
         figure = NotebookFigure(figsize=(8.0, 6.4))
         figure.subplots_adjust(left=0.02, right=0.68, bottom=0.08, top=0.94)
         with house_style():
@@ -105,12 +139,8 @@ class ModelView:
                 ends = self.arrow * arrows.directions
                 shade = colour(arrows.role)
                 axes.quiver(*arrows.feet[:, order].T, *ends[:, order].T, color=shade, label=arrows.label, linewidths=1.2)
-            names = [f"{AXES[k]} in m" for k in order]
-            axes.set(xlabel=names[0], ylabel=names[1], zlabel=names[2], title=self.title)
-            axes.set_aspect("equal")
-            axes.set_proj_type("ortho")
-            axes.view_init(azim=-60.0 if self.sides[order[0]] > self.sides[order[1]] else 30.0)
-            axes.locator_params(nbins=4)
+            in_space(axes, self.sides)
+            axes.set(title=self.title)
             figure.legend(loc="center right")
         return figure
 
@@ -119,17 +149,12 @@ class ModelView:
         from plotly.graph_objects import Figure as Interactive
 
         paper, ink = colour("paper", dark), colour("text", dark)
-        scene = {f"{axis}axis": {"title": {"text": f"{axis} in m"}, "backgroundcolor": paper} for axis in AXES}
-        up = {axis: float(place == self.upright) for place, axis in enumerate(AXES)}
-        camera = {"projection": {"type": "orthographic"}, "up": up}
-        shown = LARGE * np.maximum(self.sides / (self.sides.max() or 1.0), THINNEST)
-        ratio = dict(zip(AXES, shown.tolist(), strict=True))
         figure = Interactive([*(_cloud(points, dark) for points in self.points), *self._shafts(dark)])
         return figure.update_layout(
             title={"text": _escaped(self.title)},
             paper_bgcolor=paper,
             font={"color": ink},
-            scene=scene | {"aspectmode": "manual", "aspectratio": ratio, "camera": camera},
+            scene=scene(self.sides, paper),
             legend={"itemsizing": "constant"},
             margin={"l": 0, "r": 0, "t": 48, "b": 0},
         )

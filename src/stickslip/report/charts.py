@@ -6,6 +6,7 @@ described in `plots/`. What several charts share stands in the page once, number
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.plots.animation import Animation
 from stickslip.plots.chart import Chart
-from stickslip.plots.interactive import colour_names, description, escaped
+from stickslip.plots.interactive import Combination, colour_names, description, escaped
 from stickslip.plots.look import colour
+from stickslip.plots.moving_picture import MovingPicture
 from stickslip.report.markup import text
 from stickslip.report.pictures import picture
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 DIGITS = 7
 """Of the numbers in the page; exact values stand in its tables and in results.nc."""
+PACKED = {"<f4": "Float32Array", "<i4": "Int32Array"}
+"""Kinds of large arrays that stand in the page as bytes, by their type; others stand as numbers."""
 SHORT, LONG, WORDY = 4, 200, 60
 """Arrays of so few numbers stand where they are used, and parts and texts of not more characters."""
 
@@ -48,7 +51,7 @@ class Opening:
     note: str
 
 
-Draw = Callable[..., Chart | Animation]
+Draw = Callable[..., Chart | MovingPicture]
 
 
 @dataclass(eq=False)
@@ -90,13 +93,15 @@ class Charts:
         }
         return {"results": list(self.results), "places": self.places, "parts": self.parts, "colours": schemes}
 
-    def _encoded(self, chart: Chart | Animation) -> dict[str, Any]:
-        found = chart.description() if isinstance(chart, Animation) else description(chart)
+    def _encoded(self, chart: Chart | MovingPicture) -> dict[str, Any]:
+        found = chart.description() if isinstance(chart, MovingPicture) else description(chart)
         words = {"title": found.pop("title"), "note": found.pop("note")}
         self.colours |= colour_names(found)
         return {**words, **self._part(found)}
 
     def _part(self, part: Any) -> Any:
+        if isinstance(part, Combination):
+            return {"sum": [self._part(array) for array in part.arrays], "weights": list(part.weights)}
         if isinstance(part, np.ndarray):
             return self._array(part)
         if isinstance(part, Mapping):
@@ -108,6 +113,8 @@ class Charts:
 
     def _array(self, values: Array) -> Any:
         """Numbers in the page, or a factor times numbers that other charts have too."""
+        if values.dtype.str in PACKED:
+            return self._shared({"bytes": base64.b64encode(values.tobytes()).decode(), "kind": PACKED[values.dtype.str]})
         if values.size <= SHORT or not np.isfinite(values).any():
             return rounded(values)
         factor = float(np.nanmax(np.abs(values[np.isfinite(values)]))) or 1.0
@@ -127,12 +134,13 @@ def rounded(values: Array) -> list[float | None]:
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]
 
 
-def _html(name: str, chart: Chart | Animation, opening: Opening | None) -> str:
-    panels = () if isinstance(chart, Animation) else chart.panels
+def _html(name: str, chart: Chart | MovingPicture, opening: Opening | None) -> str:
+    panels = () if isinstance(chart, MovingPicture) else chart.panels
     axes = [f"{panel.y.label} over {panel.x.label}".strip() for panel in panels if panel.y.label and panel.x.label]
     words = ". ".join(dict.fromkeys([chart.title, *axes]))
     frame = f'<figure class="place" data-place="{text(name)}"><figcaption></figcaption><div class="controls"></div>'
-    drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(words)}"></div></figure>'
+    steps = '<div class="steps"></div>' if isinstance(chart, MovingPicture) else ""
+    drawing = f'<div class="chart" id="{text(name)}" role="img" aria-label="{text(words)}"></div>{steps}</figure>'
     if opening is None:
         return frame + drawing
     opened = f'<figure><figcaption aria-live="polite"></figcaption><div class="chart" id="{text(name)}-opened"></div></figure>'

@@ -1,4 +1,4 @@
-"""The section of moving pictures: dampers at the highest peaks, or the steady cycles of a damper alone."""
+"""The section of moving pictures: dampers and the deformed shape at the highest peaks, or the steady cycles of a damper alone."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from stickslip.analyses.damper_alone.cycle_motion import cycle_motion
+from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
 from stickslip.analyses.kept_motion import has_motion, kept_cases, kept_motion
 from stickslip.plots.animation import Animation
+from stickslip.plots.deformed_shape import DeformedShape
 from stickslip.report.charts import Charts, Choice
 from stickslip.report.markup import section, text
 from stickslip.results.representative import spread
@@ -23,24 +25,36 @@ NOTE = (
     "bands the faces of the platforms."
 )
 
+SHAPE_NOTE = (
+    "The deformed shape is the first harmonic of the displacement at the highest peak, from the instant of the largest "
+    "deflection on. Drag it to turn it. Grey: at rest. Dampers are not part of it."
+)
+
 
 def moves(dataset: xr.Dataset) -> bool:
     """Whether a result has motion to show."""
-    return has_motion(dataset) or "damper_motion" in dataset
+    return has_motion(dataset) or "damper_motion" in dataset or has_shapes(dataset)
 
 
 def motions(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
     """Animations with the choice of the force level or the cycle."""
-    places = []
+    places, notes = [], []
     for number, (label, dataset) in enumerate(datasets.items()):
-        if not moves(dataset):
+        if has_shapes(dataset):
+            shapes = {level: DeformedShape(shape) for level, shape in kept_shapes(dataset).items()}
+            choice = Choice("Force level", list(shapes))
+            places.append(charts.place("chart-shape", shapes.__getitem__, [choice], result=label))
+            notes.append(SHAPE_NOTE)
+        if not has_motion(dataset) and "damper_motion" not in dataset:
             continue
+        notes.append(NOTE)
         shown = _animations(dataset)
         name = "Force level" if has_motion(dataset) else "Cycle"
         several = len(datasets) > 1 and not all(map(has_motion, datasets.values()))
         place = f"chart-motion-{number}" if several else "chart-motion"
         places.append(charts.place(place, shown.__getitem__, [Choice(name, list(shown))], result="" if several else label))
-    return section("motion", "Motion", *places, f'<p class="note">{text(NOTE)}</p>')
+    words = " ".join(dict.fromkeys(notes))
+    return section("motion", "Motion", *places, f'<p class="note">{text(words)}</p>')
 
 
 def _animations(dataset: xr.Dataset) -> dict[str, Animation]:

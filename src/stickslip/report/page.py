@@ -19,6 +19,7 @@ from stickslip.analyses.variability.bounds_dataset import has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import fault
 from stickslip.files import write_text
+from stickslip.plots.moving_picture import step_script
 from stickslip.report import plain, sections
 from stickslip.report.bounds import bounds
 from stickslip.report.charts import Charts
@@ -101,7 +102,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
     charts, shown = Charts(list(datasets)), sections_of(datasets)
     body = "".join(build(datasets, charts) for _, _, build in shown)
-    scripts = (_plotly(), _resource("report.js"))
+    scripts = (_plotly(), step_script(), _resource("report.js"))
     need = "<noscript><p>The charts need JavaScript; the tables below do not.</p></noscript>"
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'

@@ -17,9 +17,24 @@ function decoded(part) {
   if (typeof part === "string") return part.startsWith("@") ? colours[part.slice(1)] : part;
   if (Array.isArray(part)) return part.map(decoded);
   if (part === null || typeof part !== "object") return part;
+  if ("bytes" in part) return typed(part);
+  if ("sum" in part) {
+    const arrays = part.sum.map(decoded);
+    return arrays[0].map((_, k) => part.weights.reduce((total, weight, i) => total + weight * arrays[i][k], 0));
+  }
   if ("factor" in part) return data.parts[part.part].map(x => x === null ? null : x * part.factor);
   if ("part" in part) return decoded(data.parts[part.part]);
   return Object.fromEntries(Object.entries(part).map(([key, value]) => [key, decoded(value)]));
+}
+
+// Numbers that stand as bytes, unpacked once.
+const unpacked = new Map();
+function typed(part) {
+  if (!unpacked.has(part)) {
+    const bytes = Uint8Array.from(atob(part.bytes), letter => letter.charCodeAt(0));
+    unpacked.set(part, new { Float32Array, Int32Array }[part.kind](bytes.buffer));
+  }
+  return unpacked.get(part);
 }
 
 // Columns of what hovering shows become rows, one for each point.
@@ -37,6 +52,8 @@ function draw(div, shared) {
   div.style.height = `${layout.height}px`;
   div.classList.toggle("scrolled", "width" in layout);
   Plotly.react(div, { data: chart.data.map(trace), layout, config: CONFIG, frames: decoded(chart.frames || []) });
+  const steps = div.parentElement.querySelector(".steps");
+  if (steps && !steps.children.length) steps.replaceWith(stepper(div));
 }
 
 // Of a place for several results that of the chosen one; a result may have none, such as loops without contacts.

@@ -16,6 +16,7 @@ import numpy as np
 
 from stickslip.checks import Array, fault, finite, positive
 from stickslip.structure.craig_bampton import Reduction, craig_bampton
+from stickslip.structure.mesh_surface import body_surface
 from stickslip.structure.solid import STEEL, Material, Solid, box_mesh, located, solid
 
 Place = tuple[float, float, float]
@@ -103,7 +104,9 @@ def reduced_blade(blade: PlatformBlade, pads: tuple[tuple[str, Place], ...], mod
     others = {"force": force, "tip": (0.0, blade.length, 0.0)}
     kept = body.named(dict(pads)) | body.named(others, "x")
     reduction = craig_bampton(body.M, body.K, kept, modes)
-    return replace(reduction, structure=located(reduction.structure, body, dict(pads) | others))
+    structure = located(reduction.structure, body, dict(pads) | others)
+    surface = body_surface(blade.mesh(), body, structure.dofs, reduction.transformation)
+    return replace(reduction, structure=replace(structure, surfaces=(surface,)))
 
 
 def _pieces(stations: Sequence[float], size: float) -> Array:

@@ -68,8 +68,9 @@ def assemble(bodies: Mapping[str, Structure], springs: Sequence[Spring] = ()) ->
     }
     mesh = np.concatenate([body.mesh_points for body in parts])
     outlines = {prefixed(name, node): corners for name, body in bodies.items() for node, corners in body.outlines.items()}
+    surfaces = tuple(surface.prefixed(name) for name, body in bodies.items() for surface in body.surfaces)
     C = _damping(bare, parts, springs)
-    return Structure(M, K, dofs, C=C, nodes=nodes, sets=sets, mesh_points=mesh, outlines=outlines)
+    return Structure(M, K, dofs, C=C, nodes=nodes, sets=sets, mesh_points=mesh, outlines=outlines, surfaces=surfaces)
 
 
 def _damping(bare: Structure, parts: Sequence[Structure], springs: Sequence[Spring]) -> Array | None:

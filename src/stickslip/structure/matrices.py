@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from stickslip.checks import (
 )
 from stickslip.structure.damping import Damping, ModalDamping, RayleighDamping
 
+if TYPE_CHECKING:
+    from stickslip.structure.mesh_surface import MeshSurface
+
 Point = tuple[float, float, float]
 """Coordinates, m."""
 
@@ -35,6 +39,7 @@ class Structure:
     damping: instead of C, a rule (`ModalDamping`, `RayleighDamping`). Neither: undamped.
     nodes: coordinates of nodes, m, and sets: nodes by the name of a set, where they are known; contact surfaces need them.
     mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
+    surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
     """
 
@@ -47,6 +52,7 @@ class Structure:
     sets: Mapping[str, tuple[str, ...]] = field(default_factory=dict, kw_only=True)
     mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
     outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
+    surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", several("dofs", self.dofs))
@@ -100,7 +106,8 @@ class Structure:
         x, y, z = step.tolist()
         nodes = {name: (p[0] + x, p[1] + y, p[2] + z) for name, p in self.nodes.items()}
         outlines = {name: corners + step for name, corners in self.outlines.items()}
-        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines)
+        surfaces = tuple(surface.shifted(step) for surface in self.surfaces)
+        return replace(self, nodes=nodes, mesh_points=self.mesh_points + step, outlines=outlines, surfaces=surfaces)
 
     def with_damping(self, damping: Damping | Array | None) -> Structure:
         """A copy with another damping: a rule, a matrix C, or none."""

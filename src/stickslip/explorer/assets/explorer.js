@@ -118,6 +118,12 @@
       return [figure, ...answer.numbers, ...answer.changes, answer.message, answer.fine ? "" : "coarse"];
     },
 
+    step(clicks) {
+      const { by, figure } = dash.callback_context.triggered_id ?? {};
+      if (clicks) step(document.querySelectorAll("#details .moving")[figure].querySelector(".js-plotly-plot"), by);
+      return dash.no_update;
+    },
+
     dated() { date(); return dash.no_update; },
 
     copied(code) {

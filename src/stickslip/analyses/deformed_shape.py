@@ -1,0 +1,147 @@
+"""The deformed shape of a solved point: one harmonic of the displacement on the outer surface of the meshed bodies, and what a
+dataset keeps of it, so that a report shows it without the problem.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import Array, Index, InputError, between
+from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.problem import Problem
+from stickslip.results.representative import spread
+from stickslip.results.view import highest_peak, level_text, periods_of
+from stickslip.structure.cyclic_reduction import rotation
+from stickslip.structure.mesh_surface import triangulated
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_KEPT = 4
+"""Cases whose shapes a result keeps."""
+MOST_OF_A_WHEEL = 12_000
+"""Points of the surface of a whole disk; of one with more, a sector is shown."""
+REMEDY = (
+    "Ready rigs with finite elements have one (single_blade, octopus_blisk), and models read with the elements of their deck "
+    "(CalculiX, Abaqus, Nastran, Ansys) whose nodes are those of the matrices and move along x, y, z."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMotion:
+    """u(t) = Re displacement exp(i h ω t): points (p, 3) at rest [m], triangles (t, 3), places among the points, displacement
+    (p, 3) complex [m].
+    """
+
+    title: str
+    points: Array
+    triangles: Index
+    displacement: NDArray[np.complex128]
+    note: str = field(default="", kw_only=True)
+
+    @cached_property
+    def amplitude(self) -> Array:
+        """The largest displacement of each point in the period, (p,) [m]: its path is an ellipse with the longer half axis a,
+        a² = ½ (|u|² + |u·u|).
+        """
+        u = self.displacement
+        return np.asarray(np.sqrt(0.5 * (np.sum(np.abs(u) ** 2, axis=1) + np.abs(np.sum(u**2, axis=1)))))
+
+
+def has_surface(problem: Problem) -> bool:
+    """Whether a problem has a surface to draw."""
+    return bool(problem.structure.surfaces) or (isinstance(problem, TunedDisk) and problem.surface is not None)
+
+
+def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int, harmonic: int = 1) -> SurfaceMotion:
+    """The surfaces of all meshed bodies at a solved point; of a tuned disk all sectors, or the first alone where they are large.
+
+    Sector j (0, 1, ...) of a disk is that of the first one, turned, and late by j EO/N periods of the excitation.
+    """
+    if not has_surface(problem):
+        raise InputError(f"A deformed shape needs a problem with the surface of a mesh, but this one has none. {REMEDY}")
+    points, periods = SolvedPoints(dataset, problem), periods_of(dataset)
+    harmonics = complex_harmonics(points.whole_motion(case, point))
+    order = periods * between("harmonic", harmonic, 1, (harmonics.shape[1] - 1) // periods)
+    q = harmonics[:, order]
+    hertz = float(dataset["frequency"].values[case, point])
+    title = f"{problem.title}, {level_text(dataset, case)}, {hertz:.6g} Hz"
+    title += f", harmonic {harmonic}" if harmonic > 1 else ""
+    if isinstance(problem, TunedDisk) and problem.surface is not None:
+        return _of_a_disk(problem, q, harmonic, title)
+    rows = {dof: row for row, dof in enumerate(problem.structure.dofs)}
+    surfaces = problem.structure.surfaces
+    first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
+    return SurfaceMotion(
+        title,
+        np.concatenate([surface.points for surface in surfaces]),
+        np.concatenate([surface.triangles + start for surface, start in zip(surfaces, first[:-1], strict=True)]),
+        np.concatenate([surface.motion(q[[rows[dof] for dof in surface.dofs]]) for surface in surfaces]),
+    )
+
+
+def _of_a_disk(disk: TunedDisk, q: NDArray[np.complex128], harmonic: int, title: str) -> SurfaceMotion:
+    surface, sectors, order = disk.surface, disk.sectors, harmonic * disk.engine_order
+    assert surface is not None
+    n = order % sectors
+    # The wave of N − n runs the other way: its matrices are the conjugates of those of n.
+    shape = surface.shape(q, n) if n <= sectors // 2 else surface.shape(q.conj(), sectors - n).conj()
+    wave = f"nodal diameter {min(n, sectors - n)}"
+    triangles, size = triangulated(surface.quads), len(surface.points)
+    if size * sectors > MOST_OF_A_WHEEL:
+        return SurfaceMotion(title, surface.points, triangles, shape, note=f"one of {sectors} sectors, {wave}")
+    turns = [rotation(sectors, j) for j in range(sectors)]
+    late = np.exp(-2j * np.pi * order * np.arange(sectors) / sectors)
+    return SurfaceMotion(
+        title,
+        np.concatenate([surface.points @ turn.T for turn in turns]),
+        np.concatenate([triangles + j * size for j in range(sectors)]),
+        np.concatenate([factor * shape @ turn.T for factor, turn in zip(late, turns, strict=True)]),
+        note=f"{sectors} sectors, {wave}",
+    )
+
+
+def with_shapes(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """A response with the deformed shapes at the highest peaks of up to four cases; as it is where nothing has a surface.
+
+    Gains, in single precision, shape_point (shape_node, space) [m] and shape_displacement (shape, shape_node, space, part) [m],
+    shape_triangle, and shape_case, the case that each shape is of; attributes shape_titles and shape_note.
+    """
+    if not has_surface(problem):
+        return dataset
+    peaks = {case: peak for case in range(dataset.sizes["case"]) if (peak := highest_peak(dataset, case)) is not None}
+    if not peaks:
+        return dataset
+    cases = [list(peaks)[k] for k in spread(len(peaks), MOST_KEPT)]
+    found = [deformed_shape(dataset, problem, case, peaks[case].point) for case in cases]
+    parts = np.array([np.stack([each.displacement.real, each.displacement.imag], axis=-1) for each in found])
+    single, node = np.float32, ("shape_node", "space")
+    words = "first harmonic of the displacement at the highest peak"
+    return dataset.assign(
+        shape_point=(node, found[0].points.astype(single), {"units": "m", "long_name": "surface at rest"}),
+        shape_triangle=(("shape_face", "corner_of_face"), found[0].triangles.astype(np.int32), {"units": "1"}),
+        shape_displacement=(("shape", *node, "part"), parts.astype(single), {"units": "m", "long_name": words}),
+        shape_case=(("shape",), np.array(cases), {"units": "1", "long_name": "case that the shape is of"}),
+    ).assign_attrs(shape_titles=[each.title for each in found], shape_note=found[0].note)
+
+
+def has_shapes(dataset: xr.Dataset) -> bool:
+    """Whether a result keeps deformed shapes."""
+    return "shape_displacement" in dataset
+
+
+def kept_shapes(dataset: xr.Dataset) -> dict[str, SurfaceMotion]:
+    """The shapes that a result keeps, by their force level."""
+    points, triangles, parts = (dataset[f"shape_{name}"].values for name in ("point", "triangle", "displacement"))
+    note, titles = str(dataset.attrs["shape_note"]), np.atleast_1d(dataset.attrs["shape_titles"])
+    return {
+        level_text(dataset, int(case)): SurfaceMotion(str(title), points, triangles, u[..., 0] + 1j * u[..., 1], note=note)
+        for case, title, u in zip(dataset["shape_case"].values, titles, parts, strict=True)
+    }
