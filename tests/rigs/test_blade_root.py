@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import stickslip as ss
 from stickslip.checks import InputError
@@ -78,6 +79,22 @@ def test_peaks_settle_with_the_number_of_contact_points():
         response = ss.forced_response(blade_root(points=points), ss.hertz(116.0, 124.0), force=6.0, harmonics=3, samples=128)
         amplitude.append(float(response.peaks().amplitude.iloc[0]))
     assert abs(amplitude[2] / amplitude[1] - 1.0) < abs(amplitude[1] / amplitude[0] - 1.0) < 0.05
+
+
+def test_the_root_is_a_plate_below_the_foot_of_the_blade():
+    """Its middle, at (0, −d/2), moves by x + d/2 rz and y; inertia m (w² + d²)/12 about it."""
+    light, heavy = (blade_root(root_mass=mass).structure.M[:3, :3] for mass in (0.1, 0.3))
+    d, w = 0.01 + 8e-3 * np.sqrt(0.5), 0.012 + 2.0 * 8e-3 * np.sqrt(0.5)
+    turning = (0.5 * d) ** 2 + (w**2 + d**2) / 12.0
+    np.testing.assert_allclose((heavy - light) / 0.2, [[1.0, 0.0, 0.5 * d], [0.0, 1.0, 0.0], [0.5 * d, 0.0, turning]], atol=1e-12)
+
+
+def test_the_clamped_blade_has_the_damping_ratio():
+    rig = blade_root(damping=2e-3)
+    clamped = slice(3, None)
+    squares, shapes = eigh(rig.structure.K[clamped, clamped], rig.structure.M[clamped, clamped])
+    first = shapes[:, 0]
+    assert first @ rig.C[clamped, clamped] @ first == pytest.approx(2.0 * 2e-3 * np.sqrt(squares[0]), rel=1e-9)
 
 
 def test_time_integration_gives_the_same_vibration():

@@ -217,6 +217,16 @@ def test_a_pin_in_the_groove_bears_the_drag_of_the_wave():
     assert data.sizes["point"] < 400
 
 
+def test_the_spring_of_the_ring_presses_beside_its_centrifugal_load():
+    loads = [
+        ring_damper(N, speed, line_load=each).contacts[0].law.normal_load
+        for speed, each in ((SPEED, 0.0), (0.0, 300.0), (SPEED, 300.0))
+    ]
+    step = 2.0 * np.pi * INNER / 64
+    expected = np.array([DENSITY * 8e-6 * INNER * SPEED**2, 300.0])
+    np.testing.assert_allclose(loads, np.append(expected, expected.sum()) * step, rtol=1e-12)
+
+
 def test_one_sector_gives_what_all_contact_points_do():
     rig = ring_damper(2, points=12, kt=2e9, kn=2e9, mu=0.05)
     frequency = [float(rig.frequencies(stuck=True)[0]) * 0.99]

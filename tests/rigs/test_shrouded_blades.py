@@ -53,6 +53,14 @@ def test_blades_are_beams():
     assert np.abs(found / torsion - 1.0).min() < 4e-3  # elements with consistent mass: π²/(24 · 6²) at four times the length
 
 
+def test_a_shroud_turns_about_the_radius_as_a_plate():
+    """m (c² + p²)/12."""
+    turning = [shrouded_blades(shroud_mass=mass).structure for mass in (0.1, 0.3)]
+    row = turning[0].index("shroud.twist")
+    before, after = (each.at(0).M[row, row].real for each in turning)
+    assert after - before == pytest.approx(0.2 * (0.04**2 + PITCH**2) / 12.0, rel=1e-9)
+
+
 def test_shrouds_that_move_alike_touch_no_more_but_by_turning():
     """The faces of a disk whose blades all move along the axis do not move relative to each other."""
     rig = shrouded_blades(stagger=0.0)

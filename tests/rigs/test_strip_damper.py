@@ -119,6 +119,13 @@ def test_stuck_strips_are_springs_by_shear_lag():
     np.testing.assert_allclose(np.array(errors[:2]) / errors[1:], 4.0, rtol=0.05)
 
 
+def test_a_strip_has_the_mass_of_its_section():
+    rig = strip_damper(points=3)
+    assert float(rig.structure.at(0).M[2:, 2:].real.sum()) == pytest.approx(
+        7850.0 * 0.03 * 3e-4 * (2.0 * OVERLAP + GAP), rel=1e-12
+    )
+
+
 def test_a_point_keeps_the_balances_and_the_limit_of_friction():
     rig = strip_damper(points=4)
     response = ss.forced_response(rig, [499.5], force=1.0, harmonics=9, samples=256)

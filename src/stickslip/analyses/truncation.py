@@ -93,5 +93,5 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
         return ""
     worst = int(np.nanargmax(errors))
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
-    much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "beyond any estimate"
+    much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "by more than can be estimated"
     return f'{more} would change {outputs[worst]} at its highest peak {much}: take more, or harmonics = "auto".'

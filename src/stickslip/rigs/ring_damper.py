@@ -26,8 +26,8 @@ from stickslip.structure.damping import ModalDamping
 RIM = ("rim.r", "rim.t", "rim.rz")
 RING = ("ring.r", "ring.t")
 PIN = 1e9
-"""Spring per length of the ring on its mean slip, N/m²: the pin that keeps the ring from turning in its groove. With `kn` the normal
-load goes with the wave, which then drags the ring along; on a soft pin it turns by many times the slip of the vibration.
+"""Spring per length of the ring on its mean slip, N/m²: the pin that keeps the ring from turning in its groove. With `kn` the
+normal load goes with the wave, which drags the ring along: on a soft pin it turns by many times the slip of the vibration.
 """
 
 FULL_SLIP = hypot(1.0, 0.5 * pi)

@@ -91,7 +91,8 @@ def solved_change(
         return np.full(X.shape[0], np.nan)
     size = np.linalg.norm(X, axis=1)
     start = np.linalg.norm(X + size[:, None] * sampled[:, : balance.columns][:, counted], axis=1)
-    return np.abs(np.linalg.norm(found.evaluation.w[rows, counted], axis=1) - start) / np.maximum(size, np.finfo(float).tiny)
+    moved = np.linalg.norm(found.evaluation.w[rows, counted], axis=1) - start
+    return np.asarray(np.abs(moved) / np.maximum(size, np.finfo(float).tiny))
 
 
 def pad(forces: Array, columns: int) -> Array:
