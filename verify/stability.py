@@ -61,7 +61,7 @@ NEAR, APART = 3e-3, 1e-2
 """Distance from the unit circle, and difference of the two multipliers, from which that in time is computed with more steps."""
 
 STEPS, MORE_STEPS = 1000, 4000
-PERIODS = 500
+PERIODS = 500, 2000
 """Periods marched where shooting finds no periodic motion."""
 
 
@@ -190,8 +190,11 @@ def judged(one: Compared, response: ForcedResponse) -> Compared:
         return again
     # The march starts beside the periodic motion, by what the harmonics leave out: only if that falls to a tenth is it stable.
     error = max(0.1 * float(np.max(one.check.first_period_difference)), 1e-8)
-    marched = response.verify_in_time(0, one.point, steps_per_period=STEPS, periods=PERIODS, tolerance=error)
-    return one._replace(check=marched)
+    for periods in PERIODS:
+        marched = one._replace(check=response.verify_in_time(0, one.point, steps_per_period=STEPS, periods=periods, tolerance=error))
+        if marched.judged:
+            break
+    return marched
 
 
 def all_compared() -> tuple[list[Compared], int]:
