@@ -191,7 +191,8 @@ def judged(one: Compared, response: ForcedResponse) -> Compared:
     # The march starts beside the periodic motion, by what the harmonics leave out: only if that falls to a tenth is it stable.
     error = max(0.1 * float(np.max(one.check.first_period_difference)), 1e-8)
     for periods in PERIODS:
-        marched = one._replace(check=response.verify_in_time(0, one.point, steps_per_period=STEPS, periods=periods, tolerance=error))
+        check = response.verify_in_time(0, one.point, steps_per_period=STEPS, periods=periods, tolerance=error)
+        marched = one._replace(check=check)
         if marched.judged:
             break
     return marched
