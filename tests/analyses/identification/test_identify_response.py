@@ -130,6 +130,44 @@ def test_a_stuck_contact_says_nothing_of_friction():
     assert any(note.startswith("limit is not found") for note in unseen.notes)
 
 
+@pytest.mark.parametrize("seed", [0, 3, 5, 7])
+def test_slip_that_only_fits_noise_is_no_friction_limit(seed):
+    """Stuck tests, fitted from limits at which the peaks slip: never slipping fits as well, so no interval is closed above."""
+    small = [measured(force, seed) for force in (0.005, 0.01)]
+    carried = 0.5 * max(float(np.max(test.amplitude)) for test in small)
+    free = FREE | {"limit": (0.97 * carried, 0.1 * carried, 20.0 * carried)}
+    found = ss.identify_response(one_mass, free, small, tries=0, samples=128)
+    limit = found.dataset.sel(parameter="limit")
+    assert 0.8 * carried < float(limit["least"]) < 1.05 * carried
+    assert float(limit["high"]) == pytest.approx(20.0 * carried)
+    assert not np.any(found.dataset["slips"])
+    assert found.values["kt"] == pytest.approx(0.5, rel=0.02)
+
+
+def test_slip_that_the_tests_show_keeps_its_interval():
+    """One point that slips is enough, where the measured response shows it."""
+    tests = [measured(force, 3) for force in (0.02, 0.06)]
+    found = ss.identify_response(one_mass, FREE | {"limit": (0.6, 0.01, 5.0)}, tests, tries=4, samples=128)
+    limit = found.dataset.sel(parameter="limit")
+    assert np.count_nonzero(found.dataset["slips"]) == 1
+    assert np.isnan(limit["least"])
+    assert 0.95 < float(limit["low"]) < TRUTH["limit"] < float(limit["high"]) < 1.05
+
+
+@pytest.mark.parametrize(("scale", "lost"), [(1.0, False), (1e-3, True)])
+def test_a_parameter_near_zero_is_found_by_the_width_of_its_bounds(scale, lost):
+    """A change of the stiffness that is zero in truth, between bounds on both sides; by a small scale it moves nothing."""
+    tests = [measured(force, 4) for force in (0.3, 1.5)]
+    free = {"change": (0.2, -1.0, 1.0), "damping": FREE["damping"]}
+    found = ss.identify_response(
+        lambda change, damping: one_mass(0.5 * (1.0 + scale * change), 1.0, damping), free, tests, tries=0
+    )
+    value, low, high = (float(found.dataset[key].sel(parameter="change")) for key in ("value", "low", "high"))
+    assert low < 0.0 < high
+    assert abs(value) < 0.5 * (high - low)
+    assert any(note.startswith("change is not found") for note in found.notes) == lost
+
+
 def test_what_every_test_has_by_itself():
     """A stiffness that differs from mounting to mounting, a gain and a phase of the measuring chain."""
 

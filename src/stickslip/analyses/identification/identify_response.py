@@ -20,7 +20,7 @@ from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
-from stickslip.analyses.identification.least_friction import least_friction
+from stickslip.analyses.identification.least_friction import friction_bounds
 from stickslip.analyses.identification.mistakes import POOR, amplitudes_alone, notes_on_mistakes
 from stickslip.analyses.identification.outliers import fitted_without
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
@@ -217,10 +217,10 @@ class ResponseIdentificationWork:
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
                 found |= bounds
+            else:
+                x, found["least"] = friction_bounds(fit, x, self.evaluations)
             outliers = fitted_without(fit, x, self.evaluations)
             found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
-            if self.start_states != "bounds":
-                found["least"] = least_friction(fit, x)
             if max(misfit(fit, x, t) for t in range(len(fit.tests))) > POOR:
                 found |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
         return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **found}
@@ -293,7 +293,7 @@ class HeldOutWork:
             alone = ResponseFit([fit.tests[case]], fit.free, fit.start_deviation)
             own = [k for k, v in enumerate(fit.variables) if v.test == case]
             start = np.concatenate([fitted[: len(shared)], x[own]])
-            found = misfit(alone, alone.solved_own(start, len(shared), evaluations), 0)
+            found = misfit(alone, alone.solved_others(start, range(len(shared)), evaluations), 0)
         return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
 
 

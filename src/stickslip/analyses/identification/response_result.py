@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 UNCERTAIN = 0.5
-"""Half width of an interval, relative to the value, from which on a parameter counts as not found."""
+"""Half width of an interval, relative to the value, from which on a parameter counts as not found; of one that is searched
+linearly the width, relative to that of its bounds."""
 
 CORRELATED = 0.95
 """Correlation from which on two parameters are named as one."""
@@ -166,7 +167,9 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
         value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
         if np.isfinite(dataset["least"].values[k]):
             continue
-        if statistics.blind[k] or not np.isfinite(high) or high - low > 2.0 * UNCERTAIN * max(abs(value), 1e-300):
+        free = fit.free[name]  # a value near zero between bounds on both sides of it may be well known
+        known_within = 2.0 * UNCERTAIN * abs(value) if free.logarithmic else UNCERTAIN * (free.high - free.low)
+        if statistics.blind[k] or not np.isfinite(high) or high - low > known_within:
             found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
     found += _at_bounds(fit, x)
     for i in range(len(names)):
