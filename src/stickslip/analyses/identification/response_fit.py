@@ -245,10 +245,18 @@ class ResponseFit:
         settings: dict[str, Any] = {"bounds": (low, high), "method": "trf", "x_scale": "jac", "max_nfev": evaluations}
         return np.asarray(least_squares(self.residuals, inside, self.jacobian, ftol=1e-10, xtol=1e-9, gtol=1e-10, **settings).x)
 
-    def best(self, tries: int, seed: int, evaluations: int, most: int = MOST_STARTS) -> Array:
+    def best(
+        self,
+        tries: int,
+        seed: int,
+        evaluations: int,
+        most: int = MOST_STARTS,
+        begun: Callable[[Array], Array] = lambda start: start,
+    ) -> Array:
         """The least squares from the start of the lowest cost: the given one, or one of `tries` more between the bounds.
 
         Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost, `most` in all.
+        begun: what each start becomes first.
         """
         from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
 
@@ -258,7 +266,7 @@ class ResponseFit:
         for share in qmc.Sobol(len(shared), seed=seed).random(tries) if tries else []:
             starts.append(self.start)
             starts[-1][shared] = low[shared] + share * (high[shared] - low[shared])
-        starts.sort(key=self.cost)
+        starts = sorted(map(begun, starts), key=self.cost)
         found: list[tuple[float, Array]] = []
         for x in starts[:most]:
             self.forget()
