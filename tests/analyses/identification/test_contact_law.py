@@ -239,6 +239,16 @@ def test_a_lower_bound_of_mu_is_nowhere_shown_as_a_value(law):
     assert len(over_cycles(data).panels[1].layers) == 1
 
 
+def test_the_unit_of_a_rig_and_swapped_columns_are_suspected():
+    one = record(cycles=3)
+    for rig, said in ((30.0 * KT, False), (1e6 * KT, True)):
+        found = ss.contact_law(one, laws="jenkins", rig_stiffness=rig)
+        assert any("and corrects nothing" in note for note in found.warnings) == said
+    u, force = loop_of(WEIGHTS["jenkins"], KT, MU, N, 8e-6)
+    with pytest.raises(InputError, match="are the columns of displacement and force swapped"):
+        ss.ContactLoop(1e-6 * force, 1e6 * u, N)
+
+
 def test_wrong_arguments_are_refused():
     one = record(cycles=3)
     for arguments, words in (

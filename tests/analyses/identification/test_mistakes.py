@@ -55,6 +55,9 @@ def test_a_mistake_is_named(name):
     said = hints(found)
     assert any(words in note for note in said), found.notes
     assert len(said) == 1
+    first, *rest = [note for note in found.notes if "is assumed" not in note]
+    assert first in said  # the cause, and none of its consequences
+    assert rest == ["Values and intervals mean nothing before the mistake above is mended."]
 
 
 def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
@@ -65,6 +68,7 @@ def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
     )
     assert float(stuck.dataset["misfit"].max()) > 0.1
     assert hints(stuck) == []
+    assert any("Check quantity, units, contact law" in note for note in stuck.notes)
 
 
 def test_one_wrong_test_is_named_alone():

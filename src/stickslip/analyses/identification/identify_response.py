@@ -30,7 +30,7 @@ from stickslip.checks import Array, InputError, among, between, fault, numbers, 
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, attribute
 from stickslip.measurement.measured_response import MeasuredResponse, flat_top
-from stickslip.measurement.response_scales import assumed_units, mixed_units
+from stickslip.measurement.response_scales import assumed_units, joined, mixed_units
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
@@ -245,14 +245,14 @@ class ResponseIdentificationWork:
             statistics = fit.statistics(x)
             predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
             dataset = dataset_of_fit(fit, x, statistics, np.array(predicted), results[0])
-            about = [note for test in self.tests for note in (*test.notes, *flat_top(test))]
-            notes = (*assumed_units(self.tests), *mixed_units(self.tests), *dict.fromkeys(about), *self.remarks)
+            mistakes = notes_on_mistakes(self.tests, dataset["misfit"].values, results[0]) if "plain_gain" in results[0] else []
+            about = [(test.name, note) for test in self.tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
+            scales = () if mistakes else mixed_units(self.tests)
+            notes = (*mistakes, *assumed_units(self.tests), *scales, *joined(about), *self.remarks)
             if self.start_states == "bounds":
                 dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
                 notes += tuple(notes_on_bounds(dataset, fit))
-            notes += tuple(notes_of_fit(fit, x, statistics, dataset))
-            if "plain_gain" in results[0]:
-                notes += tuple(notes_on_mistakes(self.tests, dataset["misfit"].values, results[0]))
+            notes += tuple(notes_of_fit(fit, x, statistics, dataset, known_mistake=bool(mistakes)))
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds, "factors": json.dumps(self.factors)}
