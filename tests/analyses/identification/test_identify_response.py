@@ -252,7 +252,7 @@ def test_a_test_given_twice_is_said():
 
 
 def test_what_the_model_does_not_explain_is_said():
-    """The phase of all tests 40° off, which is no known mistake; one test of which a point is a thousand times too large; a fit cut short."""
+    """The phase of all tests 40° off, which is no known mistake; a fit cut short."""
     tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0, 2.0)]
     again = {"quantity": "displacement", "error": 0.01}
     wrong = [ss.MeasuredResponse(t.frequency, t.amplitude, t.force, t.phase + 0.7, name=t.name, **again) for t in tests]
