@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 import stickslip as ss
 from stickslip import console, study
 from stickslip.cli import app
+from stickslip.report.response_identification import tables
 
 FREQUENCIES = np.linspace(0.14, 0.24, 13)
 KT, LIMIT, DAMPING = 0.5, 1.0, 0.02
@@ -90,6 +91,9 @@ def test_the_contacts_of_a_study_are_scaled(curves, tmp_path):
     assert re.search(r"^mu × \S+ = \S+, 95 % interval \S+ to \S+ \(× \S+ to \S+\)$", shown.output, re.M)
     assert re.search(r"^damping × \S+, 95 % interval × \S+ to \S+$", shown.output, re.M)
     assert "3 of 39 points lie outside the band of [sweep] and are not used." in shown.output
+    table = tables(ss.open_results(tmp_path / "out" / "results.nc"))["parameters"]
+    assert table["parameter"].tolist() == ["kt ×", "mu ×", "damping ×"]
+    assert table["in the problem"].tolist() == [f"{kt:.5g} N/m", f"{2.0 * table['value'][1]:.5g}", ""]
 
 
 def test_bounds_of_a_factor_need_not_hold_one(curves, tmp_path):

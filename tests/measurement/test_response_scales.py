@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import stickslip as ss
-from stickslip.measurement.response_scales import assumed_units, mixed_units
+from stickslip.measurement.response_scales import assumed_units, joined, mixed_units
 
 FREQUENCY = np.linspace(60.0, 100.0, 21)
 
@@ -46,3 +46,19 @@ def test_tests_a_thousand_times_apart_are_named():
     other = response_of("second mode", 800.0, factor=1e3, frequency=10.0 * FREQUENCY)
     assert mixed_units([tests[0], other]) == []
     assert mixed_units([tests[0], replace(response_of("mm", factor=1e3), quantity="velocity")]) == []
+
+
+def test_sentences_that_differ_in_the_name_alone_are_one():
+    notes = [(f"g_{k}", f"The quantity of g_{k}.csv is not stated: acceleration is assumed.") for k in (1, 2)]
+    notes += [
+        ("g_1", "The force of g_1 is held."),
+        ("g_12", "The force of g_12 is held."),
+        ("1", "1 row of 1 left out."),
+        ("a", "Same."),
+    ]
+    assert joined([*notes, ("b", "Same.")]) == [
+        "The quantity of g_1.csv, g_2.csv is not stated: acceleration is assumed.",
+        "The force of g_1, g_12 is held.",
+        "1 row of 1 left out.",
+        "Same.",
+    ]

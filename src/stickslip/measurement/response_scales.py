@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -33,6 +34,19 @@ def assumed_units(tests: Sequence[MeasuredResponse]) -> list[str]:
         f"{listed([unit for _, unit in lacking])} {'is' if len(lacking) == 1 else 'are'} assumed."
         for lacking, names in sets.items()
     ]
+
+
+def joined(notes: Sequence[tuple[str, str]]) -> list[str]:
+    """Sentences on tests, (name, sentence) each: those that differ in the name alone as one, and each once."""
+    alike: dict[tuple[str, str], dict[str, None]] = {}
+    for name, note in notes:
+        places = list(re.finditer(rf"\b{re.escape(name)}(\.[A-Za-z]\w*)?(?!\w)", note))  # the test, or its file
+        if len(places) == 1:
+            (place,) = places
+            alike.setdefault((note[: place.start()], note[place.end() :]), {})[place.group()] = None
+        else:
+            alike.setdefault((note, ""), {})
+    return [f"{start}{first_of(list(names), LISTED)}{end}" for (start, end), names in alike.items()]
 
 
 def listed(words: Sequence[str]) -> str:

@@ -48,7 +48,8 @@ def over_cycles(dataset: xr.Dataset) -> Chart:
     wide = number.min() > 0 and number.max() > MANY_DECADES * max(number.min(), 1) and len(number) < number.max() // 2
     cycle = Axis("cycle", log=bool(wide))
     stiffness = _with_band(number, 1e-6 * dataset["cycle_kt"].values, 1e-6 * dataset["cycle_kt_error"].values)
-    friction = _with_band(number, dataset["cycle_mu"].values, dataset["cycle_mu_error"].values)
+    known = "least_mu" not in dataset.attrs
+    friction = _with_band(number, dataset["cycle_mu"].values, dataset["cycle_mu_error"].values) if known else []
     plateau = Style("grey", "none", marker="circle", size=2.5)
     friction.append(Line(number, dataset["plateau"].values, plateau, "plateau of the force over the load"))
     energy = [

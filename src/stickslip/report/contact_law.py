@@ -25,19 +25,23 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     import pandas as pd
 
     laws = pd.DataFrame({"law": dataset["law"].values})
+    least = dataset.attrs.get("least_mu")
     for name, factor, unit in (("kt", 1e-6, " in N/um"), ("mu", 1.0, "")):
+        if name == "mu" and least is not None:
+            laws["mu, at least"] = float(least)
+            continue
         laws[f"{name}{unit}"] = factor * dataset[name].values
         for bound in ("low", "high"):
             laws[f"{name}, {bound} (95 %){unit}"] = factor * dataset[f"{name}_interval"].sel(bound=bound).values
     for name in ("misfit", "held_out"):
         laws[name.replace("_", " ")] = dataset[name].values
+    friction = {"mu": dataset["cycle_mu"].values, "standard deviation of mu": dataset["cycle_mu_error"].values}
     cycles = pd.DataFrame(
         {
             "cycle": dataset["cycle_number"].values,
             "kt in N/um": 1e-6 * dataset["cycle_kt"].values,
             "standard deviation of kt in N/um": 1e-6 * dataset["cycle_kt_error"].values,
-            "mu": dataset["cycle_mu"].values,
-            "standard deviation of mu": dataset["cycle_mu_error"].values,
+            **(friction if least is None else {}),
             "plateau of the force over the load": dataset["plateau"].values,
             "energy measured in mJ": 1e3 * dataset["energy_measured"].values,
             "energy fitted in mJ": 1e3 * dataset["energy_fitted"].values,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.analyses.identification.response_summary import summary
+from stickslip.analyses.identification.response_summary import summary, times
 from stickslip.plots.files import Figures
 from stickslip.plots.response_identification import intervals, measured_and_computed, misfits
 from stickslip.report.presentation import Presentation
@@ -35,11 +36,23 @@ def tables(dataset: xr.Dataset) -> Mapping[str, pd.DataFrame]:
     import pandas as pd
 
     names = [str(name) for name in dataset["parameter"].values]
-    columns = {"parameter": names, **{key: dataset[key].values for key in ("value", "low", "high", "least")}}
+    factors: dict[str, tuple[list[float], str]] = json.loads(dataset.attrs.get("factors", "{}"))
+    columns: dict[str, Any] = {"parameter": [f"{name} ×" if name in factors else name for name in names]}
+    columns |= {key: dataset[key].values for key in ("value", "low", "high", "least")}
+    if factors:
+        values = zip(names, dataset["value"].values, dataset["least"].values, strict=True)
+        columns["in the problem"] = [_in_the_problem(*factors.get(name, ([], "")), value, least) for name, value, least in values]
     columns |= {f"correlation with {name}": dataset["correlation"].values[:, k] for k, name in enumerate(names)}
     own = {str(name): dataset["own_value"].values[:, k] for k, name in enumerate(dataset["own"].values)}
     tests = {"test": dataset["test"].values, "misfit [1]": dataset["misfit"].values, "left out [1]": dataset["held_out"].values}
     return {"parameters": pd.DataFrame(columns), "tests": pd.DataFrame(tests | own)}
+
+
+def _in_the_problem(own: list[float], unit: str, value: float, least: float) -> str:
+    """What a factor makes of the values of the problem; empty where there are none."""
+    if not own:
+        return ""
+    return f"≥ {times(own, least, unit)}" if np.isfinite(least) else times(own, value, unit)
 
 
 def figures(dataset: xr.Dataset) -> Figures:

@@ -13,6 +13,8 @@ from stickslip.analyses.identification.loop_law import array_weights, fitted, ha
 from stickslip.checks import InputError
 from stickslip.measurement.contact_cycles import contact_cycles
 from stickslip.measurement.synthetic import loop_of
+from stickslip.plots.contact_law import over_cycles
+from stickslip.report.contact_law import tables
 
 KT, MU, N = 20e6, 0.4, 100.0
 WEIGHTS = {"jenkins": np.ones(1), "iwan": half_ellipse(400), "array": array_weights(np.array([0.8]))}
@@ -219,6 +221,32 @@ def test_friction_of_a_contact_that_hardly_slips_is_a_lower_bound(amplitude, sli
         assert least == pytest.approx(carried, rel=0.01)
         assert "mu = " not in str(found)
     assert ("the contact hardly slips" in str(found)) != slips
+
+
+@pytest.mark.parametrize("law", ["jenkins", "dahl"])
+def test_a_lower_bound_of_mu_is_nowhere_shown_as_a_value(law):
+    """Stuck over 20 µm: the largest friction force tells whose kt it is, and cycles, table and figure have no mu."""
+    kt = 1e6
+    found = ss.contact_law(record(amplitude=0.5 * MU * N / kt, kt=kt, gain=0.0, zero=0.0, noise=(0.0, 0.0)), laws=law)
+    (warning,) = (one for one in found.warnings if "kt is likely the rig's" in one)
+    assert "the contact yields elastically by F/kt = 20" in warning
+    data = found.dataset
+    assert np.all(np.isnan(data["cycle_mu"]))
+    assert ": kt " in next(line for line in str(found).splitlines() if line.startswith("from cycle"))
+    laws, cycles = tables(data).values()
+    assert laws["mu, at least"].tolist() == pytest.approx([0.5 * MU], rel=0.01)
+    assert not any(str(title).startswith("mu") for title in [*laws.columns.drop("mu, at least"), *cycles.columns])
+    assert len(over_cycles(data).panels[1].layers) == 1
+
+
+def test_the_unit_of_a_rig_and_swapped_columns_are_suspected():
+    one = record(cycles=3)
+    for rig, said in ((30.0 * KT, False), (1e6 * KT, True)):
+        found = ss.contact_law(one, laws="jenkins", rig_stiffness=rig)
+        assert any("and corrects nothing" in note for note in found.warnings) == said
+    u, force = loop_of(WEIGHTS["jenkins"], KT, MU, N, 8e-6)
+    with pytest.raises(InputError, match="are the columns of displacement and force swapped"):
+        ss.ContactLoop(1e-6 * force, 1e6 * u, N)
 
 
 def test_wrong_arguments_are_refused():

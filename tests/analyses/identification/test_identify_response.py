@@ -130,6 +130,44 @@ def test_a_stuck_contact_says_nothing_of_friction():
     assert any(note.startswith("limit is not found") for note in unseen.notes)
 
 
+@pytest.mark.parametrize("seed", [0, 3, 5, 7])
+def test_slip_that_only_fits_noise_is_no_friction_limit(seed):
+    """Stuck tests, fitted from limits at which the peaks slip: never slipping fits as well, so no interval is closed above."""
+    small = [measured(force, seed) for force in (0.005, 0.01)]
+    carried = 0.5 * max(float(np.max(test.amplitude)) for test in small)
+    free = FREE | {"limit": (0.97 * carried, 0.1 * carried, 20.0 * carried)}
+    found = ss.identify_response(one_mass, free, small, tries=0, samples=128)
+    limit = found.dataset.sel(parameter="limit")
+    assert 0.8 * carried < float(limit["least"]) < 1.05 * carried
+    assert float(limit["high"]) == pytest.approx(20.0 * carried)
+    assert not np.any(found.dataset["slips"])
+    assert found.values["kt"] == pytest.approx(0.5, rel=0.02)
+
+
+def test_slip_that_the_tests_show_keeps_its_interval():
+    """One point that slips is enough, where the measured response shows it."""
+    tests = [measured(force, 3) for force in (0.02, 0.06)]
+    found = ss.identify_response(one_mass, FREE | {"limit": (0.6, 0.01, 5.0)}, tests, tries=4, samples=128)
+    limit = found.dataset.sel(parameter="limit")
+    assert np.count_nonzero(found.dataset["slips"]) == 1
+    assert np.isnan(limit["least"])
+    assert 0.95 < float(limit["low"]) < TRUTH["limit"] < float(limit["high"]) < 1.05
+
+
+@pytest.mark.parametrize(("scale", "lost"), [(1.0, False), (1e-3, True)])
+def test_a_parameter_near_zero_is_found_by_the_width_of_its_bounds(scale, lost):
+    """A change of the stiffness that is zero in truth, between bounds on both sides; by a small scale it moves nothing."""
+    tests = [measured(force, 4) for force in (0.3, 1.5)]
+    free = {"change": (0.2, -1.0, 1.0), "damping": FREE["damping"]}
+    found = ss.identify_response(
+        lambda change, damping: one_mass(0.5 * (1.0 + scale * change), 1.0, damping), free, tests, tries=0
+    )
+    value, low, high = (float(found.dataset[key].sel(parameter="change")) for key in ("value", "low", "high"))
+    assert low < 0.0 < high
+    assert abs(value) < 0.5 * (high - low)
+    assert any(note.startswith("change is not found") for note in found.notes) == lost
+
+
 def test_what_every_test_has_by_itself():
     """A stiffness that differs from mounting to mounting, a gain and a phase of the measuring chain."""
 
@@ -214,10 +252,10 @@ def test_a_test_given_twice_is_said():
 
 
 def test_what_the_model_does_not_explain_is_said():
-    """The phase of all tests with the wrong sign; one test of which a point is a thousand times too large; a fit cut short."""
+    """The phase of all tests 40° off, which is no known mistake; a fit cut short."""
     tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0, 2.0)]
     again = {"quantity": "displacement", "error": 0.01}
-    wrong = [ss.MeasuredResponse(t.frequency, t.amplitude, t.force, -t.phase, name=t.name, **again) for t in tests]
+    wrong = [ss.MeasuredResponse(t.frequency, t.amplitude, t.force, t.phase + 0.7, name=t.name, **again) for t in tests]
     settings = {"harmonics": 3, "samples": 128}
     found = ss.identify_response(one_mass, FREE, wrong, tries=0, evaluations=15, **settings)
     (note,) = (note for note in found.notes if "The model does not explain the tests" in note)
@@ -408,3 +446,12 @@ def test_a_parameter_at_its_bound_is_named_with_the_bound():
     assert "kt ends at its lower bound, 0.55: widen it, or the model lacks something." in found.notes
     assert "damping of 1 ends at its upper bound, 0.015: widen it, or the model lacks something." in found.notes
     assert not any("limit ends" in note for note in found.notes)
+
+
+def test_points_that_a_bound_misses_are_no_outliers():
+    """With the stiffness held too low the resonances lie elsewhere, and whole flanks are missed."""
+    tests = [measured(force, 5) for force in (0.1, 0.3, 1.0)]
+    found = ss.identify_response(one_mass, FREE | {"kt": (0.3, 0.1, 0.45)}, tests, tries=0, samples=128)
+    assert float(found.dataset["misfit"].max()) > 0.1
+    assert not np.any(found.dataset["outlier"])
+    assert any(note.startswith("kt ends at its upper bound") for note in found.notes)

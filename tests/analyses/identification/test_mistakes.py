@@ -24,6 +24,8 @@ MISTAKES = {
     "force in kN": (scaled(force=1e-3), "times those of the model that fits else, as where a force in kN is given as in N"),
     "displacement in mm": (scaled(1e3), "or a response in mm as in m. State the unit"),
     "force in N for kN": (scaled(force=1e3), "as where a force in N is given as in kN"),
+    "acceleration in g": (scaled(1.0 / 9.80665), "as where an acceleration in g is given as in m/s2"),
+    "a gain of no known mistake": (scaled(3.3), "0.3, 1, 2: the amplitudes fit with a gain of 3.2"),
     "RMS response": (scaled(np.sqrt(0.5)), "0.3, 1, 2: the measured responses per force are 0.70"),
     "RMS force": (scaled(force=np.sqrt(0.5)), "as where the force is an RMS value and the response an amplitude"),
     "peak to peak": (scaled(2.0), "as where the response is a peak-to-peak value"),
@@ -39,7 +41,7 @@ MISTAKES = {
         "0.3, 1, 2: the columns of force and response seem to be swapped",
     ),
 }
-HINTS = ("model that fits else", "the measured phases", "seem to be swapped")
+HINTS = ("model that fits else", "the amplitudes fit with a gain", "the measured phases", "seem to be swapped")
 
 
 def hints(found):
@@ -53,6 +55,9 @@ def test_a_mistake_is_named(name):
     said = hints(found)
     assert any(words in note for note in said), found.notes
     assert len(said) == 1
+    first, *rest = [note for note in found.notes if "is assumed" not in note]
+    assert first in said  # the cause, and none of its consequences
+    assert rest == ["Values and intervals mean nothing before the mistake above is mended."]
 
 
 def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
@@ -63,6 +68,7 @@ def test_a_sound_fit_and_a_wrong_model_are_no_mistakes():
     )
     assert float(stuck.dataset["misfit"].max()) > 0.1
     assert hints(stuck) == []
+    assert any("Check quantity, units, contact law" in note for note in stuck.notes)
 
 
 def test_one_wrong_test_is_named_alone():

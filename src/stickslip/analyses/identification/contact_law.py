@@ -54,6 +54,9 @@ MOST_CYCLES = 200
 SOFTEST_RIG = 1.05
 """A rig must be stiffer than rig and contact together, at least by this factor: nearer, their difference is noise."""
 
+STIFFEST_RIG = 1e3
+"""A rig this many times as stiff as the loops moves kt by less than a thousandth: its unit is likely another one."""
+
 Source = str | Path | ContactRecord | ContactLoop | ContactCycles
 """What loops come from."""
 
@@ -208,7 +211,11 @@ class ContactLawWork:
         note = f"The displacement is corrected by force over the rig's stiffness, {1e-6 * rig:.4g} N/um; "
         note += f"without it the jenkins law has kt = {1e-6 * together:.4g} N/um."
         loops, single = (tuple(_without_rig(loop, rig) for loop in several) for several in (self.loops, self.single))
-        return replace(self, loops=loops, single=single, removed=(*self.removed, note))
+        notes = self.notes
+        if rig > STIFFEST_RIG * together:
+            how = f"The rig's stiffness, {rig:.4g} N/m ({1e-6 * rig:.4g} N/um), is {rig / together:.2g} times that of the loops"
+            notes += (f"{how} and corrects nothing. Is its unit N/m (N/um with --rig-stiffness)?",)
+        return replace(self, loops=loops, single=single, removed=(*self.removed, note), notes=notes)
 
     @cached_property
     def compared(self) -> tuple[ContactLoop, ...]:

@@ -49,6 +49,8 @@ def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: 
     own = np.array([np.log(chosen.kt), np.log(chosen.mu), *chosen.shape])
     single = work.single
     mean = [float(np.mean(np.asarray(loop.normal))) for loop in single]
+    bounded = _hardly_slips(work, chosen.mu)
+    cycle_mu = np.exp(theta[:, 1]) * (np.nan if bounded else 1.0)
     ends = [np.quantile(np.asarray(loop.force), (PLATEAU, 1.0 - PLATEAU)) for loop in single]
     plateau = [0.5 * float(high - low) / normal for (low, high), normal in zip(ends, mean, strict=True)]
     fitted_energy = [_energy_of_law(loop, best, row[np.isfinite(row)]) for loop, row in zip(single, theta, strict=True)]
@@ -74,8 +76,8 @@ def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: 
         "cycle_number": (cycle, work.numbers, _about("1", "number of the cycle")),
         "cycle_kt": (cycle, np.exp(theta[:, 0]), _about("N/m", "tangential stiffness of one cycle")),
         "cycle_kt_error": (cycle, np.exp(theta[:, 0]) * errors[:, 0], _about("N/m", "standard deviation without gains")),
-        "cycle_mu": (cycle, np.exp(theta[:, 1]), _about("1", "friction coefficient of one cycle")),
-        "cycle_mu_error": (cycle, np.exp(theta[:, 1]) * errors[:, 1], _about("1", "standard deviation without gains")),
+        "cycle_mu": (cycle, cycle_mu, _about("1", "friction coefficient of one cycle, NaN where it is only bounded")),
+        "cycle_mu_error": (cycle, cycle_mu * errors[:, 1], _about("1", "standard deviation without gains")),
         "plateau": (cycle, plateau, _about("1", "plateau of the friction force over the normal load")),
         "energy_measured": (cycle, [energy_of(one) for one in single], _about("J", "energy dissipated in the cycle, measured")),
         "energy_fitted": (cycle, fitted_energy, _about("J", "energy dissipated in the cycle, by the law fitted to it")),
@@ -97,7 +99,7 @@ def contact_law_dataset(work: ContactLawWork, fits: Mapping[str, LawFit], best: 
         "summary": work.summary,
         "removed": "\n".join(work.removed),
     }
-    if _hardly_slips(work, chosen.mu):
+    if bounded:
         attributes["least_mu"] = _most_carried(work)
     dataset = xr.Dataset(variables, coords, attributes)
     return dataset.assign_attrs(warnings="\n".join((*work.notes, *_warnings(work, chosen, dataset))))
@@ -131,8 +133,8 @@ def _share_in_slip(loop: Any, mu: float) -> float:
 
 def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[str]:
     """What to check before the result is used."""
-    found = []
-    if _hardly_slips(work, fit.mu):
+    found, bounded = [], "least_mu" in dataset.attrs
+    if bounded:
         slipping = max(_share_in_slip(loop, fit.mu) for loop in work.loops)
         found.append(
             f"The contact hardly slips: no loop dissipates more than {max(slipping, 0.0):.0%} of what mu N would. "
@@ -142,10 +144,12 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
     if fit.misfit > POOR:
         found.append(f"The {fit.law} law misses the loops by {fit.misfit:.0%} of their rms force.")
     found += _lagging(work, fit)
-    travel = fit.mu * work.normal / fit.kt
+    travel = (float(dataset.attrs["least_mu"]) if bounded else fit.mu) * work.normal / fit.kt
     if travel > TRAVEL and work.rig_stiffness is None:
+        how = "yields elastically by F/kt" if bounded else "would yield elastically by mu N/kt"
+        how += f" = {1e6 * travel:.3g} um{' at the largest friction force' if bounded else ''}"
         found.append(
-            f"kt is likely the rig's: the contact would yield elastically by mu N/kt = {1e6 * travel:.3g} um, contacts of metals "
+            f"kt is likely the rig's: the contact {how}, contacts of metals "
             f"yield by about 1 um or less. Measure the displacement nearer to the contact, or give the rig's stiffness "
             f"(rig_stiffness, measured with the contact locked). mu and the energy in gross slip hardly depend on it."
         )
@@ -157,7 +161,7 @@ def _warnings(work: ContactLawWork, fit: LawFit, dataset: xr.Dataset) -> list[st
             "Smaller amplitudes show it better."
         )
     for name, (low, high), value in (("kt", fit.kt_interval, fit.kt), ("mu", fit.mu_interval, fit.mu)):
-        if name == "mu" and _hardly_slips(work, fit.mu):
+        if name == "mu" and bounded:
             continue
         if high - low > 2.0 * WIDE * value:
             found.append(f"{name} is hardly known: its 95 % interval is {0.5 * (high - low) / value:.0%} wide to either side.")
@@ -253,7 +257,8 @@ def _over_cycles(dataset: xr.Dataset) -> str:
     ends = dataset.isel(cycle=[0, -1])
     first, last = (int(number) for number in ends["cycle_number"].values)
     mu, kt, plateau = (ends[name].values * factor for name, factor in (("cycle_mu", 1.0), ("cycle_kt", 1e-6), ("plateau", 1.0)))
+    friction = "" if "least_mu" in dataset.attrs else f"mu {mu[0]:.4g} to {mu[1]:.4g}, "
     return (
-        f"from cycle {first} to {last} ({counted(dataset.sizes['cycle'], 'fit')}): mu {mu[0]:.4g} to {mu[1]:.4g}, "
+        f"from cycle {first} to {last} ({counted(dataset.sizes['cycle'], 'fit')}): {friction}"
         f"kt {kt[0]:.4g} to {kt[1]:.4g} N/um, plateau over load {plateau[0]:.4g} to {plateau[1]:.4g}"
     )

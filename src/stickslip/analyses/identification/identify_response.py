@@ -20,7 +20,7 @@ from stickslip.analyses.arguments import fineness_of, made, maker
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.enclosure import enclosed, notes_on_bounds, resumed, with_bounds
-from stickslip.analyses.identification.least_friction import least_friction
+from stickslip.analyses.identification.least_friction import friction_bounds
 from stickslip.analyses.identification.mistakes import POOR, amplitudes_alone, notes_on_mistakes
 from stickslip.analyses.identification.outliers import fitted_without
 from stickslip.analyses.identification.response_fit import GAIN, PHASE, FreeParameter, ResponseFit
@@ -30,7 +30,7 @@ from stickslip.checks import Array, InputError, among, between, fault, numbers, 
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.orders import Harmonics, attribute
 from stickslip.measurement.measured_response import MeasuredResponse, flat_top
-from stickslip.measurement.response_scales import assumed_units, mixed_units
+from stickslip.measurement.response_scales import assumed_units, joined, mixed_units
 from stickslip.problem import Problem
 from stickslip.results.result import Result
 from stickslip.runs.cases import all_cases
@@ -217,10 +217,10 @@ class ResponseIdentificationWork:
             if self.start_states == "bounds":
                 x, bounds = enclosed(fit, x, self.evaluations)
                 found |= bounds
+            else:
+                x, found["least"] = friction_bounds(fit, x, self.evaluations)
             outliers = fitted_without(fit, x, self.evaluations)
             found |= {"x_without": outliers.x, "outlier": outliers.errors, "outlier_deviation": outliers.deviation}
-            if self.start_states != "bounds":
-                found["least"] = least_friction(fit, x)
             if max(misfit(fit, x, t) for t in range(len(fit.tests))) > POOR:
                 found |= amplitudes_alone(fit, (self.tries, self.seed, self.evaluations))
         return {"x": x, "cpu_seconds": np.array(time.process_time() - started), **found}
@@ -245,14 +245,14 @@ class ResponseIdentificationWork:
             statistics = fit.statistics(x)
             predicted = [float(one["misfit"]) for one in held_out] or [np.nan] * len(self.tests)
             dataset = dataset_of_fit(fit, x, statistics, np.array(predicted), results[0])
-            about = [note for test in self.tests for note in (*test.notes, *flat_top(test))]
-            notes = (*assumed_units(self.tests), *mixed_units(self.tests), *dict.fromkeys(about), *self.remarks)
+            mistakes = notes_on_mistakes(self.tests, dataset["misfit"].values, results[0]) if "plain_gain" in results[0] else []
+            about = [(test.name, note) for test in self.tests for note in (*test.notes, *([] if mistakes else flat_top(test)))]
+            scales = () if mistakes else mixed_units(self.tests)
+            notes = (*mistakes, *assumed_units(self.tests), *scales, *joined(about), *self.remarks)
             if self.start_states == "bounds":
                 dataset, statistics = with_bounds(dataset, fit, results[0]), statistics.without_curvature
                 notes += tuple(notes_on_bounds(dataset, fit))
-            notes += tuple(notes_of_fit(fit, x, statistics, dataset))
-            if "plain_gain" in results[0]:
-                notes += tuple(notes_on_mistakes(self.tests, dataset["misfit"].values, results[0]))
+            notes += tuple(notes_of_fit(fit, x, statistics, dataset, known_mistake=bool(mistakes)))
         seconds = sum(float(one["cpu_seconds"]) for one in (*results, *held_out))
         dataset.attrs |= {"harmonics": attribute(self.harmonics), "samples": self.samples, "notes": "\n".join(notes)}
         dataset.attrs |= {"start_states": self.start_states, "cpu_seconds": seconds, "factors": json.dumps(self.factors)}
@@ -293,7 +293,7 @@ class HeldOutWork:
             alone = ResponseFit([fit.tests[case]], fit.free, fit.start_deviation)
             own = [k for k, v in enumerate(fit.variables) if v.test == case]
             start = np.concatenate([fitted[: len(shared)], x[own]])
-            found = misfit(alone, alone.solved_own(start, len(shared), evaluations), 0)
+            found = misfit(alone, alone.solved_others(start, range(len(shared)), evaluations), 0)
         return {"misfit": np.array(found), "cpu_seconds": np.array(time.process_time() - started)}
 
 

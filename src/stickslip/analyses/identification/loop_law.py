@@ -43,6 +43,8 @@ EXACT = 3e-3
 DRAWS, SEED = 12, 0
 """Draws of the noise of the displacement for standard errors, which they give to a fifth, and their seed."""
 
+TURNED = "Is a sign reversed, or are the columns of displacement and force swapped?"
+
 SEGMENTS = 8
 """Parts of a loop whose residuals count as independent: within a part a law that does not quite fit errs the same way."""
 
@@ -97,9 +99,9 @@ class ContactLoop:
             raise fault(f"Displacement of {self.name}", "must vary by 10 nm to 10 mm", float(np.ptp(u)), "Is its unit right?")
         area = float(np.sum(f * (np.roll(u, -1) - np.roll(u, 1)))) / 2.0
         if area < 0.0 and -area > 0.02 * np.ptp(u) * np.ptp(f):
-            raise fault(f"The area of {self.name}", "must be positive", float(f"{area:.3g}"), "Is a sign reversed?")
+            raise fault(f"The area of {self.name}", "must be positive", float(f"{area:.3g}"), TURNED)
         if np.corrcoef(u, f)[0, 1] < -0.02:
-            raise fault(f"Force of {self.name}", "must rise with displacement", "falling", "Is a sign reversed?")
+            raise fault(f"Force of {self.name}", "must rise with displacement", "falling", TURNED)
         normal = np.broadcast_to(np.asarray(self.normal, float), u.shape)
         if np.mean(normal) <= 0.0:
             raise fault(f"Normal load of {self.name}", "must be positive in the mean", float(np.mean(normal)))

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.analyses.identification.computed_response import FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
-from stickslip.analyses.identification.response_fit import ResponseFit
+from stickslip.analyses.identification.response_fit import GAIN, ResponseFit
 from stickslip.analyses.identification.response_result import misfit
 from stickslip.checks import Array, first_of
 from stickslip.measurement.measured_response import MeasuredResponse
@@ -31,6 +31,12 @@ ALIKE, BETTER = 0.25, 3.0
 """Distance of measured phases from computed ones [rad, root mean square] up to which they are the same, and how many times
 farther they must be without the mistake."""
 
+STARTS = 3
+"""Starts from which the amplitudes are fitted, at most."""
+
+FROM_ONE = 1.25
+"""Factor from which on a gain, or its inverse, that is no known mistake is named: a wrong law may be made up for by less."""
+
 LISTED = 4
 """Tests that a sentence names."""
 
@@ -44,6 +50,8 @@ GAINS = (
 )
 LARGE = "as where a force in kN is given as in N, or a response in mm as in m. State the unit, such as --unit force=kN"
 SMALL = "as where a force in N is given as in kN, or in mN as in N. State the unit, such as --unit force=N"
+
+CALIBRATION = "check the calibration, or free the gain (--free-gain)"
 
 SWAPPED = (
     "the columns of force and response seem to be swapped: so exchanged, the model fits. Say which they are, --column force=..., "
@@ -91,7 +99,7 @@ def amplitudes_alone(fit: ResponseFit, search: tuple[int, int, int]) -> dict[str
 
 def _fitted(plain: ResponseFit, search: tuple[int, int, int]) -> tuple[Array, Array, Array]:
     """Gains and misfits of the tests of a fit, and the phases of all points in turn."""
-    x = plain.best(*search, most=1)
+    x = plain.best(*search, STARTS, lambda start: _with_gains(plain, start))
     plain.residuals(x)
     count = range(len(plain.tests))
     gains = np.array([abs(plain.chain(x, t)) for t in count])
@@ -100,6 +108,17 @@ def _fitted(plain: ResponseFit, search: tuple[int, int, int]) -> tuple[Array, Ar
         np.array([misfit(plain, x, t) for t in count]),
         np.concatenate([np.angle(plain.found(t).per_force) for t in count]),
     )
+
+
+def _with_gains(plain: ResponseFit, start: Array) -> Array:
+    """A start with the gains that make the computed peaks as large as the measured ones."""
+    plain.residuals(start)
+    found = start.copy()
+    for t, model in enumerate(plain.tests):
+        largest = float(np.max(np.abs(plain.found(t).per_force)))
+        if largest > 0.0:
+            found[plain.places[t][GAIN]] = np.log(np.max(np.abs(model.test.per_force)) / largest)
+    return found
 
 
 def _amplitudes(one: FittedTest | EnclosedTest, swap: bool = False) -> FittedTest:
@@ -123,6 +142,9 @@ def notes_on_mistakes(tests: Sequence[MeasuredResponse], misfits: Array, solutio
         words, sure = _named_gain(gain)
         if words and (sure or left < min(POOR, 0.5 * misfits[t])):
             said.setdefault(words, []).append((test.name, gain))
+        unknown = not words and not test.free_gain and max(gain, 1.0 / gain) > FROM_ONE
+        if unknown and left < min(POOR, 0.5 * misfits[t]):
+            said.setdefault(CALIBRATION, []).append((test.name, gain))
         if left < POOR and (words := _named_phase(test, phases[t])):
             said.setdefault(f"Phases {words}", []).append((test.name, gain))
     return [_sentence(words, found) for words, found in said.items()]
@@ -136,6 +158,8 @@ def _sentence(words: str, found: Sequence[tuple[str, float]]) -> str:
     if words.startswith("Phases "):
         return f"{names}: the measured phases {words.removeprefix('Phases ')}."
     size = " to ".join(dict.fromkeys(f"{gain:.3g}" for gain in (min(gains), max(gains))))
+    if words == CALIBRATION:
+        return f"{names}: the amplitudes fit with a gain of {size}: {CALIBRATION}."
     return f"{names}: the measured responses per force are {size} times those of the model that fits else, {words}."
 
 

@@ -28,6 +28,10 @@ KNOWN, FLAT = 1e-8, 1e-6
 MOST = 0.1
 """Share of the points that may be outliers, one in any case: of more the model is at fault."""
 
+GOOD, SURE = 0.1, 2.0
+"""Relative error of a test without its outliers, root mean square, from which the model is at fault; where residuals go together
+along the curves, so many stated errors."""
+
 ROUNDS = 5
 """Fits without outliers, at most: each may show others."""
 
@@ -60,8 +64,19 @@ def fitted_without(fit: ResponseFit, x: Array, evaluations: int) -> Outliers:
         x = fit.without(marks).solved(x, evaluations)
         errors = _errors(fit, x, marks)
     found = np.concatenate(marks) & (np.concatenate(errors) > OUTLIER)
+    found &= not np.any(found) or _good(fit, x, marks)
     x = x if np.any(found) else whole
     return Outliers(np.where(found, np.concatenate(errors), 0.0), np.where(found, _deviation(fit, x), 0.0), x)
+
+
+def _good(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> bool:
+    """Whether the fit explains the points that are not marked; what a bound or a wrong law misses is no outlier."""
+    parts = zip(fit.parted(fit.residuals(x)), marks, strict=True)
+    sizes = np.array([float(np.sqrt(np.mean(residuals[:, ~mark] ** 2))) if np.any(~mark) else 0.0 for residuals, mark in parts])
+    errors = sizes * np.array([model.test.error for model in fit.tests])
+    if float(errors.max()) > GOOD:
+        return False
+    return float(np.median(sizes)) < SURE or fit.without(marks).statistics(x).one_in == 1.0
 
 
 def _errors(fit: ResponseFit, x: Array, marks: Sequence[Marks]) -> list[Array]:

@@ -43,12 +43,12 @@ def profile_intervals(fit: ResponseFit, x: Array) -> ProfileIntervals:
     outside = int(np.count_nonzero(fit.residuals(x)))
     limit = cost + LIMIT * max(1.0, cost / max(outside - x.size, 1))
     shared = [k for k, v in enumerate(fit.variables) if v.test < 0]
-    found = {(side, k): _end(fit, x, k, side, limit) for k in shared for side in (-1.0, 1.0)}
+    found = {(side, k): profile_end(fit, x, k, side, limit) for k in shared for side in (-1.0, 1.0)}
     ends = np.array([[found[side, k][0] for k in shared] for side in (-1.0, 1.0)])
     return ProfileIntervals(ends, np.mean([there for _, there in found.values()], axis=0))
 
 
-def _end(fit: ResponseFit, x: Array, k: int, side: float, limit: float) -> tuple[float, Array]:
+def profile_end(fit: ResponseFit, x: Array, k: int, side: float, limit: float) -> tuple[float, Array]:
     """Where the profile of variable k crosses the limit, or its bound, and the last variables found inside."""
     bound = float(fit.bounds[0 if side < 0.0 else 1][k])
     inside, root, step = x, np.sqrt(fit.cost(x)), FIRST

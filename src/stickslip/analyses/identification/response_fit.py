@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 from stickslip.analyses.identification.computed_response import ComputedResponse, FittedTest
 from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.model_error import FEWEST_TESTS, error_between_tests, independent_one_in
-from stickslip.checks import Array, fault, finite, positive, truth
+from stickslip.checks import Array, Index, fault, finite, positive, truth
 
 TINY = 1e-10
 """Share of the largest curvature below which the data say nothing of a direction."""
@@ -216,21 +216,24 @@ class ResponseFit:
         """The computed response of a test as its measuring chain shows it, where residuals were last evaluated."""
         return self.chain(x, t) * self.found(t).per_force
 
-    def solved_own(self, x: Array, shared: int, evaluations: int) -> Array:
-        """The variables of the least squares in which the first ones, those of all tests, stay."""
-        if x.size == shared:
+    def solved_others(self, x: Array, held: Sequence[int], evaluations: int) -> Array:
+        """The variables of the least squares in which those of these numbers stay."""
+        others: Index = np.delete(np.arange(x.size), held)
+        if not others.size:
             return x
-        low, high = (ends[shared:] for ends in self.bounds)
-        inside = np.clip(x[shared:], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+        low, high = (ends[others] for ends in self.bounds)
+        inside = np.clip(x[others], low + 1e-9 * (high - low), high - 1e-9 * (high - low))
 
         def whole(own: Array) -> Array:
-            return np.concatenate([x[:shared], own])
+            found = x.copy()
+            found[others] = own
+            return found
 
         def residuals(own: Array) -> Array:
             return self.residuals(whole(own))
 
         def jacobian(own: Array) -> Array:
-            return self.jacobian(whole(own))[:, shared:]
+            return self.jacobian(whole(own))[:, others]
 
         settings: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": evaluations}
         return whole(least_squares(residuals, inside, jacobian, **settings).x)
@@ -242,10 +245,18 @@ class ResponseFit:
         settings: dict[str, Any] = {"bounds": (low, high), "method": "trf", "x_scale": "jac", "max_nfev": evaluations}
         return np.asarray(least_squares(self.residuals, inside, self.jacobian, ftol=1e-10, xtol=1e-9, gtol=1e-10, **settings).x)
 
-    def best(self, tries: int, seed: int, evaluations: int, most: int = MOST_STARTS) -> Array:
+    def best(
+        self,
+        tries: int,
+        seed: int,
+        evaluations: int,
+        most: int = MOST_STARTS,
+        begun: Callable[[Array], Array] = lambda start: start,
+    ) -> Array:
         """The least squares from the start of the lowest cost: the given one, or one of `tries` more between the bounds.
 
         Where it explains the tests worse than `EXPLAINED`, further starts are taken in the order of their cost, `most` in all.
+        begun: what each start becomes first.
         """
         from scipy.stats import qmc  # takes half a second, which only those who draw shall wait for
 
@@ -255,7 +266,7 @@ class ResponseFit:
         for share in qmc.Sobol(len(shared), seed=seed).random(tries) if tries else []:
             starts.append(self.start)
             starts[-1][shared] = low[shared] + share * (high[shared] - low[shared])
-        starts.sort(key=self.cost)
+        starts = sorted(map(begun, starts), key=self.cost)
         found: list[tuple[float, Array]] = []
         for x in starts[:most]:
             self.forget()

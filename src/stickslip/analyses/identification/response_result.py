@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 UNCERTAIN = 0.5
-"""Half width of an interval, relative to the value, from which on a parameter counts as not found."""
+"""Half width of an interval, relative to the value, from which on a parameter counts as not found; of one that is searched
+linearly the width, relative to that of its bounds."""
 
 CORRELATED = 0.95
 """Correlation from which on two parameters are named as one."""
@@ -151,8 +152,13 @@ def _own_values(fit: ResponseFit, x: Array) -> tuple[list[str], Array]:
     return names, table
 
 
-def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset) -> list[str]:
-    """What the tests cannot say, in sentences."""
+def notes_of_fit(
+    fit: ResponseFit, x: Array, statistics: FitStatistics, dataset: xr.Dataset, known_mistake: bool = False
+) -> list[str]:
+    """What the tests cannot say, in sentences; known_mistake: one in the tests is named, and all else may be its consequence."""
+    if known_mistake:
+        repeated = _repeated([model.test for model in fit.tests])
+        return ["Values and intervals mean nothing before the mistake above is mended.", *repeated]
     names = [str(name) for name in dataset["parameter"].values]
     found = []
     contacts = [contact for t, model in enumerate(fit.tests) for contact in model.problem(fit.values(x, t)).contacts]
@@ -166,7 +172,9 @@ def notes_of_fit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset:
         value, low, high = (float(dataset[key].values[k]) for key in ("value", "low", "high"))
         if np.isfinite(dataset["least"].values[k]):
             continue
-        if statistics.blind[k] or not np.isfinite(high) or high - low > 2.0 * UNCERTAIN * max(abs(value), 1e-300):
+        free = fit.free[name]  # a value near zero between bounds on both sides of it may be well known
+        known_within = 2.0 * UNCERTAIN * abs(value) if free.logarithmic else UNCERTAIN * (free.high - free.low)
+        if statistics.blind[k] or not np.isfinite(high) or high - low > known_within:
             found.append(f"{name} is not found: its 95 % interval is {low:.3g} to {high:.3g}.")
     found += _at_bounds(fit, x)
     for i in range(len(names)):
@@ -238,7 +246,8 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
     apart, stated = float(np.median(dataset["misfit"].values)), float(np.median([model.test.error for model in fit.tests]))
     large, series = apart > UNEXPLAINED * stated, fit.series(x)
     sizes = f"misfit {100.0 * apart:.2g} % in the median, stated errors {100.0 * stated:.2g} %"
-    words = f"The model does not explain the tests: {sizes}. Check quantity, units, the number of harmonics{_about_phase(fit)}"
+    suspects = f"quantity, units, contact law, the number of harmonics{_about_phase(fit)}"
+    words = f"The model does not explain the tests: {sizes}. Check {suspects}"
     if "lower" in dataset or min(one.size for one in series) < FEWEST_POINTS:
         return [f"{words}; the intervals mean little."] if large else []
     if statistics.one_in == 1.0:

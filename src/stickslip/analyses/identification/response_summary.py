@@ -40,20 +40,20 @@ def _parameter(dataset: xr.Dataset, k: int) -> str:
     value, low, high, least = (float(dataset[key].values[k]) for key in ("value", "low", "high", "least"))
     own, unit = json.loads(dataset.attrs.get("factors", "{}")).get(name, (None, ""))
     if np.isfinite(least):
-        known = f"{least:.5g}" if own is None else f"{_times(own, least, unit)} (× {least:.5g})" if own else f"× {least:.5g}"
+        known = f"{least:.5g}" if own is None else f"{times(own, least, unit)} (× {least:.5g})" if own else f"× {least:.5g}"
         return f"{name} ≥ {known}: no contact slips or opens, with less one would"
     if own is None:
         return f"{name} = {value:.5g}, 95 % interval {low:.5g} to {high:.5g}"
     if not own:
         return f"{name} × {value:.5g}, 95 % interval × {low:.5g} to {high:.5g}"
     if own[0] < own[1]:
-        whole = f"{_times(own, value, unit)} over the contacts"
+        whole = f"{times(own, value, unit)} over the contacts"
         return f"{name} × {value:.5g} = {whole}, 95 % interval × {low:.5g} to {high:.5g}"
-    ends = f"{low * own[0]:.5g} to {_times(own, high, unit)}"
-    return f"{name} × {value:.5g} = {_times(own, value, unit)}, 95 % interval {ends} (× {low:.5g} to {high:.5g})"
+    ends = f"{low * own[0]:.5g} to {times(own, high, unit)}"
+    return f"{name} × {value:.5g} = {times(own, value, unit)}, 95 % interval {ends} (× {low:.5g} to {high:.5g})"
 
 
-def _times(own: list[float], factor: float, unit: str) -> str:
+def times(own: list[float], factor: float, unit: str) -> str:
     """The value of the problem, or its least and largest one, times a factor."""
     values = " to ".join(dict.fromkeys(f"{factor * value:.5g}" for value in own))
     return f"{values} {unit}".rstrip()
