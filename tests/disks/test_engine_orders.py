@@ -76,3 +76,14 @@ def test_wrong_engine_orders_are_refused(disk, amplitudes, words):
 def test_a_force_with_harmonics_of_its_own_is_refused(disk):
     with pytest.raises(InputError, match="must have the first harmonic alone"):
         disk.with_engine_orders({2: 1.0}).with_engine_orders({2: 1.0, 3: 1.0}).with_engine_orders({1: 1.0})
+
+
+def test_the_loss_factor_is_per_cycle_of_the_engine_order_that_is_worked_on_most(disk):
+    weak = {2: 1e-4, 3: 1.0, 4: 1e-4}
+    both, alone = disk.with_engine_orders(weak), disk.with_engine_order(3)
+    for force, tolerance in ((1e-3, 1e-6), (0.4, 1e-3)):
+        speed = float(alone.modes(3).frequencies[0]) / 3
+        many = ss.forced_response(both, [speed], force=force, harmonics=9, samples=432, measure="max_abs").dataset
+        one = ss.forced_response(alone, [3 * speed], force=force, harmonics=3, samples=144).dataset
+        assert float(many.loss_factor[0, 0]) == pytest.approx(float(one.loss_factor[0, 0]), rel=tolerance)
+        assert float(many.dissipated.sum()) == pytest.approx(3 * float(one.dissipated.sum()), rel=1e-3, abs=1e-15)
