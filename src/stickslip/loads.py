@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numbers
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -69,6 +69,11 @@ class Force:
     def factors(self) -> dict[int, complex]:
         """{harmonic: what ω^power is multiplied by}: N (s/rad)^power of a force, m/s² (s/rad)^power of a base's acceleration."""
         return self.amplitudes
+
+
+def excited_harmonics(forces: Iterable[Force]) -> set[int]:
+    """The harmonics that loads act in."""
+    return {harmonic for force in forces for harmonic, amplitude in force.amplitudes.items() if amplitude}
 
 
 def _complex(what: str, value: Any) -> complex:

@@ -162,12 +162,13 @@ class ForcedResponse(
         animation: Any = import_module("stickslip.plots.animation").Animation
         return animation(response_motion(self.dataset, self.problem, case, at))
 
-    def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int = 1) -> Any:
+    def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int | None = None) -> Any:
         """The deformed shape of meshed bodies at a point, its highest peak unless given: their surface coloured by amplitude.
 
-        u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, magnified by a factor that the picture says;
-        of a tuned disk the wave round the wheel. Dampers are not drawn. The problem must have a mesh: the single blade, the
-        sector of a disk, models read with the elements of their deck (CalculiX, Abaqus, Nastran, Ansys).
+        u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, that in which the first output moves most
+        unless given, magnified by a factor that the picture says; of a tuned disk the wave round the wheel. Dampers are not
+        drawn. The problem must have a mesh: the single blade, the sector of a disk, models read with the elements of their deck
+        (CalculiX, Abaqus, Nastran, Ansys).
 
         Returns a `DeformedShape`: a notebook shows it with play, pause, speed, slider and steps, and it can be turned;
         `.motion.displacement` (p, 3) [m] at `.motion.points`, `.to_html()`, `.to_plotly()`, `.plot(frame)`. Raises `InputError`
