@@ -5,6 +5,10 @@ import pytest
 
 import stickslip as ss
 from stickslip.checks import InputError
+from stickslip.plots.chart import Line
+from stickslip.plots.response_curves import response_curves
+from stickslip.report.conclusions import headline
+from stickslip.results.view import has_linear_curves
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +91,20 @@ def test_the_loss_factor_is_per_cycle_of_the_engine_order_that_is_worked_on_most
         one = ss.forced_response(alone, [3 * speed], force=force, harmonics=3, samples=144).dataset
         assert float(many.loss_factor[0, 0]) == pytest.approx(float(one.loss_factor[0, 0]), rel=tolerance)
         assert float(many.dissipated.sum()) == pytest.approx(3 * float(one.dissipated.sum()), rel=1e-3, abs=1e-15)
+
+
+def test_no_linear_curves_where_they_would_be_of_another_harmonic(disk, speeds):
+    """Those of the first harmonic are no reference for the largest value of several."""
+    band, how = ss.Band(0.99 * speeds[0], 1.01 * speeds[0]), {"force": [0.1, 0.4], "harmonics": 3, "samples": 96}
+    both = disk.with_engine_orders({2: 1.0, 3: 0.5})
+    response = ss.forced_response(both, band, measure="max_abs", **how)
+    assert not has_linear_curves(response.dataset)
+    lines = [layer.label for layer in response_curves(response.dataset).panels[0].layers if isinstance(layer, Line)]
+    assert "contacts stuck" not in lines
+    assert "without contacts" not in headline(response.dataset)
+    alone = ss.forced_response(disk, ss.Band(2 * band.start, 2 * band.stop), measure="max_abs", **how)
+    assert has_linear_curves(alone.dataset)
+    lines = [layer.label for layer in response_curves(alone.dataset).panels[0].layers if isinstance(layer, Line)]
+    assert "contacts stuck" in lines
+    with pytest.raises(InputError, match="max_abs"):
+        ss.forced_response(both, band, **how)

@@ -43,6 +43,7 @@ from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
+from stickslip.loads import excited_harmonics
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
@@ -433,6 +434,11 @@ class ForcedResponseWork(OneBalance):
         fourier(highest(H), Nt)
         over_periods(problem, whole("periods", periods))
         highest(in_fractions(H, periods))
+        if not exactly and measure.kind == "amplitude" and 1 not in (excited := excited_harmonics(problem.forces)):
+            raise InputError(
+                "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and the "
+                f'load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
+            )
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure, int(periods))
 
     @cached_property

@@ -28,6 +28,7 @@ from stickslip.results.view import (
     contact_rows,
     converged_points,
     energy_text,
+    has_linear_curves,
     highest_peak,
     largest_loops,
     length_unit,
@@ -79,8 +80,10 @@ def curves(datasets: Datasets, charts: Charts) -> str:
             Choice("Amplitude", ("absolute", "per force")),
         ]
         html += charts.place("chart-curves", partial(_responses, dataset), choices, label, _loops_of_points(dataset))
+    known = any(has_linear_curves(dataset) for dataset in datasets.values())
+    linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
     note = (
-        '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks of what is '
+        f'<p class="note">{linear}Dots mark the highest peaks of what is '
         "shown, crosses at the foot points without convergence. Click a point for its loops.</p>"
     )
     return section("curves", "Response curves", html, note)
