@@ -436,8 +436,8 @@ class ForcedResponseWork(OneBalance):
         highest(in_fractions(H, periods))
         if not exactly and measure.kind == "amplitude" and 1 not in (excited := excited_harmonics(problem.forces)):
             raise InputError(
-                "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and the "
-                f'load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
+                "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and "
+                f'the load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
             )
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure, int(periods))
 

@@ -30,9 +30,8 @@ class Energy:
     """Energy of one solved point. dissipated (rows,): contact work of each row, J.
 
     Contact work is that of λ̂ = F − K_c w, since springs do no net work: a stuck contact dissipates exactly nothing.
-    loss_factor = (W_contact + W_viscous)/(2π h U) with the work per period, h the excited harmonic that the load does most work on
-    (1 unless a load has several: the period then holds h cycles of the vibration), U the largest ½ q̃ᵀ(K + BᵀK_cB) q̃ over the
-    period, q̃ = q minus its mean.
+    loss_factor = (W_contact + W_viscous)/(2π h U) with the work per period, h the excited harmonic that the load does most work
+    on (the period holds h cycles of that vibration), U the largest ½ q̃ᵀ(K + BᵀK_cB) q̃ over the period, q̃ = q minus its mean.
     energy_residual = |input − viscous − contact|/|input|: consistency of the solution.
     slip_work_error = |Σ μN|Δs| − contact|/|input|: the physics, of second order in the samples. Both are relative to the input:
     where a slip lasts only a few samples, its own work is too small to be a scale.

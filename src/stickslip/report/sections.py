@@ -202,8 +202,9 @@ def energies(datasets: Datasets, charts: Charts) -> str:
     heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
     heads = [*_result_head(datasets), *heads]
     caption = (
-        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points: the energy balance "
-        f"of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below {SLIP_WORK_LIMIT:g})."
+        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points: "
+        f"the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
+        f"{SLIP_WORK_LIMIT:g})."
     )
     html = ""
     for label, dataset in datasets.items():
