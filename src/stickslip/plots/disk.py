@@ -49,7 +49,7 @@ def placed_sectors(dataset: xr.Dataset) -> tuple[Array, Array]:
 
 
 def disk_mode(dataset: xr.Dataset) -> Figure:
-    """The disk in its first stuck mode at the first excited nodal diameter, at one instant, coloured by the size of the motion."""
+    """The disk in its first stuck mode at the first excited nodal diameter, at one instant, coloured by the motion."""
     from matplotlib import colormaps
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
