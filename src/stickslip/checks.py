@@ -47,7 +47,9 @@ class Faults(InputError):
 
 def fault(what: str, rule: str, value: Any, remedy: str = "") -> InputError:
     """The error for `what`, which `rule` ("must be positive") but is `value`."""
-    return InputError(f"{what} {rule}, but is {value!r}." + (f" {remedy}" if remedy else ""))
+    huge = isinstance(value, int) and abs(value) > LARGEST  # Python does not even write one of many thousand digits
+    shown = "a huge integer" if huge else repr(value)
+    return InputError(f"{what} {rule}, but is {shown}." + (f" {remedy}" if remedy else ""))
 
 
 def finite(what: str, value: float) -> float:
@@ -59,7 +61,7 @@ def finite(what: str, value: float) -> float:
     except (TypeError, ValueError):
         raise fault(what, "must be a number", value) from None
     except OverflowError:
-        raise fault(what, f"must not be larger than {LARGEST:g} in size", "more", "Check its unit.") from None
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", value, "Check its unit.") from None
     if not np.isfinite(number):
         raise fault(what, "must be finite", number)
     if abs(number) > LARGEST:
@@ -74,7 +76,7 @@ def finite_complex(what: str, value: Any, rule: str = "must be a number") -> com
     try:
         number = complex(value)
     except OverflowError:
-        raise fault(what, f"must not be larger than {LARGEST:g} in size", "more", "Check its unit.") from None
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", value, "Check its unit.") from None
     for part in (number.real, number.imag):
         finite(what, part)
     return number
@@ -109,7 +111,7 @@ def numbers(what: str, value: ArrayLike) -> Array:
     except (TypeError, ValueError):
         raise fault(what, "must hold numbers", value) from None
     except OverflowError:
-        raise fault(what, f"must not be larger than {LARGEST:g} in size", "more", "Check its unit.") from None
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", "a huge integer", "Check its unit.") from None
     raise fault(what, "must be real", f"complex, as {complex(array.flat[np.argmax(array.imag != 0.0)])}")
 
 

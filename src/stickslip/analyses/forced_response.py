@@ -42,7 +42,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
+from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
 from stickslip.loads import excited_harmonics
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
@@ -423,7 +423,7 @@ class ForcedResponseWork(OneBalance):
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
         (frequencies, exactly), levels = band_or_list(band), force_levels(force)
-        Nt = _with_whole_delays(whole("samples", samples), problem)
+        Nt = _with_whole_delays(between("samples", samples, 1, MOST_SAMPLES), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
         sentence = ""

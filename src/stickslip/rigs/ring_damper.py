@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.checks import between, fault, finite, not_negative, positive, whole
+from stickslip.checks import between, fault, finite, not_negative, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.disks.tuned import TunedDisk
@@ -67,9 +67,9 @@ def ring_damper(
 
     The mean hoop force of a split ring is zero; what else its gap does nearby is left out. A pin holds its mean slip.
     """
-    n, points = whole("nodal_diameter", nodal_diameter), between("points", points, 1, MOST_SECTORS)
-    if n < 1 or points < 4 * n:
-        raise fault("points", f"must be at least four to a wave, {4 * max(n, 1)}, and nodal_diameter at least 1", [n, points])
+    n, points = between("nodal_diameter", nodal_diameter, 1), between("points", points, 1, MOST_SECTORS)
+    if points < 4 * n:
+        raise fault("points", f"must be at least four to a wave, {4 * n}", points)
     h, b = positive("rim_height", rim_height), positive("rim_width", rim_width)
     area = positive("ring_height", ring_height) * positive("ring_width", ring_width)
     e = 0.5 * (rim_height + ring_height) if offset is None else finite("offset", offset)
