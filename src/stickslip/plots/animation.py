@@ -314,7 +314,8 @@ class Animation(MovingPicture):
         if not SLOWEST <= finite("fps", fps) <= FASTEST:
             raise fault("fps", f"must lie between {SLOWEST:g} and {FASTEST:g} frames per second", fps)
         film = place.suffix.lower() == ".mp4"
-        writer: Any = FFMpegWriter(fps=fps) if film else PillowWriter(fps=fps)
+        rate: Any = fps  # a writer takes fractions too
+        writer: Any = FFMpegWriter(fps=rate) if film else PillowWriter(fps=rate)
         with house_style(), rc_context():
             if film:
                 rcParams["animation.ffmpeg_path"] = _ffmpeg()
