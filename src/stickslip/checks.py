@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
+from numbers import Complex
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -46,7 +47,9 @@ class Faults(InputError):
 
 def fault(what: str, rule: str, value: Any, remedy: str = "") -> InputError:
     """The error for `what`, which `rule` ("must be positive") but is `value`."""
-    return InputError(f"{what} {rule}, but is {value!r}." + (f" {remedy}" if remedy else ""))
+    huge = isinstance(value, int) and abs(value) > LARGEST  # Python does not even write one of many thousand digits
+    shown = "a huge integer" if huge else repr(value)
+    return InputError(f"{what} {rule}, but is {shown}." + (f" {remedy}" if remedy else ""))
 
 
 def finite(what: str, value: float) -> float:
@@ -57,10 +60,25 @@ def finite(what: str, value: float) -> float:
         number = float(value)
     except (TypeError, ValueError):
         raise fault(what, "must be a number", value) from None
+    except OverflowError:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", value, "Check its unit.") from None
     if not np.isfinite(number):
         raise fault(what, "must be finite", number)
     if abs(number) > LARGEST:
         raise fault(what, f"must not be larger than {LARGEST:g} in size", number, "Check its unit.")
+    return number
+
+
+def finite_complex(what: str, value: Any, rule: str = "must be a number") -> complex:
+    """`value` as a complex number; refused when it is NaN or infinite, a text or a truth value."""
+    if isinstance(value, bool) or not isinstance(value, Complex):
+        raise fault(what, rule, value)
+    try:
+        number = complex(value)
+    except OverflowError:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", value, "Check its unit.") from None
+    for part in (number.real, number.imag):
+        finite(what, part)
     return number
 
 
@@ -92,6 +110,8 @@ def numbers(what: str, value: ArrayLike) -> Array:
             return np.asarray(array.real, dtype=float)
     except (TypeError, ValueError):
         raise fault(what, "must hold numbers", value) from None
+    except OverflowError:
+        raise fault(what, f"must not be larger than {LARGEST:g} in size", "a huge integer", "Check its unit.") from None
     raise fault(what, "must be real", f"complex, as {complex(array.flat[np.argmax(array.imag != 0.0)])}")
 
 

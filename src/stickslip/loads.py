@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numbers
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from stickslip.checks import fault, finite, nearest, positive, storable, whole
+from stickslip.checks import fault, finite, finite_complex, nearest, positive, storable, whole
 
 Amplitudes = complex | Mapping[int, complex]
 HIGHEST_POWER = 4
@@ -71,11 +70,13 @@ class Force:
         return self.amplitudes
 
 
+def excited_harmonics(forces: Iterable[Force]) -> set[int]:
+    """The harmonics that loads act in."""
+    return {harmonic for force in forces for harmonic, amplitude in force.amplitudes.items() if amplitude}
+
+
 def _complex(what: str, value: Any) -> complex:
-    """`value` as a complex number; a text is none."""
-    if isinstance(value, numbers.Complex):
-        return complex(value)
-    raise fault(what, "must be a number, or {harmonic: number}", value)
+    return finite_complex(what, value, "must be a number, or {harmonic: number}")
 
 
 @dataclass(frozen=True)

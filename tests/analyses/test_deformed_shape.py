@@ -206,3 +206,20 @@ def test_problems_without_a_mesh_and_harmonics_that_are_not_there_are_refused(de
     third = meshed.deformed_shape(0, 0, harmonic=3)
     assert "harmonic 3" in third.title
     assert third.motion.amplitude.max() < meshed.deformed_shape(0, 0).motion.amplitude.max()
+
+
+def test_under_several_engine_orders_the_shape_is_that_of_the_harmonic_that_moves_most():
+    disk = octopus_blisk(sector=COARSE, engine_order=2, modes=8)
+    both = disk.with_engine_orders({2: 1.0, 3: 0.5})
+    speeds = [float(disk.modes(order).frequencies[0]) / order for order in (2, 3)]
+    response = ss.forced_response(both, speeds, 1e-3, harmonics=3, samples=96, measure="max_abs")
+    for point, order in enumerate((2, 3)):
+        motion = response.deformed_shape(0, point).motion
+        assert motion.title.endswith(f"harmonic {order}")
+        assert f"nodal diameter {order}" in motion.note
+        assert np.array_equal(motion.displacement, response.deformed_shape(0, point, harmonic=order).motion.displacement)
+    assert response.deformed_shape(0, 0, harmonic=1).motion.title.endswith("harmonic 1")
+    for level, order in ((1e-3, 2), (1e-2, 3)):
+        other = ss.forced_response(both, [speeds[order - 2]], level, harmonics=3, samples=96, measure="max_abs")
+        (kept,) = kept_shapes(with_shapes(other.dataset, both)).values()
+        assert f"nodal diameter {order}" in kept.note

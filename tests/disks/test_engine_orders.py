@@ -5,6 +5,11 @@ import pytest
 
 import stickslip as ss
 from stickslip.checks import InputError
+from stickslip.plots.chart import Line, Rule
+from stickslip.plots.disk import campbell, nodal_diameter_diagram
+from stickslip.plots.response_curves import response_curves
+from stickslip.report.conclusions import headline
+from stickslip.results.view import has_linear_curves
 
 
 @pytest.fixture(scope="module")
@@ -66,13 +71,93 @@ def test_wakes_of_blade_rows_are_engine_orders(disk):
 
 @pytest.mark.parametrize(
     ("amplitudes", "words"),
-    [({}, "must hold at least one"), ({0: 1.0}, "each from 1 on"), ({2.5: 1.0}, "engine order must be a whole number")],
+    [
+        ({}, "must hold at least one"),
+        ({2: 0.0, 3: 0j}, "must hold at least one with a factor other than zero"),
+        ({0: 1.0}, "engine order must be at least 1"),
+        ({2.5: 1.0}, "engine order must be a whole number"),
+        ({True: 1.0}, "engine order must be a whole number"),
+        ({"a": 1.0}, "engine order must be a whole number"),
+        ({10**6: 1.0}, "engine order must be at most"),
+        ({2: float("nan")}, "The factor of engine order 2 must be finite"),
+        ({2: "a"}, "The factor of engine order 2 must be a number"),
+        ({2: None}, "The factor of engine order 2 must be a number"),
+        ({2: 10**400}, "The factor of engine order 2 must not be larger"),
+        ([2, 3], "engine orders must be a dict"),
+    ],
 )
 def test_wrong_engine_orders_are_refused(disk, amplitudes, words):
     with pytest.raises(InputError, match=words):
         disk.with_engine_orders(amplitudes)
 
 
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ({}, "must hold at least one"),
+        ({12: []}, "must hold at least one"),
+        ({12: 1.0}, "The pressures of 12 blades must be a tuple or list"),
+        ({12: "ab"}, "The pressures of 12 blades must be a tuple or list"),
+        ({12: [1.0, float("inf")]}, "Pressure 2 of 12 blades must be finite"),
+        ({-3: [1.0]}, "number of blades must be at least 1"),
+        ([12], "blade rows must be a dict"),
+    ],
+)
+def test_wrong_blade_rows_are_refused(disk, rows, words):
+    with pytest.raises(InputError, match=words):
+        disk.with_blade_rows(rows)
+
+
 def test_a_force_with_harmonics_of_its_own_is_refused(disk):
     with pytest.raises(InputError, match="must have the first harmonic alone"):
-        disk.with_engine_orders({2: 1.0}).with_engine_orders({2: 1.0, 3: 1.0}).with_engine_orders({1: 1.0})
+        disk.with_forces([ss.Force("tip.t", {1: 1.0, 2: 0.5})]).with_engine_orders({1: 1.0})
+
+
+def test_titles_name_the_engine_orders_and_one_order_replaces_several(disk):
+    both = disk.with_engine_orders({2: 1.0, 3: 0.5j})
+    assert both.title.endswith("case W, engine orders 2 and 3")
+    assert both.excited_orders == (2, 3)
+    assert disk.with_blade_rows({12: [1.0] * 8}).title.endswith("engine orders 12, 24, 36, 48, 60, 72, ... (8 in all)")
+    for again in (both.with_engine_order(3), disk.with_blade_rows({12: [1.0] * 8}).with_engine_orders({3: 1.0})):
+        assert again.title.endswith("case W, engine order 3")
+        assert [force.amplitudes for force in again.forces] == [force.amplitudes for force in disk.forces]
+        assert again.excited_orders == (again.engine_order,) == (3,)
+    assert both.with_engine_orders({4: 1.0, 6: 1.0}).forces[0].amplitudes == {2: 1.0, 3: 1.0}
+    assert "engine orders 2 and 3" in both.full([1]).title
+
+
+def test_the_loss_factor_is_per_cycle_of_the_engine_order_that_is_worked_on_most(disk):
+    weak = {2: 1e-4, 3: 1.0, 4: 1e-4}
+    both, alone = disk.with_engine_orders(weak), disk.with_engine_order(3)
+    for force, tolerance in ((1e-3, 1e-6), (0.4, 1e-3)):
+        speed = float(alone.modes(3).frequencies[0]) / 3
+        many = ss.forced_response(both, [speed], force=force, harmonics=9, samples=432, measure="max_abs").dataset
+        one = ss.forced_response(alone, [3 * speed], force=force, harmonics=3, samples=144).dataset
+        assert float(many.loss_factor[0, 0]) == pytest.approx(float(one.loss_factor[0, 0]), rel=tolerance)
+        assert float(many.dissipated.sum()) == pytest.approx(3 * float(one.dissipated.sum()), rel=1e-3, abs=1e-15)
+
+
+def test_no_linear_curves_where_they_would_be_of_another_harmonic(disk, speeds):
+    """Those of the first harmonic are no reference for the largest value of several."""
+    band, how = ss.Band(0.99 * speeds[0], 1.01 * speeds[0]), {"force": [0.1, 0.4], "harmonics": 3, "samples": 96}
+    both = disk.with_engine_orders({2: 1.0, 3: 0.5})
+    response = ss.forced_response(both, band, measure="max_abs", **how)
+    assert not has_linear_curves(response.dataset)
+    lines = [layer.label for layer in response_curves(response.dataset).panels[0].layers if isinstance(layer, Line)]
+    assert "contacts stuck" not in lines
+    assert "without contacts" not in headline(response.dataset)
+    alone = ss.forced_response(disk, ss.Band(2 * band.start, 2 * band.stop), measure="max_abs", **how)
+    assert has_linear_curves(alone.dataset)
+    lines = [layer.label for layer in response_curves(alone.dataset).panels[0].layers if isinstance(layer, Line)]
+    assert "contacts stuck" in lines
+    with pytest.raises(InputError, match="max_abs"):
+        ss.forced_response(both, band, **how)
+
+
+def test_figures_mark_every_excited_order(disk):
+    found = ss.nodal_diameters(disk.with_engine_orders({2: 1.0, 3: 1.0, 11: 1.0})).dataset
+    rules = [layer for layer in nodal_diameter_diagram(found).panels[0].layers if isinstance(layer, Rule)]
+    assert [(rule.at, rule.label) for rule in rules] == [(2, "engine order 2"), (3, "engine order 3"), (1, "engine order 11")]
+    labels = [layer.label for layer in campbell(found).panels[0].layers]
+    assert {"engine order 2", "engine order 3", "engine order 11"} <= set(labels)
+    assert "engine order 1" not in labels

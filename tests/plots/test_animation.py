@@ -51,6 +51,23 @@ def test_a_film_has_all_frames_and_other_names_are_refused(animation, tmp_path):
         animation.save(tmp_path / "x.avi")
 
 
+@pytest.mark.parametrize("fps", [0, -5, float("nan"), float("inf"), 1001, "20", True])
+def test_wrong_speeds_of_a_film_are_refused(animation, tmp_path, fps):
+    with pytest.raises(InputError, match="fps must"):
+        animation.save(tmp_path / "x.gif", fps)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_film_makes_its_folder_and_says_where_it_cannot_be_written(animation, tmp_path):
+    assert animation.save(tmp_path / "new" / "x.gif", 0.01).stat().st_size
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"The film .*x\.gif could not be written"):
+        animation.save(tmp_path / "file" / "x.gif")
+    (tmp_path / "y.gif").mkdir()
+    with pytest.raises(InputError, match=r"The film .*y\.gif could not be written"):
+        animation.save(tmp_path / "y.gif")
+
+
 def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refused():
     response = ss.forced_response(ss.rigs.single_mass(), [0.2], harmonics=3, samples=32)
     animation = response.animate(0, 0)

@@ -42,6 +42,8 @@ def analyses(of: Any) -> dict[str, Any]:
 
 
 NUMBERS = "must hold numbers"
+HUGE = 10**5000
+"""Beyond floating point, and beyond what Python writes as text."""
 WRONG = [
     (lambda: structure(M="x"), f"M {NUMBERS}, but is 'x'"),
     (lambda: structure(M=[[1, 2], [3]]), f"M {NUMBERS}"),
@@ -73,6 +75,12 @@ WRONG = [
     (lambda: respond(band=(0.1, 0.2)), "must not be a pair in round brackets, which could mean a band or two points"),
     (lambda: ss.hertz("x", 1.0), "start must be a number, but is 'x'"),
     (lambda: ss.radians_per_second(1.0, "x"), "stop must be"),
+    (lambda: ss.hertz(1.0, HUGE), "stop must not be larger than 1e+40 in size, but is a huge integer. Check its unit."),
+    (lambda: structure(M=[[HUGE, 0], [0, 1]]), "M must not be larger than 1e+40 in size"),
+    (lambda: ss.Force("1.x", HUGE), "Force.amplitude must not be larger than 1e+40 in size, but is a huge integer"),
+    (lambda: ss.Force("1.x", complex("nan")), "Force.amplitude must be finite"),
+    (lambda: respond(harmonics=HUGE), "harmonics must be at most 1000, but is a huge integer"),
+    (lambda: respond(samples=HUGE), "samples must be at most"),
 ]
 
 

@@ -118,7 +118,9 @@ def test_less_load_slips_sooner_and_lowers_the_resonance():
 def test_what_a_root_cannot_be():
     with pytest.raises(InputError, match="flank_angle must lie between"):
         blade_root(flank_angle=0.0)
-    with pytest.raises(InputError, match="points must be at least 1"):
-        blade_root(points=0)
+    with pytest.raises(InputError, match="points must be at least 2"):
+        blade_root(points=1)
+    with pytest.raises(InputError, match="points must be at most 1000"):
+        blade_root(points=1001)
     with pytest.raises(InputError, match="pull must be positive"):
         blade_root(0.0)

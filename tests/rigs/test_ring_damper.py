@@ -68,6 +68,9 @@ def test_closed_forms_meet_where_slip_begins_and_where_it_is_complete():
     assert rigid(1e4, "standing") == pytest.approx(8.0 / np.pi, rel=1e-3)
     with pytest.raises(InputError, match="wave must be"):
         ring_energy(1e-4, 4, 1.0, 1.0, 1.0, "turning")
+    for n in (0, -4):
+        with pytest.raises(InputError, match="nodal_diameter must be at least 1"):
+            ring_energy(1e-4, n, 1.0, 1.0, 1.0)
 
 
 @cache
@@ -252,5 +255,7 @@ def test_stuck_and_sliding_rings_bracket_the_peak():
 def test_what_a_ring_damper_cannot_be():
     with pytest.raises(InputError, match="at least four to a wave"):
         ring_damper(8, points=16)
+    with pytest.raises(InputError, match="points must be at most 1000"):
+        ring_damper(points=1001)
     with pytest.raises(InputError, match="mu must"):
         ring_damper(mu=-0.1)

@@ -176,7 +176,19 @@ def test_free_and_stuck_strips_bracket_the_peak():
 def test_what_a_strip_cannot_be():
     with pytest.raises(InputError, match="points must be at least 1"):
         strip_damper(points=0)
+    with pytest.raises(InputError, match="points must be at most 200"):
+        strip_damper(points=10**30)
+    with pytest.raises(InputError, match="gap must not be negative"):
+        strip_damper(gap=-1e-3)
     with pytest.raises(InputError, match="pull must"):
         strip_damper(-1.0)
     with pytest.raises(InputError, match="overlap must"):
         strip_damper(overlap=0.0)
+
+
+def test_platforms_may_touch():
+    """Without a gap slip reaches F/q from the middle, D = F²/(q EA), W = 4/3 √(q EA) D^1.5, and D₀ = q ℓ²/EA."""
+    q, motion = MU * PULL / (2.0 * OVERLAP), 0.3 * MOST * OVERLAP / EA
+    assert strip_energy(motion, PULL, MU, EA, OVERLAP, 0.0) == pytest.approx(4.0 / 3.0 * np.sqrt(q * EA) * motion**1.5, rel=1e-12)
+    near, touching = (strip_damper(gap=gap, points=2, sectors=4, engine_order=2) for gap in (1e-9, 0.0))
+    np.testing.assert_allclose(touching.frequencies(stuck=True), near.frequencies(stuck=True), rtol=1e-5)

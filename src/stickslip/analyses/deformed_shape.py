@@ -15,6 +15,7 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.checks import Array, Index, InputError, between
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.fourier import complex_harmonics
+from stickslip.loads import excited_harmonics
 from stickslip.problem import Problem
 from stickslip.results.representative import spread
 from stickslip.results.view import highest_peak, level_text, periods_of
@@ -60,8 +61,10 @@ def has_surface(problem: Problem) -> bool:
     return bool(problem.structure.surfaces) or (isinstance(problem, TunedDisk) and problem.surface is not None)
 
 
-def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int, harmonic: int = 1) -> SurfaceMotion:
+def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int, harmonic: int | None = None) -> SurfaceMotion:
     """The surfaces of all meshed bodies at a solved point; of a tuned disk all sectors, or the first alone where they are large.
+
+    harmonic: of the excitation, that in which the first output moves most unless given.
 
     Sector j (0, 1, ...) of a disk is that of the first one, turned, and late by j EO/N periods of the excitation.
     """
@@ -69,11 +72,12 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
         raise InputError(f"A deformed shape needs a problem with the surface of a mesh, but this one has none. {REMEDY}")
     points, periods = SolvedPoints(dataset, problem), periods_of(dataset)
     harmonics = complex_harmonics(points.whole_motion(case, point))
-    order = periods * between("harmonic", harmonic, 1, (harmonics.shape[1] - 1) // periods)
-    q = harmonics[:, order]
+    if harmonic is None:
+        harmonic = 1 + int(np.argmax(np.abs(problem.output_rows[0] @ harmonics[:, periods::periods])))
+    q = harmonics[:, periods * between("harmonic", harmonic, 1, (harmonics.shape[1] - 1) // periods)]
     hertz = float(dataset["frequency"].values[case, point])
     title = f"{problem.title}, {level_text(dataset, case)}, {hertz:.6g} Hz"
-    title += f", harmonic {harmonic}" if harmonic > 1 else ""
+    title += f", harmonic {harmonic}" if harmonic > 1 or excited_harmonics(problem.forces) != {1} else ""
     if isinstance(problem, TunedDisk) and problem.surface is not None:
         return _of_a_disk(problem, q, harmonic, title)
     rows = {dof: row for row, dof in enumerate(problem.structure.dofs)}
@@ -123,13 +127,17 @@ def with_shapes(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     found = [deformed_shape(dataset, problem, case, peaks[case].point) for case in cases]
     parts = np.array([np.stack([each.displacement.real, each.displacement.imag], axis=-1) for each in found])
     single, node = np.float32, ("shape_node", "space")
-    words = "first harmonic of the displacement at the highest peak"
+    words = "harmonic of the displacement in which the first output moves most, at the highest peak"
+    notes = list(dict.fromkeys(each.note for each in found))
     return dataset.assign(
         shape_point=(node, found[0].points.astype(single), {"units": "m", "long_name": "surface at rest"}),
         shape_triangle=(("shape_face", "corner_of_face"), found[0].triangles.astype(np.int32), {"units": "1"}),
         shape_displacement=(("shape", *node, "part"), parts.astype(single), {"units": "m", "long_name": words}),
         shape_case=(("shape",), np.array(cases), {"units": "1", "long_name": "case that the shape is of"}),
-    ).assign_attrs(shape_titles=[each.title for each in found], shape_note=found[0].note)
+    ).assign_attrs(
+        shape_titles=[each.title for each in found],
+        shape_note=notes[0] if len(notes) == 1 else [each.note for each in found],
+    )
 
 
 def has_shapes(dataset: xr.Dataset) -> bool:
@@ -140,8 +148,9 @@ def has_shapes(dataset: xr.Dataset) -> bool:
 def kept_shapes(dataset: xr.Dataset) -> dict[str, SurfaceMotion]:
     """The shapes that a result keeps, by their force level."""
     points, triangles, parts = (dataset[f"shape_{name}"].values for name in ("point", "triangle", "displacement"))
-    note, titles = str(dataset.attrs["shape_note"]), np.atleast_1d(dataset.attrs["shape_titles"])
+    titles = np.atleast_1d(dataset.attrs["shape_titles"])
+    notes = np.broadcast_to(np.atleast_1d(dataset.attrs["shape_note"]), titles.shape)
     return {
-        level_text(dataset, int(case)): SurfaceMotion(str(title), points, triangles, u[..., 0] + 1j * u[..., 1], note=note)
-        for case, title, u in zip(dataset["shape_case"].values, titles, parts, strict=True)
+        level_text(dataset, int(case)): SurfaceMotion(str(title), points, triangles, u[..., 0] + 1j * u[..., 1], note=str(note))
+        for case, title, note, u in zip(dataset["shape_case"].values, titles, notes, parts, strict=True)
     }

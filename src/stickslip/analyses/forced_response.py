@@ -42,7 +42,8 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
-from stickslip.harmonic.orders import Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
+from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
+from stickslip.loads import excited_harmonics
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
@@ -162,12 +163,13 @@ class ForcedResponse(
         animation: Any = import_module("stickslip.plots.animation").Animation
         return animation(response_motion(self.dataset, self.problem, case, at))
 
-    def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int = 1) -> Any:
+    def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int | None = None) -> Any:
         """The deformed shape of meshed bodies at a point, its highest peak unless given: their surface coloured by amplitude.
 
-        u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, magnified by a factor that the picture says;
-        of a tuned disk the wave round the wheel. Dampers are not drawn. The problem must have a mesh: the single blade, the
-        sector of a disk, models read with the elements of their deck (CalculiX, Abaqus, Nastran, Ansys).
+        u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, that in which the first output moves most
+        unless given, magnified by a factor that the picture says; of a tuned disk the wave round the wheel. Dampers are not
+        drawn. The problem must have a mesh: the single blade, the sector of a disk, models read with the elements of their deck
+        (CalculiX, Abaqus, Nastran, Ansys).
 
         Returns a `DeformedShape`: a notebook shows it with play, pause, speed, slider and steps, and it can be turned;
         `.motion.displacement` (p, 3) [m] at `.motion.points`, `.to_html()`, `.to_plotly()`, `.plot(frame)`. Raises `InputError`
@@ -421,7 +423,7 @@ class ForcedResponseWork(OneBalance):
         """The work of the arguments of `forced_response`, checked."""
         of_kind("problem", problem, Problem)
         (frequencies, exactly), levels = band_or_list(band), force_levels(force)
-        Nt = _with_whole_delays(whole("samples", samples), problem)
+        Nt = _with_whole_delays(between("samples", samples, 1, MOST_SAMPLES), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
         sentence = ""
@@ -432,6 +434,11 @@ class ForcedResponseWork(OneBalance):
         fourier(highest(H), Nt)
         over_periods(problem, whole("periods", periods))
         highest(in_fractions(H, periods))
+        if not exactly and measure.kind == "amplitude" and 1 not in (excited := excited_harmonics(problem.forces)):
+            raise InputError(
+                "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and "
+                f'the load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
+            )
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure, int(periods))
 
     @cached_property

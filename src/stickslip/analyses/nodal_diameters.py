@@ -42,7 +42,8 @@ def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
             frequencies[state, n, : lowest.size] = lowest
     variable = (("state", "nodal_diameter", "mode"), frequencies, {"units": "Hz", "long_name": "natural frequency"})
     coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}
-    attrs = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.title}
+    attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.title}
+    attrs["excited_orders"] = list(disk.excited_orders)
     return NodalDiameters(xr.Dataset({"disk_frequency": variable}, coords, attrs), disk)
 
 
@@ -50,20 +51,21 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """A forced response with what the figures of its disk need; of any other problem as it is.
 
     disk_frequency; where the rig has a surface, disk_points (node, axis) [m], disk_quads (quad, corner) and disk_shape (node,
-    axis, part), the first stuck mode at the excited nodal diameter, largest motion 1; attributes sectors, engine_order
-    and, where dampers are pulled at, static_normal_load F_C/(2 cos α) [N].
+    axis, part), the first stuck mode at the nodal diameter of the first excited order, largest motion 1; attributes sectors,
+    engine_order (g of several), excited_orders and, where dampers are pulled at, static_normal_load F_C/(2 cos α) [N].
     """
     if isinstance(problem, FullDisk | TunedDisk):
         dataset = dataset.assign_attrs(sectors=problem.sectors, engine_order=problem.engine_order)
     if not isinstance(problem, TunedDisk):
         return dataset
+    dataset = dataset.assign_attrs(excited_orders=list(problem.excited_orders))
     found = nodal_diameters(problem).dataset.rename(state="disk_state", mode="disk_mode")
     dataset = dataset.assign(disk_frequency=found["disk_frequency"]).assign_attrs(_static_normal_load(problem))
     if problem.aerodynamics:
         dataset = dataset.assign(_wave_damping(problem))
     if problem.surface is None:
         return dataset
-    n = problem.engine_order % problem.sectors
+    n = problem.excited_orders[0] % problem.sectors
     folded = min(n, problem.sectors - n)
     shape = problem.surface.shape(problem.modes(folded).shapes[:, 0], folded)
     shape = shape if n == folded else shape.conj()
@@ -74,7 +76,7 @@ def with_disk(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         disk_shape=(
             ("disk_node", "axis", "part"),
             np.stack([shape.real, shape.imag], axis=-1),
-            {"units": "1", "long_name": "first stuck mode of the excited nodal diameter"},
+            {"units": "1", "long_name": "first stuck mode of the (first) excited nodal diameter"},
         ),
     )
 

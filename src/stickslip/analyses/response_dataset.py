@@ -22,7 +22,7 @@ from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.harmonic.linear_response import linear_amplitudes, linear_frequencies
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.trigonometric import largest_absolute
-from stickslip.loads import BaseMotion
+from stickslip.loads import BaseMotion, excited_harmonics
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
 from stickslip.results.schema import SCHEMA, Variable, labelled
@@ -66,7 +66,7 @@ def response_dataset(
     if balance.periods > 1:
         coords["harmonic"] = np.arange(balance.highest + 1) / balance.periods
         attrs = {**attrs, "periods": balance.periods}
-    dataset = labelled(arrays | _linear(plain or balance, levels, *ends), coords, {**attrs, **measure.attributes})
+    dataset = labelled(arrays | _linear(plain or balance, levels, *ends, measure), coords, {**attrs, **measure.attributes})
     newtons = levels_are_newtons(problem)
     if newtons:
         dataset["force_level"].attrs |= {"units": "N", "long_name": "amplitude of the harmonic force"}
@@ -109,10 +109,17 @@ def stacked(variable: Variable, pieces: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return whole
 
 
-def _linear(balance: HarmonicBalance, levels: Sequence[float], low: float, high: float) -> dict[str, NDArray[Any]]:
-    """The curves and natural frequencies of the free and of the stuck structure."""
+def _linear(
+    balance: HarmonicBalance, levels: Sequence[float], low: float, high: float, measure: Measure
+) -> dict[str, NDArray[Any]]:
+    """The curves and natural frequencies of the free and of the stuck structure; the curves are of the first harmonic, and NaN
+    where this is not what the peaks are of: where no load excites it, or loads excite others and a measure counts all.
+    """
     frequencies = linear_frequencies(balance, low, high)
     free, stuck = linear_amplitudes(balance, frequencies)
+    excited = excited_harmonics(balance.problem.forces)
+    if 1 not in excited or (len(excited) > 1 and measure.kind != "amplitude"):
+        free, stuck = np.full_like(free, np.nan), np.full_like(stuck, np.nan)
     factors = np.array(levels)[:, None, None]
     natural = [balance.problem.frequencies(stuck=which) for which in (False, True)]
     longest = max(values.size for values in natural)

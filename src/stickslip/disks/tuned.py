@@ -7,6 +7,7 @@ exp(−i h 2π EO/N).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,18 +18,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import InputError, fault, of_kind, several, unique, whole
+from stickslip.checks import InputError, between, fault, finite_complex, first_of, of_kind, several, unique, whole
 from stickslip.contact.point import Contact
 from stickslip.contact.start import TractionRatio
 from stickslip.disks.full import FullDisk, full_structure
 from stickslip.disks.systems import SectorSystems
-from stickslip.loads import BaseMotion, Force, Output
+from stickslip.loads import BaseMotion, Force, Output, excited_harmonics
 from stickslip.problem import Problem
 from stickslip.problem.speed import SpeedDependence
 from stickslip.structure.aerodynamics import Aerodynamics, WaveStiffness
 from stickslip.structure.cyclic import NEXT, CyclicStructure, circulant, sector_name
 from stickslip.structure.modes import Modes
 from stickslip.structure.sector_surface import SectorSurface
+
+MOST_NAMED = 6
+"""Engine orders that a title names."""
+_NAMED_ORDERS = re.compile(r", engine orders? \d[\d,. and()il]*$")
+"""Of a title, what says the engine orders."""
+
+
+@dataclass(frozen=True)
+class SeveralOrders:
+    """Engine orders, ascending, with the forces of one order and those under all of them."""
+
+    orders: tuple[int, ...]
+    single: tuple[Force, ...]
+    forces: tuple[Force, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,12 +52,14 @@ class TunedDisk(Problem):
 
     structure: a `CyclicStructure`. Contacts, forces and outputs are those of the first sector; a contact between a sector and the
     following one names the latter's degrees of freedom with the prefix "next/". Its `load` is that on the first sector.
-    surface: of a meshed sector, for pictures. aerodynamics: gas forces that go with the motion of all blades.
+    surface: of a meshed sector, for pictures. aerodynamics: gas forces that go with the motion of all blades. several_orders: as
+    `with_engine_orders` sets it.
     """
 
     engine_order: int = 1
     surface: SectorSurface | None = None
     aerodynamics: tuple[Aerodynamics, ...] = ()
+    several_orders: SeveralOrders | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.structure, CyclicStructure):
@@ -63,7 +80,7 @@ class TunedDisk(Problem):
         super().__post_init__()
 
     def __repr__(self) -> str:
-        return f"{super().__repr__()}; one of {self.sectors} sectors, engine order {self.engine_order}"
+        return f"{super().__repr__()}; one of {self.sectors} sectors, {_in_words(self.excited_orders)}"
 
     def _output_directions(self) -> list[Mapping[str, float]]:
         return [Output.of(output).direction for output in self.outputs]
@@ -114,8 +131,9 @@ class TunedDisk(Problem):
         return digest.hexdigest()[:16]
 
     def with_engine_order(self, engine_order: int) -> TunedDisk:
-        """A copy under another engine order."""
-        return replace(self, engine_order=engine_order)
+        """A copy under another engine order, and that alone."""
+        title = _NAMED_ORDERS.sub(f", engine order {engine_order}", self.title)
+        return replace(self, forces=self._forces_of_one_order, engine_order=engine_order, title=title, several_orders=None)
 
     def with_engine_orders(self, amplitudes: Mapping[int, complex]) -> TunedDisk:
         """A copy under several engine orders at once: p_j(t) = Re Σ_EO a_EO F exp(i EO (Ωt − 2πj/N)), Ω the rotor speed.
@@ -125,13 +143,39 @@ class TunedDisk(Problem):
         response belongs to the speed 60 f/g rev/min, and `harmonics` must hold each EO/g. Where no engine order is g, peaks
         are those of `measure="max_abs"` or "rms", since the first harmonic is not excited.
         """
-        given = {whole("engine order", order): complex(amplitude) for order, amplitude in amplitudes.items()}
-        if not given or min(given) < 1:
-            raise fault("engine orders", "must hold at least one, each from 1 on", sorted(given))
-        common = gcd(*given)
-        forces = tuple(_under_orders(force, {order // common: given[order] for order in sorted(given)}) for force in self.forces)
-        speed = None if self.speed is None else replace(self.speed, engine_order=common)
-        return replace(self, forces=forces, engine_order=common % self.sectors, speed=speed)
+        if not isinstance(amplitudes, Mapping):
+            raise fault("engine orders", "must be a dict {engine order: complex factor}", amplitudes)
+        given = {
+            between("engine order", order, 1): finite_complex(f"The factor of engine order {order}", amplitude)
+            for order, amplitude in amplitudes.items()
+        }
+        orders = tuple(sorted(order for order, amplitude in given.items() if amplitude))
+        if not orders:
+            raise fault("engine orders", "must hold at least one with a factor other than zero", given)
+        common, single = gcd(*orders), self._forces_of_one_order
+        forces = tuple(_under_orders(force, {order // common: given[order] for order in orders}) for force in single)
+        return replace(
+            self,
+            forces=forces,
+            engine_order=common % self.sectors,
+            speed=None if self.speed is None else replace(self.speed, engine_order=common),
+            title=f"{_NAMED_ORDERS.sub('', self.title)}, {_in_words(orders)}",
+            several_orders=SeveralOrders(orders, single, forces),
+        )
+
+    @property
+    def _forces_of_one_order(self) -> tuple[Force, ...]:
+        """The forces as they were before `with_engine_orders`."""
+        given = self.several_orders
+        return self.forces if given is None or given.forces != self.forces else given.single
+
+    @property
+    def excited_orders(self) -> tuple[int, ...]:
+        """The engine orders that the forces excite, ascending."""
+        given = self.several_orders
+        if given is not None and given.forces == self.forces:
+            return given.orders
+        return tuple(harmonic * self.engine_order for harmonic in sorted(excited_harmonics(self.forces)))
 
     def with_blade_rows(self, pressures: Mapping[int, Sequence[complex]]) -> TunedDisk:
         """A copy under the wakes of neighbouring blade rows: a row of V blades excites the engine orders V, 2V, 3V, ...
@@ -139,11 +183,14 @@ class TunedDisk(Problem):
         pressures: {V: (a_1, a_2, ...)}, the harmonics of the blade passing as complex factors on the first harmonic of a force;
         equal engine orders of two rows add. Frequencies and harmonics as of `with_engine_orders`.
         """
+        if not isinstance(pressures, Mapping):
+            raise fault("blade rows", "must be a dict {number of blades: (pressure harmonics, ...)}", pressures)
         amplitudes: dict[int, complex] = {}
         for blades, harmonics in pressures.items():
-            for k, amplitude in enumerate(several("pressures", harmonics), start=1):
-                order = k * whole("number of blades", blades)
-                amplitudes[order] = amplitudes.get(order, 0.0) + complex(amplitude)
+            for k, amplitude in enumerate(several(f"The pressures of {blades} blades", harmonics), start=1):
+                order = k * between("number of blades", blades, 1)
+                factor = finite_complex(f"Pressure {k} of {blades} blades", amplitude)
+                amplitudes[order] = amplitudes.get(order, 0.0) + factor
         return self.with_engine_orders(amplitudes)
 
     def with_aerodynamics(self, *aerodynamics: Aerodynamics) -> TunedDisk:
@@ -221,6 +268,15 @@ def _under_orders(force: Force, factors: Mapping[int, complex]) -> Force:
             f"The force {force.name or force.direction!r}", "must have the first harmonic alone", sorted(force.amplitudes)
         )
     return replace(force, amplitude={h: factor * force.amplitudes[1] for h, factor in factors.items()})
+
+
+def _in_words(orders: Sequence[int]) -> str:
+    """`engine order 2`, `engine orders 2 and 3`, or the first of many."""
+    words = [str(order) for order in orders]
+    if len(words) == 1:
+        return f"engine order {words[0]}"
+    listed = first_of(words, MOST_NAMED) if len(words) > MOST_NAMED else f"{', '.join(words[:-1])} and {words[-1]}"
+    return f"engine orders {listed}"
 
 
 def sectors_of(what: str, given: Sequence[int], sectors: int) -> tuple[int, ...]:

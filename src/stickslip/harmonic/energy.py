@@ -30,7 +30,8 @@ class Energy:
     """Energy of one solved point. dissipated (rows,): contact work of each row, J.
 
     Contact work is that of λ̂ = F − K_c w, since springs do no net work: a stuck contact dissipates exactly nothing.
-    loss_factor = (W_contact + W_viscous)/(2π U), U the largest ½ q̃ᵀ(K + BᵀK_cB) q̃ over the period, q̃ = q minus its mean.
+    loss_factor = (W_contact + W_viscous)/(2π h U) with the work per period, h the excited harmonic that the load does most work
+    on (the period holds h cycles of that vibration), U the largest ½ q̃ᵀ(K + BᵀK_cB) q̃ over the period, q̃ = q minus its mean.
     energy_residual = |input − viscous − contact|/|input|: consistency of the solution.
     slip_work_error = |Σ μN|Δs| − contact|/|input|: the physics, of second order in the samples. Both are relative to the input:
     where a slip lasts only a few samples, its own work is too small to be a scale.
@@ -52,6 +53,8 @@ class EnergyBalance:
         self.systems = {problem.systems.key(h): problem.systems.at(h) for h in range(1, balance.highest + 1)}
         self.powers = problem.load_powers(balance.highest)
         self.loaded: Index = np.flatnonzero(np.any(self.powers != 0.0, axis=(0, 2)))
+        excited = np.any(self.powers[..., 1:].reshape(*self.powers.shape[:2], -1, 2) != 0.0, axis=(0, 1, 3))
+        self.excited: Index = np.flatnonzero(excited) + 1
 
     def at(self, evaluation: Evaluation, cycle: ContactCycle) -> Energy:
         """Energies of one solved point."""
@@ -60,14 +63,15 @@ class EnergyBalance:
         beyond_springs = evaluation.point.forces - evaluation.residual
         dissipated = cycle_work(beyond_springs, evaluation.w[: balance.rows])
         contact = float(dissipated.sum())
-        given = float(cycle_work(self._excitation(point), q[self.loaded]).sum())
+        excitation = self._excitation(point)
+        given = float(cycle_work(excitation, q[self.loaded]).sum())
         order = np.repeat(np.arange(1, balance.highest + 1), 2)
         viscous = float(np.pi * point.omega * np.sum(order**2 * np.einsum("ih,ih->h", q[:, 1:], self._damped(q))))
         slipped = float(cycle.slip_work.sum())
         scale = max(abs(given), np.finfo(float).tiny)
         return Energy(
             dissipated / balance.periods,
-            (contact + viscous) / (2.0 * np.pi * balance.periods * self._potential(q, point.omega)[0]),
+            (contact + viscous) / (2.0 * np.pi * self._cycles(excitation, q) * self._potential(q, point.omega)[0]),
             abs(given - viscous - contact) / scale,
             abs(slipped - contact) / scale,
         )
@@ -87,8 +91,16 @@ class EnergyBalance:
             work_slope = float(cycle_work(change, evaluation.w[:rows]).sum() + cycle_work(point.forces, motion[k, :rows]).sum())
             work_slope += float(np.sum(viscous_weight * dq))
             slopes[k] = work_slope - work * float(np.sum(potential_weight * dq)) / potential
-        slopes /= 2.0 * np.pi * balance.periods * potential
+        slopes /= 2.0 * np.pi * self._cycles(self._excitation(point), q) * potential
         return slopes
+
+    def _cycles(self, excitation: Array, q: Array) -> int:
+        """Cycles of the vibration in the period of the balance: the order of the excited harmonic with most work of the load."""
+        if self.excited.size < 2:
+            return int(self.excited[0]) if self.excited.size else self.balance.periods
+        force, motion = complex_harmonics(excitation), complex_harmonics(q[self.loaded])
+        work = self.excited * np.sum(force * motion.conj(), axis=0).imag[self.excited]
+        return int(self.excited[np.argmax(np.abs(work))])
 
     def _excitation(self, point: Point) -> Array:
         """The harmonic loads of the loaded degrees of freedom, (loaded, 2H+1), N."""

@@ -11,12 +11,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.analyses.motion import STATES, FaceMotion, PeriodOfMotion, Wheel, frames_of, largest_loops
-from stickslip.checks import Array, InputError, between, fault
+from stickslip.checks import Array, InputError, between, fault, finite
+from stickslip.files import replacing
 from stickslip.plots.interactive import BASE, escaped
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
@@ -43,6 +45,8 @@ BINS = 8
 HEIGHT, PHONE_HEIGHT = 520, 980
 FILES = (".gif", ".mp4", ".webp")
 FPS = 20
+SLOWEST, FASTEST = 0.01, 1000.0
+"""Frames per second of a film; a .gif cannot hold a frame for longer than minutes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,21 +300,31 @@ class Animation(MovingPicture):
         show(between("frame", frame, 0, self.frames - 1))
         return figure
 
-    def save(self, path: str | Path, fps: int = FPS) -> Path:
-        """One period as a film that can be repeated: .gif or .webp (by Pillow), .mp4 (by ffmpeg)."""
+    def save(self, path: str | Path, fps: float = FPS) -> Path:
+        """One period as a film that can be repeated: .gif or .webp (by Pillow), .mp4 (by ffmpeg).
+
+        fps: frames per second. Missing folders are made. Raises `InputError` where the file cannot be written.
+        """
         from matplotlib import rc_context, rcParams
         from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
         place = Path(path)
         if place.suffix.lower() not in FILES:
             raise fault("The name of an animation", f"must end in {', '.join(FILES)}", str(path))
+        if not SLOWEST <= finite("fps", fps) <= FASTEST:
+            raise fault("fps", f"must lie between {SLOWEST:g} and {FASTEST:g} frames per second", fps)
         film = place.suffix.lower() == ".mp4"
-        writer: Any = FFMpegWriter(fps=fps) if film else PillowWriter(fps=fps)
+        rate: Any = fps  # a writer takes fractions too
+        writer: Any = FFMpegWriter(fps=rate) if film else PillowWriter(fps=rate)
         with house_style(), rc_context():
             if film:
                 rcParams["animation.ffmpeg_path"] = _ffmpeg()
             figure, show = self._drawn()
-            FuncAnimation(figure, show, frames=self.frames, blit=False).save(place, writer=writer, dpi=90)
+            try:
+                with replacing(place) as temporary:
+                    FuncAnimation(figure, show, frames=self.frames, blit=False).save(temporary, writer=writer, dpi=90)
+            except (OSError, CalledProcessError) as error:
+                raise InputError(f"The film {place} could not be written: {error}") from error
         return place
 
     def _drawn(self) -> tuple[Figure, Callable[[int], Sequence[Any]]]:

@@ -36,7 +36,7 @@ def placed_sectors(dataset: xr.Dataset) -> tuple[Array, Array]:
     """Surface of all sectors in space at one instant: corners (faces, 4, 3) [m] and the size of their motion (faces,), 0 to 1."""
     points, quads, parts = (dataset[f"disk_{name}"].values for name in ("points", "quads", "shape"))
     shape: NDArray[np.complex128] = parts[..., 0] + 1j * parts[..., 1]
-    sectors, order = int(dataset.attrs["sectors"]), int(dataset.attrs["engine_order"])
+    sectors, order = int(dataset.attrs["sectors"]), _excited(dataset)[0]
     scale = EXAGGERATION * float(np.hypot(points[:, 0], points[:, 1]).max())
     corners, sizes = [], []
     for j in range(sectors):
@@ -49,14 +49,14 @@ def placed_sectors(dataset: xr.Dataset) -> tuple[Array, Array]:
 
 
 def disk_mode(dataset: xr.Dataset) -> Figure:
-    """The disk in its first stuck mode at the excited nodal diameter, at one instant, coloured by the size of the motion."""
+    """The disk in its first stuck mode at the first excited nodal diameter, at one instant, coloured by the motion."""
     from matplotlib import colormaps
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     from stickslip.plots.notebook import NotebookFigure
 
     corners, sizes = placed_sectors(dataset)
-    order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
+    n = _folded(dataset)[0]
     with house_style():
         figure = NotebookFigure(figsize=(7.0, 6.2), layout="constrained")
         axes: Any = figure.add_subplot(projection="3d")
@@ -68,7 +68,7 @@ def disk_mode(dataset: xr.Dataset) -> Figure:
         axes.set_proj_type("ortho")
         axes.view_init(elev=50.0, azim=-60.0)
         axes.set_axis_off()
-        axes.set_title(f"First stuck mode, nodal diameter {min(order % sectors, -order % sectors)}, motion exaggerated")
+        axes.set_title(f"First stuck mode, nodal diameter {n}, motion exaggerated")
     return figure
 
 
@@ -143,7 +143,8 @@ def nodal_diameter_diagram(dataset: xr.Dataset) -> Chart:
     for state, (words, dash, marker) in enumerate((("without contacts", "dot", "circle"), ("contacts stuck", "solid", "square"))):
         style = contact(state, dash=dash, marker=marker, width=1.0, size=3.5)
         layers += [Line(diameters, frequencies[state, :, mode], style, words) for mode in range(frequencies.shape[2])]
-    layers.append(Rule(_folded(dataset), Style("grey", width=0.9), f"engine order {int(dataset.attrs['engine_order'])}"))
+    for order, n in zip(_excited(dataset), _folded(dataset), strict=True):
+        layers.append(Rule(n, Style("grey", width=0.9), f"engine order {order}"))
     panel = Panel(Axis("nodal diameter"), Axis("natural frequency", "Hz", log=True), layers, height=3.7)
     return Chart("Nodal diameters", [panel])
 
@@ -151,12 +152,13 @@ def nodal_diameter_diagram(dataset: xr.Dataset) -> Chart:
 def campbell(dataset: xr.Dataset, orders: tuple[int, ...] | None = None) -> Chart:
     """Stuck natural frequencies (not stiffened by rotation) over the speed; dots where an engine order meets its own wave."""
     stuck = dataset["disk_frequency"].values[1]
-    order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
-    shown = orders or tuple(k for k in range(max(order - 2, 1), order + 4))
+    excited, sectors = _excited(dataset), int(dataset.attrs["sectors"])
+    order = excited[0]
+    shown = orders or (tuple(range(max(order - 2, 1), order + 4)) if len(excited) == 1 else excited)
     highest = 1.3 * float(np.nanmax(stuck[:, 0]))
     speed = 60.0 * highest / min(max(order, 1), max(shown))
     layers: list[Layer] = [
-        Rule(float(frequency), contact(0, width=0.6, opacity=0.35 + 0.5 * (n == _folded(dataset))), along="y")
+        Rule(float(frequency), contact(0, width=0.6, opacity=0.35 + 0.5 * (n in _folded(dataset))), along="y")
         for n, frequency in enumerate(stuck[:, 0])
     ]
     for place, k in enumerate(shown):
@@ -197,6 +199,12 @@ def mean_normal_load(dataset: xr.Dataset, reference: float | None = None) -> Cha
     return Chart("Mean normal load under vibration (band: first harmonic)", [panel])
 
 
-def _folded(dataset: xr.Dataset) -> int:
-    order, sectors = int(dataset.attrs["engine_order"]), int(dataset.attrs["sectors"])
-    return min(order % sectors, -order % sectors)
+def _excited(dataset: xr.Dataset) -> tuple[int, ...]:
+    """The excited engine orders; files that do not say have one."""
+    return tuple(int(order) for order in np.atleast_1d(dataset.attrs.get("excited_orders", dataset.attrs["engine_order"])))
+
+
+def _folded(dataset: xr.Dataset) -> list[int]:
+    """The nodal diameters that they excite."""
+    sectors = int(dataset.attrs["sectors"])
+    return [min(order % sectors, -order % sectors) for order in _excited(dataset)]

@@ -23,6 +23,7 @@ from stickslip.results.view import (
     along_curve_as,
     failed_points,
     frequencies,
+    has_linear_curves,
     highest_maximum,
     highest_peak,
     length_unit,
@@ -70,8 +71,9 @@ def response_curves(
         for part in _by_stability(dataset, case, _curve(dataset, case, index, scales[case], measure, line))
     ]
     firsts = [cases[0] for cases in levels_of(dataset)][: 1 if per_force else None]
-    linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()]
-    for case in firsts:
+    known = has_linear_curves(dataset)
+    linear = [Line([np.nan], [np.nan], style, words) for words, style in LINEAR.values()] if known else []
+    for case in firsts if known else ():
         linear += _linear(dataset, case, index, scales[case], measure, "grey" if per_force else lines[case]["style"].colour)
     axis = response_axis(dataset, per_force, measure)
     axis = replace(axis, log=log and _has_heights(curves), limits=_limits(curves, log))

@@ -28,6 +28,7 @@ from stickslip.results.view import (
     contact_rows,
     converged_points,
     energy_text,
+    has_linear_curves,
     highest_peak,
     largest_loops,
     length_unit,
@@ -79,8 +80,10 @@ def curves(datasets: Datasets, charts: Charts) -> str:
             Choice("Amplitude", ("absolute", "per force")),
         ]
         html += charts.place("chart-curves", partial(_responses, dataset), choices, label, _loops_of_points(dataset))
+    known = any(has_linear_curves(dataset) for dataset in datasets.values())
+    linear = "Thin dotted: without contacts; thin dashed: with stuck contacts. " if known else ""
     note = (
-        '<p class="note">Thin dotted: without contacts; thin dashed: with stuck contacts. Dots mark the highest peaks of what is '
+        f'<p class="note">{linear}Dots mark the highest peaks of what is '
         "shown, crosses at the foot points without convergence. Click a point for its loops.</p>"
     )
     return section("curves", "Response curves", html, note)
@@ -199,8 +202,9 @@ def energies(datasets: Datasets, charts: Charts) -> str:
     heads = ["Force level", "Dissipated at the peak", "Largest energy residual", "Largest slip work error", "Largest residual"]
     heads = [*_result_head(datasets), *heads]
     caption = (
-        "Energy per cycle dissipated in contacts at the highest peak, and accuracy over all converged points: the energy balance "
-        f"of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below {SLIP_WORK_LIMIT:g})."
+        "Energy dissipated in contacts per period of the excitation at the highest peak, and accuracy over all converged points: "
+        f"the energy balance of the solution (below {ENERGY_RESIDUAL_LIMIT:g}) and slip work against contact work (below "
+        f"{SLIP_WORK_LIMIT:g})."
     )
     html = ""
     for label, dataset in datasets.items():

@@ -73,7 +73,7 @@ SCHEMA = (
         ("rms", "m", "root mean square over the period, with the mean"),
         ("max_abs", "m", "largest displacement over the period, with the mean"),
     ),
-    *_rows("case point contact", ("dissipated", "J", "energy dissipated per cycle")),
+    *_rows("case point contact", ("dissipated", "J", "energy dissipated per period of the excitation")),
     *_rows(
         "case point contact direction",
         ("share_stick", "1", "share of the period in stick"),

@@ -263,6 +263,12 @@ def nearest_point(dataset: xr.Dataset, case: int, output: int, frequency: float,
     return int(candidates[np.nanargmin(distance)])
 
 
+def has_linear_curves(dataset: xr.Dataset) -> bool:
+    """Whether the curves without contacts and with stuck ones are known: not where loads excite several harmonics and peaks are
+    not of the first one."""
+    return any(bool(dataset[f"{which}_amplitude"].notnull().any()) for which in ("free", "stuck"))
+
+
 def linear_peak(dataset: xr.Dataset, which: str, case: int, frequency: float, output: int = 0) -> tuple[float, float] | None:
     """Frequency, Hz, and size of the resonance of the "free" or "stuck" curve that belongs to a peak at a frequency, as the peaks
     are measured but of the first harmonic alone; None where the band holds none.

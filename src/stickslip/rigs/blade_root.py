@@ -6,7 +6,7 @@ from math import cos, radians, sin
 
 import numpy as np
 
-from stickslip.checks import fault, finite, positive, whole
+from stickslip.checks import between, fault, finite, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.contact.start import SliderOffset, Start
@@ -19,6 +19,8 @@ from stickslip.structure.modes import natural_modes
 
 ELEMENTS = 6
 """Along the blade."""
+MOST_POINTS = 1000
+"""Along a flank."""
 
 
 def blade_root(
@@ -47,16 +49,15 @@ def blade_root(
     pull F [N]: centrifugal load of blade and root, along y; it goes with Ω² (`speed_sweep` of the rig at two speeds), the
     stiffening of the blade by it is left out. flank_angle a [degrees]: of the normal of a flank from y, so that each flank bears
     N = F/(2 cos a) without friction and F/(2 (cos a + μ sin a)) where it slips outwards. mu, kt, kn [N/m]: of each flank, shared
-    over `points` contacts along it. length, width (out of the plane), thickness [m] of the blade; the flanks begin at ± neck/2,
-    flank_depth below the foot of the blade, and are flank_length long [m]; root_mass [kg]; youngs_modulus [Pa]; density [kg/m³];
+    over `points` contacts along it, at least two, since the root could roll on one. length, width (out of the plane), thickness
+    [m] of the blade; the flanks begin at ± neck/2, flank_depth below the foot of the blade, and are flank_length long [m];
+    root_mass [kg]; youngs_modulus [Pa]; density [kg/m³];
     damping: ratio of the first mode of the clamped blade, C = b K of the blade; force: cosine on the tip along x [N]; start: of
     the friction, virgin unless given.
     """
     if not 0.0 < finite("flank_angle", flank_angle) < 90.0:
         raise fault("flank_angle", "must lie between 0 and 90 degrees", flank_angle)
-    points = whole("points", points)
-    if points < 1:
-        raise fault("points", "must be at least 1", points)
+    points = between("points", points, 2, MOST_POINTS)
     c, s = cos(radians(flank_angle)), sin(radians(flank_angle))
     M, K, nodes = _blade(length, width, thickness, youngs_modulus, density)
     b = 2.0 * positive("damping", damping) / float(np.sqrt(natural_modes(M[3:, 3:], K[3:, 3:]).squares[0]))

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from stickslip.checks import fault, finite, not_negative, positive, whole
+from stickslip.checks import between, fault, finite, not_negative, positive
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.disks.tuned import TunedDisk
@@ -20,7 +20,7 @@ from stickslip.loads import Force
 from stickslip.problem import modal_damping_matrix
 from stickslip.rigs.beam_element import ring_of_beams
 from stickslip.structure.assembly import Spring
-from stickslip.structure.cyclic import CyclicStructure, cyclic
+from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure, cyclic
 from stickslip.structure.damping import ModalDamping
 
 RIM = ("rim.r", "rim.t", "rim.rz")
@@ -29,7 +29,6 @@ PIN = 1e9
 """Spring per length of the ring on its mean slip, N/m²: the pin that keeps the ring from turning in its groove. With `kn` the
 normal load goes with the wave, which drags the ring along: on a soft pin it turns by many times the slip of the vibration.
 """
-
 FULL_SLIP = hypot(1.0, 0.5 * pi)
 """Strain over that at which slip begins where, under a travelling wave, the whole ring slips."""
 
@@ -68,9 +67,9 @@ def ring_damper(
 
     The mean hoop force of a split ring is zero; what else its gap does nearby is left out. A pin holds its mean slip.
     """
-    n, points = whole("nodal_diameter", nodal_diameter), whole("points", points)
-    if n < 1 or points < 4 * n:
-        raise fault("points", f"must be at least four to a wave, {4 * max(n, 1)}, and nodal_diameter at least 1", [n, points])
+    n, points = between("nodal_diameter", nodal_diameter, 1), between("points", points, 1, MOST_SECTORS)
+    if points < 4 * n:
+        raise fault("points", f"must be at least four to a wave, {4 * n}", points)
     h, b = positive("rim_height", rim_height), positive("rim_width", rim_width)
     area = positive("ring_height", ring_height) * positive("ring_width", ring_width)
     e = 0.5 * (rim_height + ring_height) if offset is None else finite("offset", offset)
@@ -132,7 +131,7 @@ def ring_energy(
     Travelling wave beyond a = √(1 + π²/4): W = 4 μp (ε₀/k) √(1 − π²/(4a²)) 2πr. Standing wave: slip in |ks − π/2| < β,
     β/sin β = a, W = 16 n μp (ε₀/k²) (sin β − β cos β − β³/(3a)), and β = π/2 from a = π/2 on.
     """
-    k = whole("nodal_diameter", nodal_diameter) / positive("radius", radius)
+    k = between("nodal_diameter", nodal_diameter, 1) / positive("radius", radius)
     limit = positive("line_friction", line_friction)
     a = positive("stiffness", stiffness) * not_negative("strain", strain) * k / limit
     if wave not in ("travelling", "standing"):

@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from stickslip.checks import fault, not_negative, positive, whole
+from stickslip.checks import between, not_negative, positive, whole
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.disks.tuned import TunedDisk
@@ -23,6 +23,8 @@ from stickslip.structure.matrices import Structure
 
 PIN = 1e4
 """Spring on the mean position of a strip, N/m: the stops that keep it under its gap."""
+MOST_POINTS = 200
+"""Under a platform."""
 
 
 def strip_damper(
@@ -55,9 +57,7 @@ def strip_damper(
     [N] on the tip of blade j; platform_mass, tip_mass [kg]; shank_stiffness between platform and rigid disk, blade_stiffness
     between platform and tip [N/m]; damping: ratio of both modes of a blade alone. A pin holds the mean position of the strip.
     """
-    sectors, points = whole("sectors", sectors), whole("points", points)
-    if points < 1:
-        raise fault("points", "must be at least 1", points)
+    sectors, points = whole("sectors", sectors), between("points", points, 1, MOST_POINTS)
     area = positive("width", width) * positive("thickness", thickness)
     EA = positive("youngs_modulus", youngs_modulus) * area
     count, step = 2 * points, positive("overlap", overlap) / points
@@ -66,7 +66,7 @@ def strip_damper(
     M[:2, :2] = np.diag([positive("platform_mass", platform_mass), positive("tip_mass", tip_mass)])
     K[:2, :2] = [[shank + blade, -blade], [-blade, blade]]
     C[:2, :2] = modal_damping_matrix(M[:2, :2], K[:2, :2], ModalDamping(damping))
-    M[2:, 2:] = positive("density", density) * area * (2.0 * overlap + positive("gap", gap)) / count * np.eye(count)
+    M[2:, 2:] = positive("density", density) * area * (2.0 * overlap + not_negative("gap", gap)) / count * np.eye(count)
     for k in range(count - 1):
         bar = EA / (step + (gap if k == points - 1 else 0.0))
         K[2 + k : 4 + k, 2 + k : 4 + k] += bar * np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -93,6 +93,6 @@ def strip_energy(motion: float, pull: float, mu: float, stiffness: float, overla
     """
     q = positive("mu", mu) * positive("pull", pull) / (2.0 * positive("overlap", overlap))
     EA, D, most = positive("stiffness", stiffness), not_negative("motion", motion), q * overlap
-    half = 0.5 * q * positive("gap", gap)
+    half = 0.5 * q * not_negative("gap", gap)
     F = min(sqrt(half**2 + q * EA * D) - half, most)
     return 4.0 * F**3 / (3.0 * q * EA) + 4.0 * most * max(D - most * (gap + overlap) / EA, 0.0)

@@ -146,7 +146,9 @@ def excited(problem: Problem, order: int) -> Problem:
     """The problem under an engine order; of a tuned disk its pattern too."""
     assert problem.speed is not None
     under = replace(problem, speed=replace(problem.speed, engine_order=order))
-    return under.with_engine_order(order % under.sectors) if isinstance(under, TunedDisk) else under
+    if not isinstance(under, TunedDisk):
+        return under
+    return replace(under.with_engine_order(order % under.sectors), title=problem.title)
 
 
 def _order(problem: Problem) -> int:
