@@ -434,7 +434,8 @@ class ForcedResponseWork(OneBalance):
         fourier(highest(H), Nt)
         over_periods(problem, whole("periods", periods))
         highest(in_fractions(H, periods))
-        if not exactly and measure.kind == "amplitude" and 1 not in (excited := excited_harmonics(problem.forces)):
+        excited = excited_harmonics(problem.forces)
+        if excited and not exactly and measure.kind == "amplitude" and 1 not in excited:
             raise InputError(
                 "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and "
                 f'the load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
