@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 import stickslip as ss
 from stickslip.analyses.identification.computed_response import FittedTest
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
-from stickslip.solve.continuation import first_point
+from stickslip.solve.continuation import first_point, trace
+from stickslip.solve.curve_points import solve_at
 from stickslip.starts.space import start_space
 from verify.row import Row, absolute, at_most
 
@@ -79,6 +81,17 @@ def _single_blade(cylinder_kt: float, cylinder_mu: float) -> Problem:
     return ss.rigs.single_blade(4.6, cylinder_kt=cylinder_kt, cylinder_mu=cylinder_mu)
 
 
+def _swept(balance: HarmonicBalance, omegas: np.ndarray, force: float) -> Iterator[Evaluation]:
+    """The solutions at frequencies, ascending, on the curve that a sweep from the first to the last of them follows."""
+    points = list(trace(balance, first_point(balance, float(omegas[0]), force), "omega", float(omegas[-1])))
+    steps = list(pairwise(points))
+    yield points[0].evaluation
+    for omega in map(float, omegas[1:-1]):
+        low, high = next(pair for pair in steps if pair[0].point.omega < omega <= pair[1].point.omega)
+        yield solve_at(balance, low, high, "omega", omega).evaluation
+    yield points[-1].evaluation
+
+
 def _blade() -> Iterator[Row]:
     rng, balance, tests = np.random.default_rng(0), HarmonicBalance(_single_blade(**BLADE), 3, 128), []
     space = start_space(balance, first_point(balance, 2.0 * np.pi * 500.0, 20.0).evaluation, RULE)
@@ -87,7 +100,9 @@ def _blade() -> Iterator[Row]:
         frequencies = np.linspace(520.0, 600.0, 17) if force < 15.0 else np.linspace(490.0, 590.0, 17)
         clean = ss.MeasuredResponse(frequencies, 1.0, force, np.zeros(17), "displacement")
         model = FittedTest(clean, _single_blade, 3, 128, [None] * 17, space)
-        tests.append(_noisy(frequencies, force, force * model.computed(BLADE, hidden[k % 3], []).per_force, rng))
+        own = model.balance(BLADE, hidden[k % 3])
+        swept = [model.per_force(own, each) for each in _swept(own, 2.0 * np.pi * frequencies, force)]
+        tests.append(_noisy(frequencies, force, force * np.array(swept), rng))
     bounds = {"cylinder_kt": (30e6, 10e6, 150e6), "cylinder_mu": (0.25, 0.05, 1.0)}
     settings: dict[str, Any] = {"rule": RULE, "tries": 0, "evaluations": 30, "harmonics": 3, "samples": 128}
     free = ss.identify_response(_single_blade, bounds, tests, start_states="free", **settings)

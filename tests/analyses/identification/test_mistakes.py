@@ -7,6 +7,7 @@ import pytest
 from analyses.identification.test_identify_response import FREE, measured, one_mass
 
 import stickslip as ss
+from stickslip.analyses.identification.mistakes import notes_on_mistakes
 
 SOUND = [measured(force, 3, frequencies=np.linspace(0.14, 0.24, 15)) for force in (0.3, 1.0, 2.0)]
 SETTINGS = {"tries": 2, "evaluations": 25, "samples": 64, "harmonics": 3}
@@ -75,3 +76,15 @@ def test_one_wrong_test_is_named_alone():
     tests = [SOUND[0], MISTAKES["sign"][0](SOUND[1]), SOUND[2]]
     (said,) = hints(ss.identify_response(one_mass, FREE, tests, **SETTINGS))
     assert said.startswith("1: the measured phases have the opposite sign")
+
+
+def test_one_curve_that_fits_with_exchanged_columns_is_chance():
+    """As one of eight curves of a measured beam does, which a wrong model misses."""
+    solution = {
+        "plain_gain": np.ones(3),
+        "plain_misfit": np.full(3, 0.3),
+        "plain_phase": np.concatenate([np.asarray(test.phase) for test in SOUND]),
+    }
+    for exchanged, count in (([0.05, 0.3, 0.3], 0), ([0.05, 0.05, 0.05], 1)):
+        said = notes_on_mistakes(SOUND, np.full(3, 0.3), solution | {"swapped_misfit": np.array(exchanged)})
+        assert len([note for note in said if "swapped" in note]) == count
