@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from copy import deepcopy
 from pathlib import Path
 from typing import NamedTuple
 
@@ -148,3 +149,14 @@ def test_results_own_what_they_hold():
     found = list(arrays_in(balance.evaluate(Point(np.zeros((1, 7)), 1.1, 1.0)).state))
     assert len(found) > 3
     assert all(array.flags.owndata or array.base is not None for array in found)
+
+
+def test_a_balance_that_travels_lies_at_an_address_of_its_own():
+    """As to another process: the address of the first would lead nowhere."""
+    balance = HarmonicBalance(single_mass(), 3, 64)
+    before = balance.evaluate(balance.stuck_point(1.0, 0.5))
+    copied = deepcopy(balance)
+    assert copied.placed_system != balance.placed_system
+    np.testing.assert_array_equal(copied.evaluate(copied.stuck_point(1.0, 0.5)).w, before.w)
+    held = balance.with_starts(balance.table.start_value)
+    assert held.placed_system != balance.placed_system
