@@ -125,6 +125,16 @@ def test_a_library_that_does_not_load_is_replaced_with_one_sentence(monkeypatch,
 
 
 @needs_mkl
+def test_the_environment_is_not_searched_for_the_library(monkeypatch):
+    """A search of all installed files takes 0.3 s, and the package would make one for every matrix."""
+    monkeypatch.delenv(pardiso.PATH_OF_MKL, raising=False)
+    pardiso.usable.cache_clear()
+    monkeypatch.setattr("glob.glob", lambda *arguments, **options: pytest.fail("a search"))
+    assert pardiso.usable()
+    assert pardiso.Pardiso(sparse.csc_array(np.eye(2))).negative == 0
+
+
+@needs_mkl
 def test_the_memory_of_a_factor_is_said_before_it_is_made(free, monkeypatch):
     """The analysis knows it: what is said is what the factor then takes, and what the machine has not is refused.
 

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import connection, get_context, resource_tracker
+from multiprocessing import connection, get_context, reduction, resource_tracker
 from os import _exit
 from typing import TYPE_CHECKING, Any
 
@@ -105,19 +105,24 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
 def _processes(work: Work, fractions: Any, count: int) -> Iterator[list[connection.Connection]]:
     """Fresh processes that solve the cases sent to them, as the pipes to them.
 
-    They end when the block does or this process, whatever ends it, since each then finds its pipe closed.
+    They end when the block does or this process, whatever ends it, since each then finds its pipe closed. The work follows when
+    all have begun: a process takes large data only after its own start, for which the next one would have to wait.
     """
     context = get_context("spawn")
+    data = reduction.ForkingPickler.dumps(work)
     with ExitStack() as ends:
         pipes = []
         with _interrupts_for_this_process_only():
             for _ in range(count):
                 here, there = context.Pipe()
-                process = context.Process(target=_serve, args=(work, fractions, there))
+                process = context.Process(target=_serve, args=(fractions, there))
                 ends.callback(_ended, process, here)
                 process.start()
                 there.close()
                 pipes.append(here)
+        for pipe in pipes:
+            with suppress(OSError):
+                pipe.send_bytes(data)
         yield pipes
 
 
@@ -151,9 +156,13 @@ def _interrupts_for_this_process_only() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-def _serve(work: Work, fractions: Any, pipe: connection.Connection) -> None:
-    """A process: solves the cases that come through the pipe, until it closes."""
+def _serve(fractions: Any, pipe: connection.Connection) -> None:
+    """A process: solves the cases of the work that come through the pipe after it, until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        work = pipe.recv()
+    except (EOFError, OSError):
+        return
     cases: queue.Queue[int] = queue.Queue()
     threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()
     with threadpool_limits(1, user_api="blas"), suppress(OSError):

@@ -7,9 +7,12 @@ law these are the signs of the eigenvalues of A.
 from __future__ import annotations
 
 import logging
+import os
 import weakref
+from contextlib import suppress
 from functools import cache
-from importlib import import_module, util
+from importlib import import_module, metadata, util
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,8 @@ from stickslip.checks import Array, fault
 from stickslip.structure.sparse import Report, Sparse
 
 PACKAGE = "pypardiso"
+PATH_OF_MKL = "PYPARDISO_MKL_RT"
+"""The environment variable by which the package is told where MKL is."""
 SYMMETRIC_INDEFINITE = -2
 SMALLEST_PIVOT = 13
 """Pivots below 1e-13 of the norm of the matrix are raised to it and counted."""
@@ -36,6 +41,7 @@ def usable() -> bool:
     """Whether the package is there and finds its library; a warning where only the package is."""
     if util.find_spec(PACKAGE) is None:
         return False
+    _tell_where_mkl_is()
     try:
         import_module(f"{PACKAGE}.pardiso_wrapper").PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
     except Exception as error:  # whatever a broken installation raises
@@ -46,6 +52,15 @@ def usable() -> bool:
         )
         return False
     return True
+
+
+def _tell_where_mkl_is() -> None:
+    """Set the path of the library that the wheel of MKL brought; else the package searches the whole environment for every matrix."""
+    with suppress(metadata.PackageNotFoundError):
+        for file in metadata.files("mkl") or ():
+            path = Path(file.locate()).resolve()
+            if "mkl_rt" in path.name and path.suffix != ".lib" and path.exists():
+                os.environ.setdefault(PATH_OF_MKL, str(path))
 
 
 class Pardiso:
