@@ -53,6 +53,11 @@ class Cubic(NamedTuple):
         return min(fraction, 1.0)
 
     @property
+    def top(self) -> float:
+        """Fraction of the highest place of a cubic that rises at its beginning and falls at its end."""
+        return Cubic(-self.a, -self.b, -self.da, -self.db).trough
+
+    @property
     def lowest(self) -> float:
         """The lower end, or the lowest value of a cubic that falls and rises again."""
         return self.at(self.trough) if self.da < 0.0 < self.db else min(self.a, self.b)

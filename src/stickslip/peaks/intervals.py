@@ -14,7 +14,14 @@ PROMINENCE = 1e-3
 """Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
 
 STEEPER = 1.5
-"""How much steeper than what is known around it the curve is taken to be inside an interval."""
+"""By how many times the errors of slopes nearby slopes inside an interval may be off, and how much steeper than any known nearby
+they may be where no errors are known."""
+
+SPREAD = 0.5
+"""Share of their own range by which slopes inside an interval may exceed those known of it."""
+
+CORNER = 0.1
+"""Share of the change of slope over an interval from which on an error of the predicted slope is taken for a corner."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,11 +53,12 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Interval:
-    """Two samples of one segment; slope_error: how far slopes at its ends were from what their neighbours predicted."""
+    """Two samples of one segment; slope_error: how far slopes at its ends were from what their neighbours predicted, None where
+    no neighbours of the same segment tell."""
 
     low: Sample
     high: Sample
-    slope_error: float = 0.0
+    slope_error: float | None = None
 
     @property
     def width(self) -> float:
@@ -69,11 +77,14 @@ class Interval:
         return (self.high.amplitude - self.low.amplitude) / self.width
 
     @property
+    def uncertainty(self) -> float:
+        """By how much slopes inside may differ from those known: the error of earlier predictions or of the mean."""
+        return max(abs(self.mean_slope - 0.5 * (self.low.slope + self.high.slope)), self.slope_error or 0.0)
+
+    @property
     def steepness(self) -> float:
-        """The largest slope known in the interval; the mean slope predicts by how much it may be exceeded."""
-        mean = self.mean_slope
-        bend = abs(mean - 0.5 * (self.low.slope + self.high.slope))
-        return max(abs(self.low.slope), abs(self.high.slope), bend, self.slope_error)
+        """The largest slope known in the interval, or by how much slopes inside may differ."""
+        return max(abs(self.low.slope), abs(self.high.slope), self.uncertainty)
 
     @property
     def height(self) -> float:
@@ -97,17 +108,22 @@ class Interval:
         """Fraction of the segment at a share of the interval."""
         return self.low.place.fraction + share * (self.high.place.fraction - self.low.place.fraction)
 
-    def bound(self, steepness: float) -> float:
-        """Highest amplitude inside, for a curve nowhere steeper than `steepness`."""
-        return 0.5 * (self.low.amplitude + self.high.amplitude + steepness * self.width)
+    def bound(self, least: float, largest: float) -> float:
+        """Highest amplitude inside, for slopes between `least` and `largest`."""
+        a, b = self.low, self.high
+        if largest <= 0.0 or least >= 0.0 or not self.width:
+            return max(a.amplitude, b.amplitude)
+        return a.amplitude + largest * (b.amplitude - a.amplitude - least * self.width) / (largest - least)
 
     def division(self) -> float:
-        """Fraction of the segment to solve next: where the tangents of both ends meet in a maximum, else the middle."""
+        """Fraction of the segment to solve next: the maximum of the cubic where earlier ones predicted slopes well, that of the
+        tangents of both ends where there is a corner, else the middle."""
         a, b = self.low, self.high
         share = 0.5
         if a.slope > 0.0 > b.slope and self.width:
+            smooth = self.slope_error is not None and self.slope_error < CORNER * (a.slope - b.slope)
             meeting = (b.amplitude - a.amplitude - b.slope * self.width) / (a.slope - b.slope) / self.width
-            share = min(max(meeting, 0.01), 0.99)
+            share = min(max(self.cubic.top if smooth else meeting, 0.01), 0.99)
         return self.fraction(share)
 
     def divided(self, middle: Sample) -> list[Interval]:
@@ -122,9 +138,18 @@ class Interval:
 
 
 def highest_inside(intervals: list[Interval], i: int) -> float:
-    """Bound of the amplitude inside interval i, with the slopes of its neighbours."""
-    around = intervals[max(i - 1, 0) : i + 2]
-    return intervals[i].bound(STEEPER * max(interval.steepness for interval in around))
+    """Bound of the amplitude inside interval i: its slopes, and the uncertainty of its neighbours' too.
+
+    Slopes inside lie between those of the ends and the mean one, or exceed them by a share of their range and by the uncertainty
+    of slopes nearby. Where no division has shown yet how well slopes are predicted, they may be as steep as any nearby.
+    """
+    interval, around = intervals[i], intervals[max(i - 1, 0) : i + 2]
+    if interval.slope_error is None:
+        steepness = STEEPER * max(each.steepness for each in around)
+        return interval.bound(-steepness, steepness)
+    known = interval.low.slope, interval.high.slope, interval.mean_slope
+    spare = STEEPER * max(each.uncertainty for each in around) + SPREAD * (max(known) - min(known))
+    return interval.bound(min(known) - spare, max(known) + spare)
 
 
 def sampled(place: SegmentPoint, row: int, measure: Measure) -> Sample:
@@ -158,7 +183,7 @@ def hill(intervals: list[Interval], tops: list[Interval]) -> list[Interval]:
 
 def intervals_between(samples: list[Sample]) -> list[Interval]:
     """The intervals between samples of a segment in order; each inner sample gives the slope error beside it."""
-    errors = [0.0] * len(samples)
-    for i in range(1, len(samples) - 1):
-        errors[i] = Interval(samples[i - 1], samples[i + 1]).divided(samples[i])[0].slope_error
-    return [Interval(a, b, max(errors[i : i + 2])) for i, (a, b) in enumerate(pairwise(samples))]
+    inner = range(1, len(samples) - 1)
+    errors = {i: Interval(samples[i - 1], samples[i + 1]).divided(samples[i])[0].slope_error or 0.0 for i in inner}
+    beside = [[errors[k] for k in (i, i + 1) if k in errors] for i in range(len(samples) - 1)]
+    return [Interval(a, b, max(known, default=None)) for (a, b), known in zip(pairwise(samples), beside, strict=True)]

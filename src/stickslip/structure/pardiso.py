@@ -55,7 +55,7 @@ def usable() -> bool:
 
 
 def _tell_where_mkl_is() -> None:
-    """Set the path of the library that the wheel of MKL brought; else the package searches the whole environment for every matrix."""
+    """Set the path of the library in the wheel of MKL; else the package searches the environment for every matrix."""
     with suppress(metadata.PackageNotFoundError):
         for file in metadata.files("mkl") or ():
             path = Path(file.locate()).resolve()

@@ -1,14 +1,18 @@
 """Clouds of responses: draws, laws, percentiles."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from stickslip.analyses.variability.samples import response_samples
+from stickslip.analyses.variability import samples
+from stickslip.analyses.variability.samples import SamplesWork, response_samples
 from stickslip.analyses.variability.start_draws import draw, named_law
 from stickslip.checks import InputError
 from stickslip.plots.response_percentiles import response_percentiles
 from stickslip.rigs import three_mass_wedge
+from stickslip.starts.states import explored_space
 from stickslip.units import hertz
 
 
@@ -34,6 +38,19 @@ def test_a_law_is_mapped_from_its_support():
         draw(2, 10, "latin", 0, stats.norm(50.0, 0.1))
     with pytest.raises(InputError, match="must lie in"):
         draw(2, np.full((3, 2), 1.5))
+
+
+def test_start_states_are_explored_once_and_the_result_travels(monkeypatch):
+    """A process would repeat what takes seconds on a blade."""
+    explored = []
+    monkeypatch.setattr(samples, "explored_space", lambda *given: explored.append(given[2]) or explored_space(*given))
+    response_samples(three_mass_wedge(), [145.0, 222.0], [1.0, 2.0], 3)
+    assert explored == [1.0, 2.0]
+    work = SamplesWork(three_mass_wedge(), (145.0, 222.0), True, (1.0,), "slider_offset", "element", 5, 256, np.empty((0, 0)))
+    first = work.space_at(1.0)
+    other = pickle.loads(pickle.dumps(work.of(np.zeros((1, first.size)))))  # noqa: S301
+    np.testing.assert_array_equal(other.space_at(1.0).scale, first.scale)
+    assert explored == [1.0, 2.0, 1.0]
 
 
 def test_percentiles_follow_the_law():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -104,8 +104,7 @@ def response_samples(
     frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(listed(band))
     settings = (levels, rule, share, checked_harmonics(harmonics), samples)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
-    variables = draw(work.space_at(levels[0]).size, starts, method, seed, distribution)
-    work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, variables, size)
+    work = work.of(draw(work.space_at(levels[0]).size, starts, method, seed, distribution))
     curves = all_cases(work, checkpoint, workers, progress)
     return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
 
@@ -124,19 +123,21 @@ class SamplesWork(OneBalance):
     samples: int
     variables: Array
     measure: Measure = DISPLACEMENT_AMPLITUDE
+    spaces: dict[float, StartSpace] = field(default_factory=dict)
+    """What was explored of the start states, by level; it travels with the work."""
 
-    @cached_property
-    def _spaces(self) -> dict[float, StartSpace]:
-        return {}
+    def of(self, variables: Array) -> SamplesWork:
+        """The same work on other start states."""
+        return replace(self, variables=variables)
 
     def space_at(self, level: float) -> StartSpace:
         """The start states at a level."""
-        if level not in self._spaces:
+        if level not in self.spaces:
             ends = (self.frequencies[0], 0.5 * (self.frequencies[0] + self.frequencies[-1]), self.frequencies[-1])
             with threadpool_limits(1, user_api="blas"):
                 omegas = [2.0 * np.pi * frequency for frequency in ends]
-                self._spaces[level] = explored_space(self.balance, omegas, level, self.rule, self.share)
-        return self._spaces[level]
+                self.spaces[level] = explored_space(self.balance, omegas, level, self.rule, self.share)
+        return self.spaces[level]
 
     @property
     def cases(self) -> list[tuple[float, int]]:

@@ -87,8 +87,9 @@ def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
     """The curves from sampled start states, where and as finely as the forced response would be."""
     where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
     settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
-    size = SamplesWork(*settings, np.empty((0, 0))).space_at(base.levels[0]).size
-    return SamplesWork(*settings, draw(size, table.count, table.method, table.seed, law_of(table)), base.measure)
+    work = SamplesWork(*settings, np.empty((0, 0)), base.measure)
+    size = work.space_at(base.levels[0]).size
+    return work.of(draw(size, table.count, table.method, table.seed, law_of(table)))
 
 
 def spread(ends: Sequence[float], points: int) -> tuple[float, ...]:
