@@ -13,7 +13,7 @@ from stickslip.solve.curve_points import CurvePoint
 PROMINENCE = 1e-3
 """Two maxima count as one peak unless the curve dips between them by this share of the lower one."""
 
-STEEPER = 1.5
+STEEPER = 2.0
 """By how many times the errors of slopes nearby slopes inside an interval may be off, and how much steeper than any known nearby
 they may be where no errors are known."""
 
