@@ -13,7 +13,6 @@ from contextlib import suppress
 from functools import cache
 from importlib import import_module, metadata, util
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -31,7 +30,7 @@ SMALLEST_PIVOT = 13
 SETTINGS = {1: 1, 2: 2, 10: SMALLEST_PIVOT, 18: -1, 21: 1}
 """By the numbers of MKL's manual: own settings, nested dissection, smallest pivot, count entries, pivots of 1 and 2."""
 NEGATIVE, RAISED, KEPT_KIB, FACTOR_KIB, OUT_OF_MEMORY = 23, 14, 16, 17, -2
-ANALYSIS, FACTORISATION, BOTH = 11, 22, 12
+ANALYSIS, FACTORISATION, SOLUTION = 11, 22, 33
 """Phases by the numbers of MKL's manual."""
 REMEDY = "Take a coarser mesh, let the finite-element program reduce the model, or take a machine with more memory."
 
@@ -75,15 +74,16 @@ class Pardiso:
     def __init__(self, matrix: Sparse, report: Report = lambda text: None) -> None:
         package = import_module(f"{PACKAGE}.pardiso_wrapper")
         self._upper = sparse.csr_matrix(sparse.triu(matrix))
-        self._solver = _in_phases(package)
+        self._upper.sort_indices()
+        self._solver = package.PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
         for number, value in SETTINGS.items():
             self._solver.set_iparm(number, value)
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
+        nothing = np.zeros((matrix.shape[0], 1))
         try:
-            self._solver.factorize(self._upper)
+            self._call(ANALYSIS, nothing)
             self._within_memory(report)
-            self._solver.chosen = FACTORISATION
-            self._solver.factorize(self._upper)
+            self._call(FACTORISATION, nothing)
         except package.PyPardisoError as error:
             if error.value == OUT_OF_MEMORY:
                 raise MemoryError(str(error)) from None
@@ -105,16 +105,9 @@ class Pardiso:
 
     def solve(self, loads: Array) -> Array:
         """A⁻¹ loads, for loads (n,) or (n, loads)."""
-        return np.asarray(self._solver.solve(self._upper, loads))
+        return self._call(SOLUTION, np.asfortranarray(loads, dtype=float))
 
-
-def _in_phases(package: Any) -> Any:
-    """A solver whose `factorize` does the phase `chosen`: first the analysis, which knows the memory, then the factorisation."""
-
-    class InPhases(package.PyPardisoSolver):  # type: ignore[misc]
-        chosen = ANALYSIS
-
-        def set_phase(self, phase: int) -> None:
-            super().set_phase(self.chosen if phase == BOTH else phase)
-
-    return InPhases(mtype=SYMMETRIC_INDEFINITE)
+    def _call(self, phase: int, loads: Array) -> Array:
+        """One phase. The package's own `solve` compares the whole matrix with a copy of it each time."""
+        self._solver.set_phase(phase)
+        return np.asarray(self._solver._call_pardiso(self._upper, loads))
