@@ -15,3 +15,4 @@ energy = check.time.dataset
 print(
     f"In time: {amplitude_in_time:.6f} m; a period takes in {energy.input_work:.4f} J and rubs away {energy.dissipated[0]:.4f} J."
 )
+check.time.plot().savefig("check_a_point_in_time.png")

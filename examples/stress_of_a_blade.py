@@ -20,3 +20,6 @@ for case, force in enumerate((20, 80)):
     table["vibrating, radial"] = stress["amplitude"].sel(component="yy").values / 1e6
     print(f"{force} N at 528.7 Hz, MPa:\n{table.round(4)}\n")
 largest = float(stress["von_mises"].max()) / 1e6
+
+curves = ss.forced_response(rig, ss.hertz(500.0, 560.0), force=[20.0, 80.0], harmonics=3).with_stress(recovery)
+curves.plot("stress").savefig("stress_of_a_blade.png")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from numbers import Complex
 from pathlib import Path
 from typing import Any, TypeVar
@@ -254,10 +255,19 @@ def first_of(words: Sequence[str], most: int) -> str:
     return ", ".join(words[:most]) + (f", ... ({len(words)} in all)" if len(words) > most else "")
 
 
-def similar(word: str, known: Iterable[str]) -> str:
-    """A remedy that names the known word nearest to `word`, empty where none is near."""
-    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+def similar(word: str, known: Iterable[str], likeness: float = 0.5) -> str:
+    """A remedy that names the known word nearest to `word`; empty where none is as near as `likeness`, 1 for the same word."""
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=likeness)
     return f"Did you mean {close[0]!r}?" if close else ""
+
+
+def similar_file(path: Path) -> str:
+    """A remedy that names the file beside a missing one whose name is nearest to it, empty where none is near."""
+    try:
+        names = [each.name for each in islice(path.parent.iterdir(), MOST)]
+    except OSError:
+        return "" if path.parent.is_dir() else f"The folder {str(path.parent)!r} does not exist."
+    return similar(path.name, names, 0.7)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -275,4 +285,9 @@ def existing(what: str, paths: Sequence[Path]) -> None:
         if path.is_dir():
             raise fault(what, "must be a file", f"{path}, a folder", f"Name the files in it, such as {path}/*.csv.")
     if missing := [str(path) for path in paths if not path.is_file()]:
-        raise fault(what, "must be a file that exists", ", ".join(missing))
+        raise fault(what, "must be a file that exists", ", ".join(missing), similar_file(Path(missing[0])))
+
+
+def rounded(value: float, digits: int) -> str:
+    """A number with so many digits, without an exponent where a reader would not write one: `120`, never `1.2e+02`."""
+    return f"{float(f'{value:.{digits}g}'):.15g}" if abs(value) < 1e7 else f"{value:.{digits}g}"

@@ -1,5 +1,8 @@
 """Surfaces of meshes: areas, normals and interpolation in closed form, and contacts that add up to the whole law."""
 
+import tracemalloc
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,6 +20,13 @@ def structure_of(points, name="pad"):
     nodes = {f"{name}/{k}": tuple(map(float, point)) for k, point in enumerate(points, start=1)}
     dofs = tuple(f"{node}.{axis}" for node in nodes for axis in "xyz")
     return ss.Structure(np.eye(len(dofs)), 1e6 * np.eye(len(dofs)), dofs, nodes=nodes, sets={name: tuple(nodes)})
+
+
+def structure_of_many(points):
+    """The same for a surface alone, without matrices."""
+    nodes = {f"pad/{k}": tuple(map(float, point)) for k, point in enumerate(points, start=1)}
+    dofs = tuple(f"{node}.{axis}" for node in nodes for axis in "xyz")
+    return SimpleNamespace(dofs=dofs, nodes=nodes, sets={"pad": tuple(nodes)})
 
 
 def grid(x, y, z=lambda x, y: 0.0 * x):
@@ -98,6 +108,56 @@ def test_holes_are_noticed():
     assert not surface(full).has_holes
     assert surface(recess).has_holes
     assert surface(np.vstack([full, full + np.array([20.0, 0.0, 0.0])])).has_holes
+
+
+def test_a_rectangular_hole_is_cut_out():
+    """A hole of 10 x 6 cells in 40 x 30: its area but half a cell from each corner; nodes at its edge keep their half outside."""
+    full = grid(np.arange(41.0), np.arange(31.0))
+    x, y, _ = full.T
+    found = surface(1e-3 * full[~((x > 10.0) & (x < 20.0) & (y > 10.0) & (y < 16.0))] @ TURN.T, TURN[:, 2])
+    assert found.area == pytest.approx(1e-6 * (1200.0 - 60.0 + 4 * 0.5), rel=1e-9)
+    areas = dict(zip(map(tuple, np.round(1e3 * found.points @ TURN).astype(int)), 1e6 * found.area * found.weights, strict=True))
+    assert [areas[15, 10, 0], areas[10, 13, 0], areas[15, 9, 0], areas[20, 30, 0]] == pytest.approx([0.5, 0.5, 1.0, 0.5])
+    assert found.at(1e-3 * TURN @ [15.0, 13.0, 0.1]) is None
+    assert found.at(1e-3 * TURN @ [15.0, 9.5, 0.1]) is not None
+
+
+def test_a_round_hole_is_cut_out():
+    """A plate with a hole of 48 nodes on a circle: the area of the plate less that of the polygon, whatever the mesh around."""
+    full = grid(np.linspace(-20.0, 20.0, 41), np.linspace(-15.0, 15.0, 31))
+    turn = 2.0 * np.pi * np.arange(48) / 48
+    circle = 8.0 * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    found = surface(np.vstack([full[np.hypot(full[:, 0], full[:, 1]) > 8.6], circle]))
+    assert found.area == pytest.approx(1200.0 - 24.0 * 64.0 * np.sin(2.0 * np.pi / 48), rel=1e-9)
+    assert found.weights.min() > 0.0
+    assert found.at((0.0, 0.0, 0.1)) is None
+
+
+def test_areas_of_two_pads_in_one_set_are_theirs():
+    pad = grid(np.arange(9.0), np.arange(7.0))
+    both = surface(np.vstack([pad, pad + np.array([20.0, 0.0, 0.0])]))
+    assert both.area == pytest.approx(96.0, rel=1e-9)
+    np.testing.assert_allclose(both.weights[:63], 0.5 * surface(pad).weights, rtol=1e-9)
+
+
+def test_a_mesh_graded_ten_times_has_no_holes():
+    steps = np.cumsum(1.3 ** np.arange(10.0))
+    graded = surface(grid(np.concatenate([[0.0], steps]), np.arange(5.0)))
+    assert not graded.has_holes
+    assert graded.area == pytest.approx(4.0 * steps[-1])
+
+
+def test_memory_grows_as_the_nodes_do():
+    """3000 nodes: a table of one node against all others would take 72 MB."""
+    structure = structure_of_many(grid(np.arange(60.0), np.arange(50.0)))
+    tracemalloc.start()
+    try:
+        found = ss.NodeSurface.of(structure, "pad", (0.0, 0.0, 1.0))
+        assert found.at((30.2, 20.7, 0.5)) is not None
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+    assert found.area == pytest.approx(59.0 * 49.0)
 
 
 def test_a_line_beside_a_body_faces_it():

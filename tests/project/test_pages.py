@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import stickslip as ss
 
@@ -21,10 +22,28 @@ def test_the_problem_of_another_code_is_the_same_here():
         np.testing.assert_allclose(peaks[column], rig[column], rtol=1e-6)
 
 
-def test_the_pages_of_analyses_end_with_what_to_read_next():
-    """All pages in the contents but references, which nobody reads from the start to the end."""
-    listed = re.findall(r"^[a-z_]+$", (DOCS / "index.md").read_text(), re.M)
-    references = {"examples", "glossary", "verification", "robustness", "benchmarks", "api"}
-    ends = {name: (DOCS / f"{name}.md").read_text().rstrip().rpartition("\n\n")[2] for name in listed if name not in references}
-    assert len(ends) > 20
-    assert not [name for name, end in ends.items() if not re.match(r"Next: .*\]\([a-z_]+\.md\)", end, re.S)]
+REFERENCES = {"examples", "glossary", "verification", "robustness", "benchmarks", "api"}
+"""Pages that nobody reads from the start to the end."""
+
+PAGES = sorted(set(re.findall(r"^[a-z_]+$", (DOCS / "index.md").read_text(), re.M)) - REFERENCES)
+"""All others in the contents."""
+
+EQUATIONS = {"conventions", "theory"}
+"""Pages without results to show."""
+
+
+def test_the_contents_are_read():
+    assert len(PAGES) > 20
+    assert {path.stem for path in DOCS.glob("*.md")} >= REFERENCES | EQUATIONS
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_opens_with_its_question_and_a_picture_and_ends_with_what_to_read_next(name):
+    """The question in the first paragraph, the picture before the second heading of a part."""
+    text = (DOCS / f"{name}.md").read_text()
+    title, question, _ = text.split("\n\n", 2)
+    assert title.startswith("# ")
+    assert "?" in question
+    opening = "## ".join(re.split(r"^## ", text, flags=re.M)[:2])
+    assert name in EQUATIONS or re.search(r"^!\[.+\]\(|^```\{image\} ", opening, re.M)
+    assert re.match(r"Next: .*\]\([a-z_]+\.md\)", text.rstrip().rpartition("\n\n")[2], re.S)

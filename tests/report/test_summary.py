@@ -12,10 +12,12 @@ from matplotlib import use
 
 import stickslip as ss
 from stickslip import analyses
+from stickslip.checks import rounded
 from stickslip.report.conclusions import headline, level_sentence
 from stickslip.report.failures import warnings_of
 from stickslip.report.nonlinear_modes import PRESENTATION
 from stickslip.report.numbers import number
+from stickslip.report.plain import _sentence
 from stickslip.results.result import Result
 
 
@@ -163,3 +165,16 @@ def test_modes_print_the_peaks_of_their_force_levels_first():
     assert "force 0.1: " in lines[1]
     assert "1.5 m, 0.2 Hz" in lines[1]
     assert list(PRESENTATION.tables(data)) == ["peaks of force levels", "nonlinear modes"]
+
+
+def test_a_symbol_at_the_start_of_a_sentence_stays_as_it_is():
+    assert [_sentence(line) for line in ("kt = 3 N/m", "mu ≥ 0.3: no contact slips", "worst-case resonance")] == [
+        "kt = 3 N/m.",
+        "mu ≥ 0.3: no contact slips.",
+        "Worst-case resonance.",
+    ]
+
+
+def test_rounded_numbers_have_no_exponents_that_nobody_writes():
+    pairs = [(123.4, 2, "120"), (10730.5, 4, "10730"), (5.0, 2, "5"), (0.0012345, 3, "0.00123"), (-999.7, 3, "-1000")]
+    assert [rounded(value, digits) for value, digits, _ in pairs] == [shown for *_, shown in pairs]

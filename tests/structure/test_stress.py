@@ -7,6 +7,7 @@ from structure.cantilever import PLACES, cantilever, cantilever_rig, cantilever_
 
 import stickslip as ss
 from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import InputError
 from stickslip.dampers.flat_cylinder import FlatCylinder
 from stickslip.rigs.platform_blade import PlatformBlade
 from stickslip.rigs.single_blade import pads, placed_dampers
@@ -67,6 +68,8 @@ def test_stress_along_a_curve_of_a_rubbing_cantilever():
     rig, recovery = cantilever_rig(), cantilever_stress(PLACES)
     resonance = float(rig.frequencies(stuck=False)[0])
     response = ss.forced_response(rig, [10.0, resonance], force=50.0, harmonics=5)
+    with pytest.raises(InputError, match=r"Draw `response.with_stress\(recovery\)`"):
+        response.plot("stress")
     data = response.with_stress(recovery).dataset
     carried = response.dataset.contact_force.values[0, 0, 0, 0]
     bending = data.sel(component="yy")

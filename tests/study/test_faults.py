@@ -51,7 +51,7 @@ ONE_CHANGE = [
     ('between = ["1.x", "ground"]', 'between = ["1.x"]', "between must have 2 entries or more, but is ['1.x']"),
     ("kt = 0.5", "kt = -0.5", "[[contact]] 1: kt must be above 0, but is -0.5"),
     ("kt = 0.5", 'kt = "0.5"', "kt must be a number, but is '0.5'"),
-    ("kt = 0.5", "kt = true", "kt must be a number, but is True"),
+    ("kt = 0.5", "kt = true", "kt must be a number, but is true."),
     ("kt = 0.5", "kt = nan", "kt must be"),
     ("kt = 0.5", "kt = 0.5\nktt = 1", "key must be a known one, but is 'ktt'. Did you mean 'kt'?"),
     ("kt = 0.5", "kt = 0.5\nkt2 = 1", "must have a second tangential direction for its kt2, but is '1 direction'"),
@@ -305,6 +305,63 @@ def test_a_file_cut_or_scrambled_anywhere_is_refused_or_read(tmp_path, seed):
         )
     with suppress(InputError):
         assert job("\n".join(lines), tmp_path, "study").sweep.problem
+
+
+SECOND = """[[contact]]
+law = "macroslip"
+between = ["2.x", "ground"]
+kt = -0.5 # wrong
+mu = 1.0
+normal_load = 1.0
+"""
+
+
+def line(text, part):
+    return next(number for number, line in enumerate(text.splitlines(), start=1) if part in line)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "at"),
+    [
+        ("kt = 0.5", "kt = true", "kt ="),
+        ("kt = 0.5", "# kt = 1\nktt = 0.5", "ktt"),
+        ("[sweep]", "[swep]", "[swep]"),
+        ("[[force]]", "[force]", "[force]"),
+        ("samples = 256", "samples = 10", "samples"),
+        ('outputs = ["2.x"]', 'outputs = [\n"2.y"\n]', "outputs"),
+        ("kt = 0.5\n", "", "[[contact]]"),
+        ("[study]", 'units = "mm-t"\n[study]', "units"),
+        ("[[force]]", SECOND + "[[force]]", "# wrong"),
+        ("matrices = {", "unknown.key = 3\nmatrices = {", "unknown"),
+        ("[[contact]]", "[structure.keep]\ntips = 3\n[[contact]]", "[structure.keep]"),
+    ],
+)
+def test_a_fault_has_the_line_of_its_key(tmp_path, old, new, at):
+    text = GOOD.replace(old, new, 1)
+    (tmp_path / "study.toml").write_text(text)
+    with pytest.raises(Faults) as raised:
+        read(tmp_path / "study.toml")
+    assert any(message.startswith((f"Line {line(text, at)},", f"Line {line(text, at)}:")) for message in raised.value.faults)
+
+
+def test_what_lies_on_no_line_has_none(tmp_path):
+    (tmp_path / "study.toml").write_text(GOOD.replace("[study]\n", "[study]\ntitle = 'sweep'\n").partition("[sweep]")[0])
+    with pytest.raises(Faults, match=r"^\[sweep\] must be given, but is missing"):
+        read(tmp_path / "study.toml")
+
+
+def test_a_mistyped_name_of_a_file_gets_the_one_beside_it(tmp_path):
+    text = RIG.replace('rig = "single_mass"', 'model = "blde.npz"').replace("[structure.parameters]\nkt = 2.0\n", "")
+    (tmp_path / "blade.toml").write_text(text)
+    (tmp_path / "blade.npz").touch()
+    with pytest.raises(InputError, match=r"must be a file that exists.*Did you mean 'blade.npz'\?"):
+        read(tmp_path / "blade.toml")
+    with pytest.raises(InputError, match=r"must exist.*Did you mean 'blade.toml'\?"):
+        read(tmp_path / "blede.toml")
+    with pytest.raises(InputError, match=r"The folder '.*none' does not exist\."):
+        read(tmp_path / "none" / "blade.toml")
+    with pytest.raises(InputError, match=r"must exist, but is '.*results.nc'. `stickslip run STUDY"):
+        ss.open_results(tmp_path / "results.nc")
 
 
 AERODYNAMIC = """

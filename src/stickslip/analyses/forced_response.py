@@ -76,6 +76,7 @@ class ForcedResponse(
     states="contacts:contact_states",
     dissipation="energy:dissipation",
     loss_factor="energy:loss_factor",
+    stress="stress:stress_curves",
 ):
     """Curves for every force level: `dataset` (labelled, with units) and the problem that made them."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from stickslip.checks import InputError, counted, fault
@@ -19,6 +19,12 @@ def writable_folder(folder: Path) -> Path:
             return folder
     except OSError as error:
         raise fault("The output folder", "must be a folder that can be written", str(folder), f"({error.strerror})") from None
+
+
+def remove_if_empty(folder: Path) -> None:
+    """Leave no folder behind in which nothing was written."""
+    with suppress(OSError):
+        folder.rmdir()  # of a folder that holds something this fails
 
 
 def free_folder(folder: Path, names: Sequence[str], resume: bool, overwrite: bool) -> Path:

@@ -12,7 +12,7 @@ import typer
 
 from stickslip.checks import InputError, counted, fault, positive, unique
 from stickslip.cli.app import guarded
-from stickslip.cli.places import claimed, free_folder
+from stickslip.cli.places import claimed, free_folder, remove_if_empty
 from stickslip.cli.results import write_reports
 from stickslip.console import INCOMPLETE, progress_bar, say, warn
 from stickslip.files import write_text
@@ -209,8 +209,12 @@ def read_job(path: Path) -> Job:
 
 def carry_out(run: Run, figures: bool = False) -> None:
     """Compute the missing cases, write everything, then remove the checkpoint."""
-    with claimed(run.folder):
-        broken = computed_and_written(run, figures)
+    try:
+        with claimed(run.folder):
+            broken = computed_and_written(run, figures)
+    except BaseException:
+        remove_if_empty(run.folder)
+        raise
     if broken:
         raise typer.Exit(INCOMPLETE)
 
@@ -239,8 +243,6 @@ def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
         if len(kept):
             raise
         kept.remove(kept.folder)
-        if not any(run.folder.iterdir()):
-            run.folder.rmdir()
         raise
 
 
@@ -249,7 +251,7 @@ def say_kept(run: Run, count: int) -> None:
     if run.resume and count:
         say(f"Resuming from {counted(count, 'completed curve')} in {run.folder / 'unfinished'}.")
     elif run.resume:
-        say(f"No completed curves in {run.folder}: starting from the beginning.")
+        say(f"Nothing is kept in {run.folder}: starting from the beginning.")
     elif count:
         warn(f"Not used: {counted(count, 'completed curve')} of an interrupted run. Stop and add --resume to use what is kept.")
 

@@ -1,8 +1,8 @@
 """A contact surface of a mesh: the nodes of a set with their areas and normals, from the coordinates alone.
 
 The nodes are projected onto the plane that fits them best. There each has its Voronoi cell within their convex hull, and the
-Delaunay triangles between them carry normals and interpolation. That suits surfaces that are flat or gently curved, whatever
-elements lie beneath.
+Delaunay triangles between them carry normals and interpolation. Triangles far larger than those around their corners span
+holes or recesses, which are cut out. That suits surfaces that are flat or gently curved, whatever elements lie beneath.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay
 
 from stickslip.checks import Array, Index, InputError, fault, nearest, vector
@@ -34,8 +36,14 @@ TOUCHING = 1e-3
 LEVEL = 0.1
 """Cosine up to which a direction lies in a surface."""
 
-LARGER = 2.5
-"""Ratio of the longest edge of a triangle to the usual one from where on it spans a hole or a recess."""
+LARGER = 3.0
+"""Ratio of the longest edge of a triangle to those around its corners from where on it spans a hole or a recess."""
+
+BESIDE = 1.5
+"""Ratio of the diameter of the circle through its corners to the same, from where on a triangle beside a hole belongs to it."""
+
+SEVERAL = 4.0
+"""Area of a hole over that of the usual triangle beside it, up to which it is none: nodes are scattered unevenly."""
 
 GIVE = "Give it as `towards`, in a study as `facing`."
 
@@ -135,8 +143,12 @@ class NodeSurface:
 
     @property
     def has_holes(self) -> bool:
-        """Whether the nodes seem to leave out part of their convex hull, whose area counts: triangles far larger than others."""
-        return self._plane.rank == 2 and self._plane.has_holes
+        """Whether the nodes leave out part of their convex hull, which does not count: holes, recesses, the space between parts.
+
+        They are known by triangles between nodes three times as large as others at their corners. From each corner of a hole the
+        half of one cell of the mesh still counts.
+        """
+        return self._plane.rank == 2 and bool(self._plane.spanning.any())
 
     def at(self, point: Sequence[float]) -> Motion | None:
         """The motion of the surface opposite a point [m], by interpolation between three nodes; None beyond its edge."""
@@ -238,7 +250,7 @@ class _Plane:
     @classmethod
     def of(cls, points: Array) -> _Plane:
         centre = points.mean(axis=0)
-        _, extents, axes = np.linalg.svd(points - centre, full_matrices=True)
+        _, extents, axes = np.linalg.svd(points - centre, full_matrices=len(points) < 3)
         if np.linalg.det(axes) < 0.0:
             axes = axes * np.array([[1.0], [1.0], [-1.0]])
         sizes = np.zeros(2)
@@ -251,11 +263,41 @@ class _Plane:
         return Delaunay(self.flat)
 
     @cached_property
+    def solid(self) -> Index:
+        """Delaunay triangles (t,), by their numbers, without the slivers that rounding makes along straight edges."""
+        corners = self.delaunay.simplices.astype(np.int64)
+        return np.flatnonzero(np.abs(_twice_area(self.flat[corners])) > SLIVER * self._longest(corners) ** 2)
+
+    @cached_property
+    def spanning(self) -> NDArray[np.bool_]:
+        """Which of them span a hole, a recess, the space between parts: the largest, and those of large circles beside them."""
+        corners = self.delaunay.simplices[self.solid].astype(np.int64)
+        longest = self._longest(corners)
+        around = np.full(len(self.flat), np.inf)
+        for corner in corners.T:
+            np.minimum.at(around, corner, longest)
+        usual = (1.0 + ROUNDING) * around[corners].max(axis=1)
+        sides = np.linalg.norm(self.flat[corners] - np.roll(self.flat[corners], 1, axis=1), axis=2)
+        areas = np.abs(_twice_area(self.flat[corners]))
+        diameter = sides.prod(axis=1) / areas
+        large = (longest > usual) & (diameter > BESIDE * usual)
+        place = np.full(len(self.delaunay.simplices), -1)
+        place[self.solid[large]] = np.flatnonzero(large)
+        beside = self.delaunay.neighbors[self.solid]
+        first, side = np.nonzero(large[:, None] & (beside >= 0) & (place[beside] >= 0))
+        pairs = coo_array((np.ones(first.size), (first, place[beside[first, side]])), shape=2 * large.shape)
+        _, part = connected_components(pairs)
+        found = np.zeros(large.size, bool)
+        for one in np.unique(part[large & (longest > LARGER * usual)]):
+            inside = part == one
+            beside_it = ~large & np.isin(corners, corners[inside]).any(axis=1)
+            found |= inside & bool(areas[inside].sum() > SEVERAL * np.median(areas[beside_it]))
+        return found
+
+    @cached_property
     def triangles(self) -> Index:
-        """Corners of the Delaunay triangles (t, 3), without the slivers that rounding makes along straight edges."""
-        corners: Index = self.delaunay.simplices.astype(np.int64)
-        longest, area = self._longest(corners), _twice_area(self.flat[corners])
-        return np.asarray(corners[np.abs(area) > SLIVER * longest**2])
+        """Corners of the triangles (t, 3) that the surface consists of."""
+        return np.asarray(self.delaunay.simplices[self.solid[~self.spanning]], np.int64)
 
     @cached_property
     def edge(self) -> Index:
@@ -268,11 +310,6 @@ class _Plane:
         """The longest side of each triangle."""
         points = self.flat[corners]
         return np.asarray(np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2).max(axis=1))
-
-    @property
-    def has_holes(self) -> bool:
-        longest = self._longest(self.triangles)
-        return bool(longest.max() > LARGER * np.median(longest))
 
     @property
     def covers_once(self) -> bool:
@@ -290,22 +327,24 @@ class _Plane:
         return np.asarray(total / np.linalg.norm(total, axis=1)[:, None])
 
     def cells(self) -> Array:
-        """Areas of the Voronoi cells within the convex hull, (n,) [m²].
+        """Areas of the Voronoi cells within the convex hull, without holes, (n,) [m²].
 
         They do not depend on how a rectangle is divided into triangles, which rounding decides.
         """
         hull = self.flat[_counter_clockwise(self.delaunay)]
         first, others = self.delaunay.vertex_neighbor_vertices
-        return np.array([_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))])
+        cells = [_cell(self.flat, k, hull, self.flat[others[first[k] : first[k + 1]]]) for k in range(len(self.flat))]
+        areas = np.array([_area(cell) for cell in cells])
+        low, high = (np.array([end(cell, axis=0) for cell in cells]) for end in (np.min, np.max))
+        for hole in self.flat[self.delaunay.simplices[self.solid[self.spanning]]]:
+            for k in np.flatnonzero(np.all((low < hole.max(axis=0)) & (high > hole.min(axis=0)), axis=1)):
+                areas[k] -= _area(_within(cells[k], hole))
+        return areas
 
     def shares(self, point: Array) -> dict[int, float] | None:
         """The corners of the triangle at a point's projection, or the edge near it, with their shares; None beyond it."""
         place = (point - self.centre) @ self.axes[:2].T
-        points = self.flat[self.triangles]
-        opposite = [np.stack([np.broadcast_to(place, points[:, 0].shape), points[:, i], points[:, j]], axis=1) for i, j in PAIRS]
-        every = np.column_stack([_twice_area(part) for part in opposite]) / _twice_area(points)[:, None]
-        best = int(np.argmax(every.min(axis=1)))
-        corners, shares = self.triangles[best], every[best]
+        corners, shares = self._around(place)
         if shares.min() < -ROUNDING:
             first, second = (self.flat[side] for side in self.edge.T)
             along = second - first
@@ -316,6 +355,24 @@ class _Plane:
                 return None
             corners, shares = self.edge[best], np.array([1.0 - f[best], f[best]])
         return {int(corner): float(share) for corner, share in zip(corners, shares, strict=True) if share > ROUNDING}
+
+    def _around(self, place: Array) -> tuple[Index, Array]:
+        """The triangle at a place (2,), or the one that it is least outside of, with the shares of its corners."""
+        at = int(self.delaunay.find_simplex(place))
+        known = at >= 0 and self.kept[at]
+        triangles = self.delaunay.simplices[[at]] if known else self.triangles
+        points = self.flat[triangles]
+        opposite = [np.stack([np.broadcast_to(place, points[:, 0].shape), points[:, i], points[:, j]], axis=1) for i, j in PAIRS]
+        every = np.column_stack([_twice_area(part) for part in opposite]) / _twice_area(points)[:, None]
+        best = int(np.argmax(every.min(axis=1)))
+        return triangles[best], every[best]
+
+    @cached_property
+    def kept(self) -> NDArray[np.bool_]:
+        """Whether each Delaunay triangle is one of `triangles`."""
+        kept = np.zeros(len(self.delaunay.simplices), bool)
+        kept[self.solid[~self.spanning]] = True
+        return kept
 
 
 def _twice_area(corners: Array) -> Array:
@@ -332,12 +389,30 @@ def _counter_clockwise(triangles: Delaunay) -> Array:
     return np.asarray(corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))])
 
 
-def _cell(points: Array, k: int, hull: Array, neighbours: Array) -> float:
-    """Area of the part of the hull that is nearer to point k than to its neighbours (m, 2)."""
-    polygon = hull
+def _cell(points: Array, k: int, hull: Array, neighbours: Array) -> Array:
+    """The part of the hull that is nearer to point k than to its neighbours (m, 2), as corners."""
+    far = 4.0 * np.ptp(hull, axis=0).max()
+    polygon = points[k] + far * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
     for other in neighbours:
         middle, across = 0.5 * (points[k] + other), other - points[k]
         polygon = _clipped(polygon, (polygon - middle) @ across)
+    return _within(polygon, hull)
+
+
+def _within(polygon: Array, corners: Array) -> Array:
+    """The part of a convex polygon that lies in another, whose corners go round once."""
+    along = np.roll(corners, -1, axis=0) - corners
+    x, y = corners.T
+    turn = np.sign(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    outwards = turn * np.stack([along[:, 1], -along[:, 0]], axis=1)
+    beyond = ((polygon[:, None] - corners) * outwards).sum(axis=2)
+    for side in np.flatnonzero(beyond.max(axis=0) > 0.0):
+        polygon = _clipped(polygon, (polygon - corners[side]) @ outwards[side])
+    return polygon
+
+
+def _area(polygon: Array) -> float:
+    """Area of a polygon of any number of corners."""
     x, y = polygon.T
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 

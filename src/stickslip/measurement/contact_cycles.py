@@ -13,7 +13,7 @@ from itertools import compress, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array, Index, between, counted, fault
+from stickslip.checks import Array, Index, between, counted, fault, rounded
 from stickslip.measurement.contact_record import ContactRecord
 from stickslip.measurement.cycles import analysis, delayed, fitted_cycle, synthesis
 from stickslip.measurement.passages import FEW_CYCLES, cycle_ends
@@ -328,7 +328,7 @@ def _closed(cuts: Sequence[_Cut]) -> tuple[list[_Cut], list[str]]:
     for cut in cuts:
         closes = [abs(end - begin) <= most for begin, end in cut.ends]
         left += [
-            f"cycle {number} ({begin:.3g} N at its beginning, {end:.3g} N at its end)"
+            f"cycle {number} ({rounded(begin, 3)} N at its beginning, {rounded(end, 3)} N at its end)"
             for number, (begin, end), whole in zip(cut.numbers, cut.ends, closes, strict=True)
             if not whole
         ]
@@ -407,7 +407,7 @@ def _offsets(u: Array, force: Array) -> list[str]:
     place = float(np.median(u[:, 0]))
     found = [f"Mean displacement removed: {f'{1e3 * place:.4g} mm' if abs(place) > 1e-3 else f'{1e6 * place:.4g} um'}."]
     mean, half = float(np.median(force[:, 0])), 0.5 * float(np.ptp(_shape(force.mean(axis=0))))
-    found.append(f"Mean force removed: {mean:.3g} N, {abs(mean) / half:.1%} of half its range.")
+    found.append(f"Mean force removed: {rounded(mean, 3)} N, {abs(mean) / half:.1%} of half its range.")
     return found
 
 

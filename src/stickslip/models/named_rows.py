@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import InputError, counted, fault, first_of, nearest
+from stickslip.checks import InputError, counted, fault, first_of, nearest, similar_file
 from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.deck import Deck, read_deck
@@ -127,7 +127,7 @@ def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     except FileNotFoundError:
-        raise fault("The file of names", "must exist", str(path)) from None
+        raise fault("The file of names", "must exist", str(path), similar_file(path)) from None
     except (OSError, ValueError, IndexError) as error:
         raise fault("The file of names", "must be readable", path.name, f"It is damaged ({str(error)[:200]}).") from None
 
@@ -139,7 +139,7 @@ def _table(path: Path) -> list[dict[str, str]]:
             rows = list(reader)
             columns = list(reader.fieldnames or ())
     except FileNotFoundError:
-        raise fault("The file of names", "must exist", str(path)) from None
+        raise fault("The file of names", "must exist", str(path), similar_file(path)) from None
     except (UnicodeDecodeError, csv.Error, OSError) as error:
         raise fault("The file of names", "must be a table in UTF-8", f"{path.name} ({error})") from None
     for column in columns:

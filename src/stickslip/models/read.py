@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import InputError, fault, several, truth
+from stickslip.checks import InputError, fault, several, similar_file, truth
 from stickslip.models import (
     abaqus,
     ansys,
@@ -176,7 +176,8 @@ def format_of(path: Path) -> Format:
     endings = sorted({ending for form in FORMATS for ending in form.endings})
     fitting = [form for form in FORMATS if path.suffix.lower() in form.endings]
     if not path.is_file():
-        raise fault("A model", "must be a file that exists", str(path), "It is a folder." if path.is_dir() else "")
+        remedy = "It is a folder." if path.is_dir() else similar_file(path)
+        raise fault("A model", "must be a file that exists", str(path), remedy)
     if path.suffix.lower() in PACKED:
         remedy = f"Unpack it first, with {PACKED[path.suffix.lower()]}, beside the other files of the model."
         raise fault("A model", "must be unpacked", path.name, remedy)

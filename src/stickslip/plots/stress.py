@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.checks import InputError
 from stickslip.plots.case_lines import case_lines
 from stickslip.plots.chart import Axis, Chart, Layer, Line, Panel
 from stickslip.plots.look import MOST_PANELS
@@ -21,6 +22,8 @@ MPa = 1e6
 
 def stress_curves(dataset: xr.Dataset) -> Chart:
     """Largest von Mises stress over the period against Hz at each place; dots mark the largest of each curve."""
+    if "stress_von_mises" not in dataset:
+        raise InputError("The figure of stress must have stress along the curves. Draw `response.with_stress(recovery)`.")
     names = [str(place) for place in dataset["place"].values]
     places = most_stressed(dataset)
     note = f"{len(places)} of {len(names)} places, the most stressed" if len(places) < len(names) else ""

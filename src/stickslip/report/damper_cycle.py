@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
-from stickslip.checks import Array
+from stickslip.checks import Array, rounded
 from stickslip.plots.damper_cycle import damper_cycle
 from stickslip.report.presentation import Presentation
 
@@ -31,10 +31,10 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     """What came out."""
     energy, rotation = float(microjoules(dataset, dataset.loop_energy.values)), 1e3 * float(dataset.rotation)
     rotation = 0.0 if rotation < STILL else rotation
-    lines = [f"{energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad peak to peak", str(dataset.attrs["message"])]
+    lines = [f"{rounded(energy, 6)} µJ a cycle, rotation {rounded(rotation, 4)} mrad peak to peak", str(dataset.attrs["message"])]
     for contact in dataset.contact.values:
-        stick, slip, open_ = dataset.share.sel(contact=contact).values
-        lines.append(f"{contact}: stick {stick:.1%}, slip {slip:.1%}, open {open_:.1%} of the cycle")
+        stick, slip, open_ = 100.0 * dataset.share.sel(contact=contact).values
+        lines.append(f"{contact}: stick {stick:.1f} %, slip {slip:.1f} %, open {open_:.1f} % of the cycle")
     return lines
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.analyses.damper_alone.cycle import LARGEST_ROTATION
-from stickslip.checks import counted
+from stickslip.checks import counted, rounded
 from stickslip.plots.damper_cycles import cycle_names, damper_cycles
 from stickslip.report.damper_cycle import microjoules
 from stickslip.report.presentation import Presentation
@@ -30,9 +30,12 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if "starts" not in dataset:
         jammed = int(np.count_nonzero(dataset.outcome.values == "jammed"))
         words = f"; {jammed} of them jammed" if jammed else ""
-        lines.append(f"{counted(energies.size, 'cycle')} of {energies.min():.4g} to {energies.max():.4g} µJ{words}")
+        lines.append(
+            f"{counted(energies.size, 'cycle')} of {rounded(energies.min(), 4)} to {rounded(energies.max(), 4)} µJ{words}"
+        )
     for name, energy, rotation, outcome in zip(cycle_names(dataset), energies, rotations, dataset.outcome.values, strict=True):
-        lines.append(f"{name}: {energy:.6g} µJ a cycle, rotation {rotation:.4g} mrad, {str(outcome).replace('_', ' ')}")
+        came = str(outcome).replace("_", " ")
+        lines.append(f"{name}: {rounded(energy, 6)} µJ a cycle, rotation {rounded(rotation, 4)} mrad, {came}")
     return lines
 
 

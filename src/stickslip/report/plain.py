@@ -5,6 +5,7 @@ An analysis fills them through its `Presentation`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,9 @@ Datasets = Mapping[str, "xr.Dataset"]
 
 ROUNDING = 1e-11
 """Numbers below this share of the largest one of their unit in a table are rounding."""
+
+SYMBOL = re.compile(r"\w+ (=|≥|×) ")
+"""A line that begins with a symbol."""
 
 
 def overview(datasets: Datasets, charts: Charts) -> str:
@@ -84,8 +88,9 @@ def _head(label: str, datasets: Datasets) -> str:
 
 
 def _sentence(line: str) -> str:
-    """A line of the console as a sentence."""
-    return line[:1].upper() + line[1:] + ("" if line.endswith((".", "!", "?")) else ".")
+    """A line of the console as a sentence; a symbol at its start, `kt = ...`, stays as it is."""
+    start = line[:1] if SYMBOL.match(line) else line[:1].upper()
+    return start + line[1:] + ("" if line.endswith((".", "!", "?")) else ".")
 
 
 def _columns(frame: pd.DataFrame) -> list[tuple[str, float, float]]:

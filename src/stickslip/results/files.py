@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Faults, InputError, fault
+from stickslip.checks import Faults, InputError, fault, similar_file
 from stickslip.files import replacing
 from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped, with_frequency
 
@@ -127,7 +127,8 @@ def _refuse_foreign(path: Path) -> None:
         with path.open("rb") as file:
             start = file.read(len(_HDF5_SIGNATURE))
     except FileNotFoundError:
-        raise fault("The results file", "must exist", str(path), "`stickslip run STUDY --out DIR` writes one.") from None
+        remedy = similar_file(path) or "`stickslip run STUDY --out DIR` writes one."
+        raise fault("The results file", "must exist", str(path), remedy) from None
     except IsADirectoryError:
         raise fault("The results file", "must be readable", str(path), "It is a folder: give the results.nc in it.") from None
     except OSError as error:

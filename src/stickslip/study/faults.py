@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, get_args
 
@@ -36,6 +37,10 @@ RULES = {
 }
 
 
+TRUTH = re.compile(r"(?<= is )(True|False)(?=\.)")
+"""Truth values as messages write them; in a study they are `true` and `false`."""
+
+
 class Found:
     """Collects the faults of one file, each with its location."""
 
@@ -54,7 +59,7 @@ class Found:
     def stop(self) -> None:
         """Raise what was found, if anything was."""
         if self.messages:
-            raise Faults(self.messages)
+            raise Faults([TRUTH.sub(lambda found: found[0].lower(), message) for message in self.messages])
 
 
 def parsed(model: type[Model], values: Any) -> Model:

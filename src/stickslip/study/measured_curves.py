@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import fault, nearest
+from stickslip.checks import fault, nearest, similar_file
 from stickslip.rigs import RIGS
 from stickslip.study.analyses.response_identification import (
     FACTORS,
@@ -36,7 +36,9 @@ def document_of(problem: str) -> tuple[dict[str, Any], Path]:
         document = toml(text_of(path))
         return {key: value for key, value in document.items() if key in (*COMMON_KEYS, TABLE)}, path.parent
     if problem not in RIGS:
-        raise fault("PROBLEM", "must be a study file that exists, or a ready rig", problem, nearest(problem, RIGS))
+        raise fault(
+            "PROBLEM", "must be a study file that exists, or a ready rig", problem, similar_file(path) or nearest(problem, RIGS)
+        )
     return {"structure": {"rig": problem}}, Path()
 
 

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.forced_response import force_levels
-from stickslip.checks import InputError, fault, nearest, storable
+from stickslip.checks import Faults, InputError, fault, nearest, similar_file, storable
 from stickslip.contact.point import GROUND, Contact
 from stickslip.harmonic.measure import measure_of
 from stickslip.harmonic.orders import Harmonics, checked_harmonics, harmonics_for
@@ -28,6 +28,7 @@ from stickslip.study.contacts import ContactTable, SurfaceTable, table_of
 from stickslip.study.faults import Found, Model, parsed
 from stickslip.study.fields import Table
 from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
+from stickslip.study.lines import with_line
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
 from stickslip.study.renamed import with_new_names
@@ -94,7 +95,12 @@ class Tables:
 
 def read(path: Path, progress: Progress = quiet) -> Job:
     """The study at `path`, checked as a whole. Raises `Faults` with every fault of the file."""
-    return job(text_of(path), path.parent, path.stem, progress)
+    text = text_of(path)
+    try:
+        return job(text, path.parent, path.stem, progress)
+    except Faults as error:
+        document = toml(text)
+        raise Faults([with_line(message, text, document) for message in error.faults]) from None
 
 
 def read_problem(path: str | Path) -> Problem:
@@ -219,7 +225,8 @@ def text_of(path: Path) -> str:
             raise fault("The study file", f"must have at most {LARGEST // 2**20} MiB", str(path), "Is it a study?")
         return content.decode("utf-8-sig")
     except FileNotFoundError:
-        raise fault("The study file", "must exist", str(path), "`stickslip new forced_response` writes one.") from None
+        remedy = similar_file(path) or "`stickslip new forced_response` writes one."
+        raise fault("The study file", "must exist", str(path), remedy) from None
     except UnicodeDecodeError:
         raise fault("The study file", "must be a text in UTF-8", str(path)) from None
     except OSError as error:

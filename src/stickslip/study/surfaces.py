@@ -115,7 +115,7 @@ def _note(name: str, surface: NodeSurface, count: int, table: SurfaceTable, oppo
             f"{counted(left, 'node has', 'nodes have')} nothing opposite and no contact: their share of kt and kn is lost"
         )
     if surface.has_holes:
-        found.append("The nodes seem to leave out a hole or a recess, whose area counts: divide the set")
+        found.append("The nodes leave out a hole or a recess, whose area does not count")
     if opposite is not None:
         away = float(np.linalg.norm(opposite - surface.weights @ surface.points))
         if away > FAR * max(surface.size, SMALLEST):

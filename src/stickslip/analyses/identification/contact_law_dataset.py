@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analyses.identification.force_lag import force_lag
 from stickslip.analyses.identification.loop_law import LawFit, energy_of, force_of
-from stickslip.checks import Array, Index, counted
+from stickslip.checks import Array, Index, counted, rounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,8 +207,8 @@ def _over_loads(work: ContactLawWork, kt: Array) -> list[str]:
         return []
     middle = np.sqrt(loads.min() * loads.max())
     low, high = (float(np.median(kt[side])) for side in (loads < middle, loads >= middle))
-    about = f"kt is {1e-6 * low:.3g} N/um around {np.median(loads[loads < middle]):.4g} N and {1e-6 * high:.3g} N/um around "
-    about += f"{np.median(loads[loads >= middle]):.4g} N"
+    about = f"kt is {rounded(1e-6 * low, 3)} N/um around {rounded(float(np.median(loads[loads < middle])), 4)} N and "
+    about += f"{rounded(1e-6 * high, 3)} N/um around {np.median(loads[loads >= middle]):.4g} N"
     if abs(high - low) < CHANGE * low and work.rig_stiffness is None:
         return [f"kt is likely the rig's: {about}; that of a contact grows with the normal load."]
     return [f"One kt for all loads is a mean: {about}. Fit each load by itself."] if abs(high - low) >= CHANGE * low else []
@@ -243,7 +243,8 @@ def sentences(dataset: xr.Dataset) -> list[str]:
 
 def _misfits(own: xr.Dataset) -> str:
     held_out = float(own["held_out"])
-    return f"{float(own['misfit']):.1%}" + ("" if np.isnan(held_out) else f" ({held_out:.1%} on loops held out)")
+    without = "" if np.isnan(held_out) else f" ({100.0 * held_out:.1f} % on loops held out)"
+    return f"{100.0 * float(own['misfit']):.1f} %{without}"
 
 
 def _energies(dataset: xr.Dataset) -> str:

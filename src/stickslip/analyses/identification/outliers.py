@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.identification.response_fit import ResponseFit
-from stickslip.checks import Array, counted
+from stickslip.checks import Array, counted, rounded
 from stickslip.measurement.measured_response import MeasuredResponse
 
 OUTLIER = 5.0
@@ -152,7 +152,8 @@ def notes_on_outliers(tests: Sequence[MeasuredResponse], errors: Sequence[Array]
         if not at.size:
             continue
         places = [
-            f"{np.asarray(test.frequency)[k]:.5g} Hz by {100.0 * abs(share[k]):.2g} %, {error[k]:.0f} standard errors" for k in at
+            f"{np.asarray(test.frequency)[k]:.5g} Hz by {rounded(100.0 * abs(share[k]), 2)} %, {error[k]:.0f} standard errors"
+            for k in at
         ]
         listed = "; ".join(places[:LISTED]) + (f"; and {at.size - LISTED} more" if at.size > LISTED else "")
         why = "Is the sensor clipped there?" if np.all(share[at] < 0.0) else "Are these rows right?"

@@ -11,7 +11,7 @@ from stickslip.analyses.identification.enclosed_test import EnclosedTest
 from stickslip.analyses.identification.model_error import FEWEST_TESTS, above_noise
 from stickslip.analyses.identification.outliers import moved, notes_on_outliers
 from stickslip.analyses.identification.response_fit import GAIN, FitStatistics, ResponseFit
-from stickslip.checks import Array, first_of
+from stickslip.checks import Array, first_of, rounded
 from stickslip.measurement.measured_response import MeasuredResponse
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def notes_of_fit(
     stated = np.array([model.test.error for model in fit.tests])
     for t in np.flatnonzero((apart > UNEXPLAINED * np.median(apart)) & (apart > UNEXPLAINED * stated)):
         how = "by any start state" if {"start_variables", "lower"} & {*dataset} else "by these parameters"
-        sizes = f"misfit {100.0 * apart[t]:.2g} % against {100.0 * np.median(apart):.2g} % in the median"
+        sizes = f"misfit {rounded(100.0 * apart[t], 2)} % against {rounded(100.0 * float(np.median(apart)), 2)} % in the median"
         found.append(f"{dataset['test'].values[t]} is not explained {how}: {sizes}.")
     found += _about_outliers(fit, dataset)
     found += _about_misfit(fit, x, statistics, dataset)
@@ -245,7 +245,7 @@ def _about_misfit(fit: ResponseFit, x: Array, statistics: FitStatistics, dataset
     """How the residuals compare with the stated errors, and what the intervals hold of them."""
     apart, stated = float(np.median(dataset["misfit"].values)), float(np.median([model.test.error for model in fit.tests]))
     large, series = apart > UNEXPLAINED * stated, fit.series(x)
-    sizes = f"misfit {100.0 * apart:.2g} % in the median, stated errors {100.0 * stated:.2g} %"
+    sizes = f"misfit {rounded(100.0 * apart, 2)} % in the median, stated errors {rounded(100.0 * stated, 2)} %"
     suspects = f"quantity, units, contact law, the number of harmonics{_about_phase(fit)}"
     words = f"The model does not explain the tests: {sizes}. Check {suspects}"
     if "lower" in dataset or min(one.size for one in series) < FEWEST_POINTS:

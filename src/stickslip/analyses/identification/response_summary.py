@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.identification.response_fit import PHASE
-from stickslip.checks import counted
+from stickslip.checks import counted, rounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,11 +26,11 @@ def summary(dataset: xr.Dataset) -> list[str]:
     sizes, predicted = 100.0 * dataset["misfit"].values, 100.0 * dataset["held_out"].values
     worst = int(np.argmax(sizes))
     lines.append(
-        f"{counted(sizes.size, 'test')}, misfit {np.median(sizes):.2g} % of the largest response in the median, at most "
-        f"{sizes[worst]:.2g} % ({dataset['test'].values[worst]})"
+        f"{counted(sizes.size, 'test')}, misfit {rounded(float(np.median(sizes)), 2)} % of the largest response in the median, "
+        f"at most {rounded(sizes[worst], 2)} % ({dataset['test'].values[worst]})"
     )
     if np.isfinite(predicted).any():
-        lines.append(f"left out and predicted by the others: at most {np.nanmax(predicted):.2g} %")
+        lines.append(f"left out and predicted by the others: at most {rounded(float(np.nanmax(predicted)), 2)} %")
     return lines + [note for note in str(dataset.attrs.get("notes", "")).split("\n") if note]
 
 

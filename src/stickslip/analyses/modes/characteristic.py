@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.modes.synthesis import Synthesis
-from stickslip.checks import Array, InputError
+from stickslip.checks import Array, InputError, rounded
 from stickslip.problem import Problem
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ def _others_move(levels: Array, shares: Array) -> str:
     ends, most = (levels[large].min(), levels[large].max()), int(np.nanargmax(shares))
     return (
         f"Other modes: at the peaks of force levels {ends[0]:.3g} to {ends[1]:.3g} they respond with more than "
-        f"{100.0 * CONSIDERABLE:g} % of the motion of this one, with up to {100.0 * shares[most]:.2g} % at {levels[most]:.3g}, "
+        f"{100.0 * CONSIDERABLE:g} % of the motion of this one, with up to {rounded(100.0 * shares[most], 2)} % at "
+        f"{levels[most]:.3g}, "
         "in the synthesis as if all contacts stuck. Peaks there may be wrong by about as much: compare forced responses."
     )
 
