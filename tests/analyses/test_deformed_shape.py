@@ -183,8 +183,8 @@ def test_a_full_disk_without_mistuning_has_the_shape_of_the_tuned_one(engine_ord
 
 
 def test_the_shape_of_a_mistuned_disk_is_that_of_its_unreduced_sectors():
-    """Dampers of different kt, mu and pull, one missing: wave by wave Dᴴ (K − ω²M) D q = Dᴴ p, by a sparse solver, with the forces
-    p of the contacts on each sector; then the sum of the waves."""
+    """Dampers of different kt, mu and pull, one missing: Dᴴ (K − ω²M) D q = Dᴴ p of every wave, by a sparse solver, with the
+    forces p of the contacts on each sector; then the sum of the waves."""
     sectors, omega = COARSE.sectors, 2.0 * np.pi * 90.0
     disk = octopus_blisk(sector=COARSE, engine_order=1, modes=30, damping=0.0)
     scatter = 0.1 * np.array([1.0, -0.5, 0.3, 0.0, -1.0, 0.7])
