@@ -1,7 +1,6 @@
 """Answers of the explorer: those of `forced_response`, never out of order, with the sentences of `run` where a study is wrong."""
 
 import threading
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -9,8 +8,10 @@ import pytest
 import stickslip as ss
 from stickslip.checks import InputError
 from stickslip.explorer.export import python_of
+from stickslip.explorer.figures import detail_figures
 from stickslip.explorer.solving import OutdatedError, Solver
 from stickslip.study.read import job
+from stickslip.study.templates import KINDS, write_new
 
 STUDY = """
 [study]
@@ -23,6 +24,13 @@ force_levels = [5.0]
 harmonics = 5
 samples = 64
 """
+
+
+REFUSED = dict.fromkeys(
+    ("contact_law", "damper_cycle", "damper_design", "damper_evolution", "identification", "steady_cycles"),
+    "be of a problem, with a [sweep]",
+) | {"speed_sweep": "have a band, [sweep] frequency"}
+"""Templates that have no response over a band, and what the explorer says that they must."""
 
 
 @pytest.fixture
@@ -146,12 +154,29 @@ samples = 64
     np.testing.assert_allclose(names["response"].dataset["peak_frequency"], shown["peak_frequency"], rtol=1e-9)
 
 
-def test_a_study_without_a_problem_is_refused(tmp_path):
-    path = tmp_path / "cycle.toml"
-    template = resources.files("stickslip.study.templates").joinpath("damper_cycle.toml").read_text(encoding="utf-8")
-    path.write_text(template)
-    with pytest.raises(InputError, match=r"with a \[sweep\]"):
-        Solver.of(path)
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - REFUSED.keys()))
+def test_every_template_of_a_problem_opens_and_shows_its_peak_in_detail(kind, tmp_path):
+    """Curve, point in detail, saved study and code, of the problem as the template states it."""
+    write_new(kind, tmp_path / "study.toml")
+    solver = Solver.of(tmp_path / "study.toml")
+    answer = solver.answer({}, False)
+    assert answer.sentences == ()
+    point = int(np.nanargmax(answer.response.dataset["amplitude"].values[0, :, 0]))
+    assert len(detail_figures(answer.response, point, 0, False, False)) >= 1
+    own, saved = (job(text, tmp_path, "study").sweep.problem for text in (solver.text, solver.study({})))
+    assert saved.fingerprint == own.fingerprint
+    compile(python_of(solver, {}), "code", "exec")
+
+
+@pytest.mark.parametrize("kind", sorted(REFUSED))
+def test_templates_without_a_response_over_a_band_are_refused_in_a_sentence(kind, tmp_path):
+    write_new(kind, tmp_path / "study.toml")
+    with pytest.raises(InputError) as found:
+        Solver.of(tmp_path / "study.toml")
+    assert str(found.value) == (
+        f"The study of the explorer must {REFUSED[kind]}, but is {kind!r}. "
+        "Explore a forced response: `stickslip new forced_response` writes one."
+    )
 
 
 def test_a_disk_is_explored_and_its_first_curve_is_that_of_forced_response(tmp_path):

@@ -63,18 +63,21 @@ class Solver:
 
     @classmethod
     def of(cls, path: Path) -> Solver:
-        """The study at a path, checked as a whole. Raises `InputError` where it has no [sweep] to show."""
+        """The study at a path, checked as a whole. Raises `InputError` where it has no band to show a response over."""
         solver = cls(text_of(path), path.parent, path.stem)
         found = job(solver.text, solver.folder, solver.name)
+        what, remedy = "The study of the explorer", "Explore a forced response: `stickslip new forced_response` writes one."
         if found.sweep is None:
-            raise fault("The study of the explorer", "must be of a problem, with a [sweep]", found.analysis)
+            raise fault(what, "must be of a problem, with a [sweep]", found.analysis, remedy)
+        if not {"frequency", "at"} & solver.document["sweep"].keys():
+            raise fault(what, "must have a band, [sweep] frequency", found.analysis, remedy)
         return solver
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """The study as tables, its analysis a forced response."""
         document = toml(self.text)
-        own = ("study", "structure", "body", "damping", "contact", "force", "dashpot", "base", "units", "sweep")
+        own = ("study", "structure", "body", "damping", "contact", "force", "dashpot", "base", "aerodynamics", "units", "sweep")
         kept = {key: document[key] for key in own if key in document}
         return kept | {"study": {**document["study"], "analysis": "forced_response"}}
 
