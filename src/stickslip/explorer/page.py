@@ -56,7 +56,7 @@ def application(solver: Solver, token: str) -> Dash:
 def _layout(solver: Solver) -> Any:
     header = html.Header(
         [
-            html.H1(solver.job({}).title),
+            html.Div([html.H1(solver.job({}).title), html.P(_what_is_shown(solver), className="note")]),
             html.Div(
                 [_number("peak-frequency", "Peak at"), _number("peak-amplitude", "Amplitude")],
                 className="numbers",
@@ -76,6 +76,14 @@ def _layout(solver: Solver) -> Any:
         ],
         id="page",
     )
+
+
+def _what_is_shown(solver: Solver) -> str:
+    """Where the study asks for something else than is shown, what it is."""
+    if solver.analysis == "forced_response":
+        return ""
+    tuned = " with all sectors alike" if solver.analysis == "mistuned_population" else ""
+    return f"Forced response of the problem of this study{tuned}; the study itself is {solver.analysis!r}."
 
 
 def _number(name: str, words: str) -> Any:

@@ -86,6 +86,11 @@ class Solver:
         return kept | {"study": {**document["study"], "analysis": "forced_response"}}
 
     @cached_property
+    def analysis(self) -> str:
+        """What the study itself asks for."""
+        return str(toml(self.text)["study"]["analysis"])
+
+    @cached_property
     def sliders(self) -> tuple[Slider, ...]:
         """What can vary."""
         return sliders_of(self.document)
