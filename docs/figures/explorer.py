@@ -132,14 +132,6 @@ def disks() -> None:
         shown(response.animate(), name, (1100, 640))
 
 
-def mistuned_shape() -> None:
-    """A mistuned disk of finite elements near its resonance."""
-    scatter = 0.01 * np.random.default_rng(3).standard_normal(24)
-    disk = ss.mistuned_disk(ss.rigs.octopus_blisk(), ss.Mistuning(blade=scatter))
-    response = ss.forced_response(disk, [145.0], 0.01, harmonics=1, samples=48)
-    shown(response.deformed_shape(0, 0), "mistuned_shape.png", (1100, 745))
-
-
 def deformed_shape() -> None:
     """The wave of a tuned disk at its peak, as a page shows it."""
     response = ss.forced_response(ss.rigs.octopus_blisk(), ss.Band(143.0, 147.0), 1.0, harmonics=1, samples=64)
@@ -147,6 +139,6 @@ def deformed_shape() -> None:
 
 
 if __name__ == "__main__":
-    taking = {each.__name__: each for each in (explorer, film, report, damper_alone, disks, deformed_shape, mistuned_shape)}
+    taking = {each.__name__: each for each in (explorer, film, report, damper_alone, disks, deformed_shape)}
     for name in sys.argv[1:] or taking:
         taking[name]()

@@ -38,6 +38,13 @@ def test_frames_move_what_a_period_moves(animation):
         assert (moved.x[0], moved.y[0]) == (loop.x[k], loop.y[k])
 
 
+def test_on_a_narrow_screen_no_line_of_the_title_is_longer_than_it(animation):
+    lines = animation.to_plotly(narrow=True).layout.title.text.split("<br>")
+    assert max(len(re.sub("<[^>]+>", "", line)) for line in lines if line.startswith("<b>")) <= 42
+    words = " ".join(re.sub("<[^>]+>", "", line) for line in lines)
+    assert words == f"{animation.title} {animation.note}"
+
+
 def test_the_page_needs_nothing_else(animation):
     page = animation.to_html()
     assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=", page)

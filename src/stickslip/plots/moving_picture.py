@@ -18,6 +18,7 @@ import numpy as np
 
 from stickslip.checks import InputError, between, fault, finite
 from stickslip.files import replacing, write_text
+from stickslip.plots.chart import wrapped
 from stickslip.plots.interactive import escaped, resolved
 from stickslip.plots.look import house_style
 
@@ -30,6 +31,8 @@ PLAYED = 40
 """Periods after which playing ends."""
 CONFIG = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "typesetMath": False}
 """Of plotly.js, without the button that uploads a figure."""
+NARROW, NARROW_NOTE, LINE = 42, 68, 22
+"""Letters of a line of the title and of the note on a narrow screen, and the height of a line."""
 FILES = (".gif", ".webp", ".mp4", ".html")
 FPS = 20
 SLOWEST, FASTEST = 0.01, 1000.0
@@ -62,10 +65,13 @@ class MovingPicture(ABC):
         from plotly.graph_objects import Figure as Interactive
 
         found = self.description()
-        title = {"text": f"<b>{escaped(found['title'])}</b><br><sup>{escaped(found['note'])}</sup>", "x": 0.01}
+        lines = wrapped(found["title"], NARROW) if narrow else [found["title"]]
+        notes = wrapped(found["note"], NARROW_NOTE) if narrow else [found["note"]]
+        heads = [f"<b>{escaped(line)}</b>" for line in lines] + [f"<sup>{escaped(line)}</sup>" for line in notes]
+        title, more = {"text": "<br>".join(heads), "x": 0.01}, LINE * (len(heads) - 2)
         layout = found["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
-        layout["margin"] = layout["margin"] | {"t": 70}
-        layout["height"] = layout["height"] + 54
+        layout["margin"] = layout["margin"] | {"t": 70 + more}
+        layout["height"] = layout["height"] + 54 + more
         return Interactive(resolved({"data": found["data"], "layout": layout, "frames": found["frames"]}, dark))
 
     def to_html(self, *, dark: bool = False) -> str:
