@@ -70,9 +70,9 @@ def test_a_film_makes_its_folder_and_says_where_it_cannot_be_written(animation, 
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"The film .*x\.gif could not be written"):
         animation.save(tmp_path / "file" / "x.gif")
-    (tmp_path / "y.gif").mkdir()
-    with pytest.raises(InputError, match=r"The film .*y\.gif could not be written"):
-        animation.save(tmp_path / "y.gif")
+    (tmp_path / "y.html").mkdir()
+    with pytest.raises(InputError, match=r"The page .*y\.html could not be written"):
+        animation.save(tmp_path / "y.html")
 
 
 def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refused():
