@@ -10,6 +10,7 @@
 # make verify-system   the report in a real browser, a run of CalculiX (installs Debian's chromium and calculix-ccx where missing)
 # make gallery   what the examples print and draw, for the page of examples
 # make paper   the figure of the first pages and of paper/paper.md
+# make screenshots   the pictures of docs/explorer.md, in Chromium
 # make measures   how the source is cut up: lengths of functions, helpers used once, constants, arguments
 # make robustness   seeded problems, traced or the cause reported, and ill-posed ones; goes on where it was interrupted; CASES=25 of each class
 
@@ -39,7 +40,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) test-oldest paper gallery setup bench demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) test-oldest paper screenshots gallery setup bench demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -111,6 +112,9 @@ gallery: setup
 
 paper: setup
 	$(BIN)/python docs/figures/single_blade.py
+
+screenshots: setup
+	$(BIN)/python docs/figures/explorer.py
 
 ci: check test-all
 	$(BIN)/python tests/rounding.py part -n $(JOBS) --hypothesis-profile=ci

@@ -26,8 +26,10 @@ STUDIES = {
     "blade and wedge": (HEAD.format(rig="blade_and_wedge", band=[300.0, 370.0], level=5.0), "pull"),
     "three masses, wedge": (HEAD.format(rig="three_mass_wedge", band=[145.0, 235.0], level=0.5), "mu"),
     "single blade": (HEAD.format(rig="single_blade", band=[390.0, 600.0], level=20.0), "gap_factor"),
+    "lumped disk": (HEAD.format(rig="lumped_blisk", band=[120.0, 180.0], level=0.4), "pull"),
+    "bladed disk": (HEAD.format(rig="octopus_blisk", band=[138.0, 150.0], level=0.2) + "harmonics = 3\nsamples = 96\n", "pull"),
 }
-"""Studies and the slider that is moved: the templates of one blade and their lumped relatives."""
+"""Studies and the slider that is moved: the templates of one blade and of a disk, and their lumped relatives."""
 
 MOVE = """
 (() => new Promise(done => {
@@ -99,8 +101,9 @@ def table(found: dict[str, Any]) -> str:
             "## A slider that moves",
             "",
             f"`stickslip explore` in Chromium, {MOVES} moves of a slider, wall time in seconds from the move to the drawn curve:",
-            "the first curve, of at most three harmonics and 64 samples, and that of the study, of five and 256, for which the",
-            "slider has to rest for 0.25 s. Median and 95th percentile, kernels warm, server and browser on the same machine.",
+            "the first curve, of at most three harmonics and 64 samples, and that of the study, of five and 256 (bladed disk:",
+            "three and 96), for which the slider has to rest for 0.25 s. Median and 95th percentile, kernels warm, server and",
+            "browser on the same machine.",
             f"Measured on {day.day} {day:%B %Y}.",
             "",
             "| study | first curve | curve of the study |",

@@ -10,6 +10,7 @@ from scipy.sparse import linalg as sparse_linalg
 
 import stickslip as ss
 from stickslip.analyses.deformed_shape import MOST_KEPT, SurfaceMotion, deformed_shape, has_shapes, kept_shapes, with_shapes
+from stickslip.analyses.mistuning.disk import Mistuning, mistuned_disk
 from stickslip.checks import InputError
 from stickslip.results.files import open_results, save
 from stickslip.rigs.blisk_sector import BliskSector
@@ -166,6 +167,75 @@ def test_the_shape_of_a_sector_is_that_of_its_unreduced_elements(engine_order):
     expected = np.where(numbers >= 0, u[numbers], 0.0)
     assert np.abs(expected.imag).max() > 1e-4 * np.abs(expected.real).max()
     assert np.abs(motion.displacement[:size] - expected).max() < 1e-4 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("engine_order", [1, 4])
+def test_a_full_disk_without_mistuning_has_the_shape_of_the_tuned_one(engine_order):
+    """All sectors solved together move as the wave that one sector gives."""
+    disk = octopus_blisk(sector=COARSE, engine_order=engine_order, modes=8)
+    one = ss.forced_response(disk, [90.0], 1.0, harmonics=1, samples=64)
+    wave, whole = one.deformed_shape(0, 0).motion, ss.forced_response(disk.full(), [90.0], 1.0, harmonics=1, samples=64)
+    motion = whole.deformed_shape(0, 0).motion
+    assert motion.note == "6 sectors, each with its own motion"
+    np.testing.assert_allclose(motion.points, wave.points, atol=1e-12)
+    assert np.array_equal(motion.triangles, wave.triangles)
+    assert np.abs(motion.displacement - wave.displacement).max() < 1e-9 * wave.amplitude.max()
+
+
+def test_the_shape_of_a_mistuned_disk_is_that_of_its_unreduced_sectors():
+    """Dampers of different kt, mu and pull, one missing: Dᴴ (K − ω²M) D q = Dᴴ p of every wave, by a sparse solver, with the
+    forces p of the contacts on each sector; then the sum of the waves."""
+    sectors, omega = COARSE.sectors, 2.0 * np.pi * 90.0
+    disk = octopus_blisk(sector=COARSE, engine_order=1, modes=30, damping=0.0)
+    scatter = 0.1 * np.array([1.0, -0.5, 0.3, 0.0, -1.0, 0.7])
+    mistuned = mistuned_disk(disk, Mistuning(kt=scatter, mu=-scatter, pull=scatter[::-1], missing=(5,)))
+    response = ss.forced_response(mistuned, [90.0], 1.0, harmonics=1, samples=64)
+    motion, size = response.deformed_shape(0, 0).motion, len(disk.surface.points)
+    sector = COARSE.sector()
+    rows = sector.solid.named({**COARSE.contact_nodes(), "tip": COARSE.tip()})
+    load = np.zeros((sectors, sector.solid.size), dtype=complex)
+    load[:, rows["tip.y"]] = np.exp(-2j * np.pi * np.arange(sectors) / sectors)
+    forces = response.dataset.contact_force.values[0, 0, :, :, 1] @ [1.0, 1.0j]
+    for contact, force in zip(mistuned.contacts, forces, strict=True):
+        for direction, along in zip(contact.directions, force, strict=True):
+            for dof, coefficient in direction.items():
+                where, _, name = dof.partition("/")
+                if not name.startswith("damper/"):
+                    load[int(where) - 1, rows[name]] -= coefficient * along
+    expected = np.zeros((sectors, size, 3), dtype=complex)
+    numbers = sector.solid.numbers[[sector.solid.node(point) for point in motion.points[:size]]]
+    for n in range(sectors):
+        turns = np.exp(2j * np.pi * n * np.arange(sectors) / sectors)
+        D, (M, K) = sector.constraint(n), sector.matrices(n)
+        u = D @ sparse_linalg.spsolve(sparse.csc_matrix(K - omega**2 * M), D.conj().T @ (turns @ load) / sectors)
+        expected += turns.conj()[:, None, None] * np.where(numbers >= 0, u[numbers], 0.0)
+    largest = np.abs(expected).max(axis=(1, 2))
+    assert largest.max() > 1.05 * largest.min()
+    for j in range(sectors):
+        found = motion.displacement[j * size : (j + 1) * size] @ rotation(sectors, j)
+        assert np.abs(found - expected[j]).max() < 1e-4 * largest.max()
+
+
+def test_tips_of_mistuned_blades_move_as_their_response_says(disk, monkeypatch):
+    """Also where fewer points are drawn."""
+    full = mistuned_disk(disk, Mistuning(blade=[0.01, -0.02, 0.0, 0.015, -0.005, 0.02]))
+    tips = [f"{j}/tip.{axis}" for j in range(1, 7) for axis in "xyz"]
+    full = type(full)(**{**vars_of(full), "outputs": tuple(tips)})
+    response = ss.forced_response(full, [150.0], 1e-3, harmonics=1, samples=64)
+    found = (response.dataset.response.values[0, 0, :, 1] @ [1.0, 1.0j]).reshape(6, 3)
+    assert np.ptp(np.abs(found[:, 1])) > 0.01 * np.abs(found[:, 1]).max()
+    monkeypatch.setattr("stickslip.analyses.deformed_shape.MOST_OF_A_WHEEL", 6 * 40)
+    few = deformed_shape(response.dataset, full, 0, 0)
+    assert len(few.points) <= 6 * 40 < 6 * len(disk.surface.points)
+    for motion in (response.deformed_shape(0, 0).motion, few):
+        for j in range(6):
+            turn = rotation(6, j)
+            apart = np.linalg.norm(motion.points - turn @ COARSE.tip(), axis=1)
+            if apart.min() < 1e-9:
+                tip = int(apart.argmin())
+                np.testing.assert_allclose(motion.displacement[tip], turn @ found[j], atol=2e-6 * np.abs(found).max())
+            else:
+                assert motion is few
 
 
 def test_a_large_disk_is_shown_as_one_sector(disk, monkeypatch):

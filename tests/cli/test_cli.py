@@ -46,6 +46,18 @@ outputs = ["1.x"]
 """
 
 
+WEDGE = """
+[study]
+analysis = "forced_response"
+[structure]
+rig = "blade_and_wedge"
+[sweep]
+frequency = [300.0, 370.0]
+force_levels = [10.0]
+harmonics = 1
+samples = 24
+"""
+
 QUICK = ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", "[0.5]").replace("harmonics = 7", "harmonics = 1")
 
 
@@ -135,6 +147,27 @@ def test_figures_are_drawn_on_request(one_mass, tmp_path):
     assert "must be a figure of these results, but is 'loop'. Did you mean 'loops'?" in wrong.output
     wrong = stickslip_command("plot", out, "--format", "gif")
     assert "--format must be png, svg or pdf, but is 'gif'" in wrong.output
+
+
+def test_moving_pictures_of_results_become_films_and_pages(one_mass, tmp_path):
+    one_mass.write_text(WEDGE)
+    out = tmp_path / "out"
+    assert stickslip_command("run", one_mass, "--out", out).exit_code == 0
+    film = stickslip_command("plot", out, "--figure", "motion")
+    assert film.exit_code == 0, film.output
+    assert [path.name for path in (out / "figures").iterdir()] == ["motion.gif"]
+    both = stickslip_command("plot", out, "--figure", "motion", "--figure", "peaks", "--format", "svg", "--format", "html")
+    assert both.exit_code == 0, both.output
+    assert {path.name for path in (out / "figures").iterdir()} == {"motion.gif", "motion.html", "peaks.svg"}
+    for options, sentence in (
+        (("--figure", "motion", "--format", "png"), "--format must be gif, mp4, webp, html for motion, but is 'png'"),
+        (("--figure", "peaks", "--format", "gif"), "--format must be png, svg, pdf for peaks, but is 'gif'"),
+        (("--figure", "deformed_shape"), "must be a figure of these results, but is 'deformed_shape'"),
+        (("--format", "bmp"), "--format must be png, svg, pdf, gif, mp4, webp or html, but is 'bmp'"),
+    ):
+        wrong = stickslip_command("plot", out, *options)
+        assert wrong.exit_code == 2
+        assert sentence in " ".join(wrong.output.split())
 
 
 def test_what_a_run_writes_and_report_writes_again(one_mass, tmp_path):

@@ -50,13 +50,32 @@ def test_a_request_is_answered_with_the_peak_and_a_wrong_one_with_a_sentence(stu
     wanted = {"values": {}, "pinned": {}, "output": "1.x", "log": True, "dark": False, "tab": "a", "version": 1, "fine": True}
     answer = _answered(solver, wanted)
     assert not answer["failed"]
-    peak = float(solver.answer({}, True).response.dataset["peak_frequency"][0, 0, 0])
+    peak = float(solver.answer({}).response.dataset["peak_frequency"][0, 0, 0])
     assert answer["numbers"][0] == f"{peak:.6g} Hz"
     assert answer["changes"][0].startswith("+0.000%")
     assert "this study" in [trace["name"] for trace in answer["figure"]["data"]]
     wrong = _answered(solver, wanted | {"values": {"kt": -1.0}, "version": 2})
     assert wrong["failed"]
     assert "kt must be" in wrong["message"]
+
+
+def test_the_first_curve_is_that_of_the_output_shown_and_an_unknown_one_is_refused(tmp_path):
+    pytest.importorskip("dash")
+    from stickslip.explorer.page import _answered
+
+    path = tmp_path / "masses.toml"
+    path.write_text(STUDY.replace("single_mass", "three_mass_wedge").replace("[0.1, 0.3]", "[215.0, 230.0]"))
+    solver, _ = prepared(path, "token")
+    wanted = {"values": {}, "pinned": {}, "log": True, "dark": False, "tab": "a", "version": 1, "fine": False}
+    for output in solver.outputs[:2]:
+        answer = _answered(solver, wanted | {"output": output})
+        place = solver.answer({}).place(output)
+        peak = float(solver.answer({}).response.dataset["peak_frequency"][0, 0, place])
+        assert float(answer["numbers"][0].removesuffix(" Hz")) == pytest.approx(peak, rel=5e-3)
+        assert list(solver.answer({}, output).response.dataset.output.values) == [output]
+    unknown = _answered(solver, wanted | {"output": "none.x"})
+    assert unknown["failed"]
+    assert "output must be one of the study, but is 'none.x'" in unknown["message"]
 
 
 def test_without_dash_the_fault_names_the_extra(study, monkeypatch):

@@ -1,7 +1,6 @@
 """Answers of the explorer: those of `forced_response`, never out of order, with the sentences of `run` where a study is wrong."""
 
 import threading
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -9,8 +8,10 @@ import pytest
 import stickslip as ss
 from stickslip.checks import InputError
 from stickslip.explorer.export import python_of
+from stickslip.explorer.figures import detail_figures
 from stickslip.explorer.solving import OutdatedError, Solver
 from stickslip.study.read import job
+from stickslip.study.templates import KINDS, write_new
 
 STUDY = """
 [study]
@@ -25,6 +26,13 @@ samples = 64
 """
 
 
+REFUSED = dict.fromkeys(
+    ("contact_law", "damper_cycle", "damper_design", "damper_evolution", "identification", "steady_cycles"),
+    "be of a problem, with a [sweep]",
+) | {"speed_sweep": "have a band, [sweep] frequency"}
+"""Templates that have no response over a band, and what the explorer says that they must."""
+
+
 @pytest.fixture
 def solver(tmp_path):
     path = tmp_path / "wedge.toml"
@@ -33,7 +41,7 @@ def solver(tmp_path):
 
 
 def test_a_fine_answer_is_that_of_forced_response(solver):
-    answer = solver.answer({"pull": 80.0, "force_level": 4.0}, True)
+    answer = solver.answer({"pull": 80.0, "force_level": 4.0})
     expected = ss.forced_response(ss.rigs.blade_and_wedge(pull=80.0), ss.Band(300.0, 370.0), 4.0, 5, 64)
     for name in ("peak_frequency", "peak_amplitude"):
         found, known = (float(dataset[name][0, 0, 0]) for dataset in (answer.response.dataset, expected.dataset))
@@ -42,7 +50,7 @@ def test_a_fine_answer_is_that_of_forced_response(solver):
 
 def test_a_coarse_answer_has_few_harmonics_and_comes_near(solver):
     """Here the fifth harmonic moves the peak by 0.8 %."""
-    coarse, fine = (solver.answer({}, fine).response.dataset for fine in (False, True))
+    coarse, fine = (solver.answer({}, output).response.dataset for output in (solver.outputs[0], None))
     assert int(coarse.attrs["harmonics"]) == 3
     assert float(coarse["peak_frequency"][0, 0, 0]) == pytest.approx(float(fine["peak_frequency"][0, 0, 0]), rel=2e-2)
 
@@ -54,7 +62,7 @@ def test_requests_that_a_newer_one_overtook_are_dropped(solver):
     def request(version):
         solver.ask("one", version)
         try:
-            solver.answer({"pull": 60.0 + version}, False, "one", version)
+            solver.answer({"pull": 60.0 + version}, solver.outputs[0], "one", version)
             answered.append(version)
         except OutdatedError:
             dropped.append(version)
@@ -69,7 +77,7 @@ def test_requests_that_a_newer_one_overtook_are_dropped(solver):
         thread.join()
     assert (answered, sorted(dropped)) == ([5], [1, 2, 3, 4])
     solver.ask("two", 1)
-    assert solver.answer({}, False, "two", 1).response.dataset.sizes["case"] == 1
+    assert solver.answer({}, solver.outputs[0], "two", 1).response.dataset.sizes["case"] == 1
 
 
 def test_a_curve_under_way_ends_when_it_is_overtaken(solver, monkeypatch):
@@ -83,7 +91,7 @@ def test_a_curve_under_way_ends_when_it_is_overtaken(solver, monkeypatch):
 
     monkeypatch.setattr(solver, "_refuse_outdated", overtaken)
     with pytest.raises(OutdatedError):
-        solver.answer({"pull": 61.0}, True, "tab", 1)
+        solver.answer({"pull": 61.0}, None, "tab", 1)
     assert not solver.known
 
 
@@ -97,14 +105,14 @@ def test_a_wrong_value_gives_the_sentence_of_the_study(solver, tmp_path):
     with pytest.raises(InputError) as expected:
         job(STUDY.replace('"blade_and_wedge"', '"blade_and_wedge"\nparameters = { mu = -1.0 }'), tmp_path, "wedge")
     with pytest.raises(InputError) as found:
-        solver.answer({"mu": -1.0}, True)
+        solver.answer({"mu": -1.0})
     assert str(found.value) == str(expected.value)
     assert "mu" in str(found.value)
 
 
 def test_the_saved_study_and_the_python_code_give_what_is_seen(solver, tmp_path):
     values = {"pull": 75.0, "mu": 0.35, "force_level": 6.0}
-    shown = solver.answer(values, True).response.dataset
+    shown = solver.answer(values).response.dataset
     saved = job(solver.study(values), tmp_path, "saved").sweep
     again = saved.forced_response().solve(0, lambda fraction: None)
     names = {}
@@ -142,16 +150,33 @@ samples = 64
     (tmp_path / "explored.toml").write_text(solver.study(values))
     names = {}
     exec(python_of(solver, values).replace("print(response.peaks())", ""), names)
-    shown = solver.answer(values, True).response.dataset
+    shown = solver.answer(values).response.dataset
     np.testing.assert_allclose(names["response"].dataset["peak_frequency"], shown["peak_frequency"], rtol=1e-9)
 
 
-def test_a_study_without_a_problem_is_refused(tmp_path):
-    path = tmp_path / "cycle.toml"
-    template = resources.files("stickslip.study.templates").joinpath("damper_cycle.toml").read_text(encoding="utf-8")
-    path.write_text(template)
-    with pytest.raises(InputError, match=r"with a \[sweep\]"):
-        Solver.of(path)
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - REFUSED.keys()))
+def test_every_template_of_a_problem_opens_and_shows_its_peak_in_detail(kind, tmp_path):
+    """Curve, point in detail, saved study and code, of the problem as the template states it."""
+    write_new(kind, tmp_path / "study.toml")
+    solver = Solver.of(tmp_path / "study.toml")
+    answer = solver.answer({}, solver.outputs[0])
+    assert answer.sentences == ()
+    point = int(np.nanargmax(answer.response.dataset["amplitude"].values[0, :, 0]))
+    assert len(detail_figures(answer, point, solver.outputs[0], False, False)) >= 1
+    own, saved = (job(text, tmp_path, "study").sweep.problem for text in (solver.text, solver.study({})))
+    assert saved.fingerprint == own.fingerprint
+    compile(python_of(solver, {}), "code", "exec")
+
+
+@pytest.mark.parametrize("kind", sorted(REFUSED))
+def test_templates_without_a_response_over_a_band_are_refused_in_a_sentence(kind, tmp_path):
+    write_new(kind, tmp_path / "study.toml")
+    with pytest.raises(InputError) as found:
+        Solver.of(tmp_path / "study.toml")
+    assert str(found.value) == (
+        f"The study of the explorer must {REFUSED[kind]}, but is {kind!r}. "
+        "Explore a forced response: `stickslip new forced_response` writes one."
+    )
 
 
 def test_a_disk_is_explored_and_its_first_curve_is_that_of_forced_response(tmp_path):
@@ -173,7 +198,7 @@ samples = 64
     assert len(solver.sliders) > 1
     disk = ss.rigs.lumped_blisk("W", engine_order=2, sectors=6)
     expected = ss.forced_response(disk, ss.Band(120.0, 180.0), 0.4, 3, 64).dataset
-    shown = solver.answer({}, True).response.dataset
+    shown = solver.answer({}).response.dataset
     assert int(np.isfinite(expected["peak_frequency"]).sum()) > 0
     for name in ("peak_frequency", "peak_amplitude"):
         np.testing.assert_allclose(shown[name], expected[name], rtol=1e-9)

@@ -38,6 +38,13 @@ def test_frames_move_what_a_period_moves(animation):
         assert (moved.x[0], moved.y[0]) == (loop.x[k], loop.y[k])
 
 
+def test_on_a_narrow_screen_no_line_of_the_title_is_longer_than_it(animation):
+    lines = animation.to_plotly(narrow=True).layout.title.text.split("<br>")
+    assert max(len(re.sub("<[^>]+>", "", line)) for line in lines if line.startswith("<b>")) <= 42
+    words = " ".join(re.sub("<[^>]+>", "", line) for line in lines)
+    assert words == f"{animation.title} {animation.note}"
+
+
 def test_the_page_needs_nothing_else(animation):
     page = animation.to_html()
     assert not re.findall(r"<(?:script|link|img)[^>]+(?:src|href)=", page)
@@ -63,9 +70,9 @@ def test_a_film_makes_its_folder_and_says_where_it_cannot_be_written(animation, 
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"The film .*x\.gif could not be written"):
         animation.save(tmp_path / "file" / "x.gif")
-    (tmp_path / "y.gif").mkdir()
-    with pytest.raises(InputError, match=r"The film .*y\.gif could not be written"):
-        animation.save(tmp_path / "y.gif")
+    (tmp_path / "y.html").mkdir()
+    with pytest.raises(InputError, match=r"The page .*y\.html could not be written"):
+        animation.save(tmp_path / "y.html")
 
 
 def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refused():

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import stickslip as ss
 from stickslip.analyses.deformed_shape import MOST_OF_A_WHEEL, SurfaceMotion
@@ -75,6 +76,22 @@ def test_the_picture_shows_the_amplitude(shape):
     figure = shape.plot()
     assert "amplitude in µm" in figure.axes[1].get_ylabel()
     assert shape.title.split(",")[0] in figure.get_suptitle()
+
+
+def test_a_film_shows_every_frame_of_the_surface_and_a_page_can_be_saved(shape, tmp_path):
+    """Frames of the film differ as the surface moves, half a period later it stands on the other side."""
+    with Image.open(shape.save(tmp_path / "shape.gif", fps=10)) as film:
+        assert film.n_frames == shape.frames == FRAMES
+        pictures = []
+        for frame in range(FRAMES):
+            film.seek(frame)
+            pictures.append(np.asarray(film.convert("L"), dtype=float))
+    apart = [np.abs(picture - pictures[0]).mean() for picture in pictures]
+    assert int(np.argmax(apart)) in range(FRAMES // 2 - 2, FRAMES // 2 + 3)
+    assert apart[1] > 0.0
+    assert "stepper(div)" in shape.save(tmp_path / "shape.html").read_text()
+    with pytest.raises(ss.InputError, match=r"must end in \.gif, \.webp, \.mp4, \.html"):
+        shape.save(tmp_path / "shape.avi")
 
 
 def test_reports_hold_the_shapes(response, tmp_path):

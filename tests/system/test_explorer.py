@@ -1,17 +1,21 @@
-"""The explorer in a real browser: sliders, the newest answer, reference, wrong values, two tabs, reload, the end by Ctrl-C."""
+"""The explorer in a real browser: sliders by keys and mouse, the newest answer, reference, wrong values, two tabs, reload, what
+is saved and copied, the performance curve, a disk, light and dark, the end by Ctrl-C."""
 
 import re
 import signal
 import subprocess
 import sys
 import time
+import tomllib
 from contextlib import contextmanager
 from urllib.parse import parse_qs, urlparse
 
 import pytest
 from system.browser import browser, program
+from system.test_first_screen import CONTRAST
 
 import stickslip as ss
+from stickslip.results.files import open_results
 
 pytest.importorskip("dash")
 pytestmark = [pytest.mark.system, pytest.mark.skipif(program() is None, reason="no Chromium: see make verify-system")]
@@ -30,10 +34,24 @@ samples = 64
 """
 
 
+DISK = """
+[study]
+analysis = "forced_response"
+[structure]
+rig = "lumped_blisk"
+parameters = { case = "W", engine_order = 2, sectors = 6 }
+[sweep]
+frequency = [120.0, 180.0]
+force_levels = [0.4]
+harmonics = 3
+samples = 64
+"""
+
+
 @contextmanager
-def served(folder):
+def served(folder, study=STUDY):
     """The process of the explorer and its address."""
-    (folder / "wedge.toml").write_text(STUDY)
+    (folder / "wedge.toml").write_text(study)
     command = [sys.executable, "-m", "stickslip", "explore", str(folder / "wedge.toml"), "--no-browser"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
@@ -119,6 +137,28 @@ def test_a_slider_that_moves_shows_the_peak_of_forced_response(address):
         assert strangers == []
 
 
+def test_a_slider_is_dragged_by_the_mouse_and_reached_by_tab(address):
+    with browser() as page:
+        opened(page, address)
+        slider = "document.querySelectorAll('.slider input[type=range]')[1]"
+        x, y, width, height = page.value(f"(b => [b.x, b.y, b.width, b.height])({slider}.getBoundingClientRect())")
+        before, middle = version(page), y + 0.5 * height
+        page.drag(x + 0.5 * width, middle, x + 0.7 * width, middle)
+        settled(page, before)
+        pull = pull_in_address(page)
+        assert 70.0 < pull < 160.0
+        assert shown(page, "peak-frequency") == peak(pull=pull)
+        label = "document.activeElement.closest('.slider')?.title"
+        assert page.value(label).startswith("pull")
+        following, stops = page.value("document.querySelectorAll('.slider')[2].title"), []
+        while stops[-1:] != [(following, "range")]:  # its number stands before it, with its two small buttons
+            assert len(stops) < 6, stops
+            for kind in ("keyDown", "keyUp"):
+                page.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+            stops.append((page.value(label), page.value("document.activeElement.type")))
+        assert (following, "number") in stops
+
+
 def test_a_click_shows_that_point_in_motion(address):
     with browser() as page:
         opened(page, address)
@@ -198,11 +238,73 @@ def test_answers_are_never_out_of_order(address):
         assert shown(page, "peak-frequency") == peak(pull=pull_in_address(page))
 
 
-@pytest.mark.parametrize("width", [800, 1280])
-def test_the_page_fits_its_width(address, width):
+def test_the_saved_study_and_the_copied_code_give_the_peak_that_is_seen(address, tmp_path):
     with browser() as page:
+        opened(page, address)
+        press(page, 1, 12)
+        seen, pull = shown(page, "peak-frequency"), pull_in_address(page)
+        page.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+        page.value("document.getElementById('save').click()")
+        saved, ends = tmp_path / "explored.toml", time.monotonic() + 20.0
+        while not saved.exists() and time.monotonic() < ends:
+            page.value("0")
+            time.sleep(0.1)
+        page.value("document.getElementById('copy').click()")
+        page.until("document.getElementById('python').textContent.includes('forced_response')")
+        code = shown(page, "python")
+        assert not page.value("document.getElementById('python').hidden")
+    assert tomllib.loads(saved.read_text())["structure"]["parameters"]["pull"] == pull
+    run = [sys.executable, "-m", "stickslip", "run", str(saved), "--out", str(tmp_path / "out"), "--workers", "1"]
+    subprocess.run(run, check=True, capture_output=True)
+    peaks = open_results(tmp_path / "out" / "results.nc")["peak_frequency"]
+    assert f"{float(peaks[0, 0, 0]):.6g} Hz" == seen
+    (tmp_path / "copied.py").write_text(code + "print(float(response.dataset['peak_frequency'][0, 0, 0]))\n")
+    copied = subprocess.run([sys.executable, str(tmp_path / "copied.py")], check=True, capture_output=True, text=True)
+    assert f"{float(copied.stdout.split()[-1]):.6g} Hz" == seen
+
+
+def test_the_second_tab_shows_the_performance_curve_with_the_present_point(address):
+    with browser() as page:
+        opened(page, address)
+        page.value("[...document.querySelectorAll('.tab')].find(t => t.textContent === 'Performance curve').click()")
+        page.until("document.querySelectorAll('#performance .main-svg').length > 0", 120)
+        figure = "document.querySelector('#performance .js-plotly-plot')"
+        page.until(f"{figure}.data.length > 0", 120)
+        lines = page.value(
+            f"[...{figure}.data, ...({figure}.layout.shapes || [])].map(t => t.x ? Array.from(t.x) : [t.x0, t.x1])"
+        )
+        assert any(line and all(x == pytest.approx(6.0) for x in line) for line in lines)
+        assert page.value("document.getElementById('performance-message').textContent") == ""
+
+
+def test_a_disk_is_explored_and_its_wave_runs_round_the_wheel(tmp_path):
+    with served(tmp_path, DISK) as (_, address), browser() as page:
+        opened(page, address)
+        pull = page.value("[...document.querySelectorAll('.slider')].findIndex(s => s.title.startsWith('pull'))")
+        press(page, pull, 25)
+        disk = ss.rigs.lumped_blisk("W", engine_order=2, sectors=6, pull=pull_in_address(page))
+        response = ss.forced_response(disk, ss.Band(120.0, 180.0), 0.4, 3, 64)
+        assert shown(page, "peak-frequency") == f"{float(response.dataset['peak_frequency'][0, 0, 0]):.6g} Hz"
+        page.value("document.getElementById('show').click()")
+        page.until("document.querySelectorAll('#details .main-svg').length > 0", 60)
+        blades = "document.querySelector('#details .js-plotly-plot')._fullData.find(t => t.name.startsWith('amplitude')).x"
+        drawn = page.value(f"Array.from({blades}).filter(x => x === null || Number.isNaN(x)).length")
+        assert drawn == 6
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [800, 1280])
+def test_the_page_fits_its_width_and_is_legible(address, width, scheme):
+    with browser() as page:
+        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
         opened(page, address, width)
         assert page.value("document.documentElement.scrollWidth <= innerWidth")
+        dark = page.value("getComputedStyle(document.body).backgroundColor") == "rgb(21, 24, 28)"
+        assert dark == (scheme == "dark")
+        for selector in ("#peak-frequency", ".slider label", "button", "#results p"):
+            assert page.value(CONTRAST.replace(".headline", selector)) >= 4.5, selector
+        text = page.value("getComputedStyle(document.querySelector('#curve .ytick text')).fill")
+        assert (text == "rgb(230, 233, 236)") == (scheme == "dark")
 
 
 def test_ctrl_c_ends_it(tmp_path):

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.analyses.solved_points import SolvedPoints
-from stickslip.checks import Array, Index, InputError, between
+from stickslip.checks import Array, Index, InputError, between, fault
+from stickslip.disks.full import FullDisk
 from stickslip.disks.tuned import TunedDisk
 from stickslip.harmonic.fourier import complex_harmonics
 from stickslip.loads import excited_harmonics
@@ -20,7 +21,8 @@ from stickslip.problem import Problem
 from stickslip.results.representative import spread
 from stickslip.results.view import highest_peak, level_text, periods_of
 from stickslip.structure.cyclic_reduction import rotation
-from stickslip.structure.mesh_surface import triangulated
+from stickslip.structure.mesh_surface import thinned, triangulated
+from stickslip.structure.sector_surface import SectorSurface
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 MOST_KEPT = 4
 """Cases whose shapes a result keeps."""
 MOST_OF_A_WHEEL = 12_000
-"""Points of the surface of a whole disk; of one with more, a sector is shown."""
+"""Points of the surface of a whole disk. Of a tuned one with more, a sector is shown; of a full one fewer points are drawn."""
 REMEDY = (
     "Ready rigs with finite elements have one (single_blade, octopus_blisk), and models read with the elements of their deck "
     "(CalculiX, Abaqus, Nastran, Ansys) whose nodes are those of the matrices and move along x, y, z."
@@ -58,7 +60,7 @@ class SurfaceMotion:
 
 def has_surface(problem: Problem) -> bool:
     """Whether a problem has a surface to draw."""
-    return bool(problem.structure.surfaces) or (isinstance(problem, TunedDisk) and problem.surface is not None)
+    return bool(problem.structure.surfaces) or (isinstance(problem, TunedDisk | FullDisk) and problem.surface is not None)
 
 
 def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int, harmonic: int | None = None) -> SurfaceMotion:
@@ -66,7 +68,8 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
 
     harmonic: of the excitation, that in which the first output moves most unless given.
 
-    Sector j (0, 1, ...) of a disk is that of the first one, turned, and late by j EO/N periods of the excitation.
+    Sector j (0, 1, ...) of a tuned disk is that of the first one, turned, and late by j EO/N periods of the excitation; of a full
+    disk each sector has its own motion.
     """
     if not has_surface(problem):
         raise InputError(f"A deformed shape needs a problem with the surface of a mesh, but this one has none. {REMEDY}")
@@ -79,7 +82,9 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
     title = f"{problem.title}, {level_text(dataset, case)}, {hertz:.6g} Hz"
     title += f", harmonic {harmonic}" if harmonic > 1 or excited_harmonics(problem.forces) != {1} else ""
     if isinstance(problem, TunedDisk) and problem.surface is not None:
-        return _of_a_disk(problem, q, harmonic, title)
+        return _of_a_tuned_disk(problem, problem.surface, q, harmonic, title)
+    if isinstance(problem, FullDisk) and problem.surface is not None:
+        return _of_a_full_disk(problem, problem.surface, q, title)
     rows = {dof: row for row, dof in enumerate(problem.structure.dofs)}
     surfaces = problem.structure.surfaces
     first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
@@ -91,24 +96,38 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
     )
 
 
-def _of_a_disk(disk: TunedDisk, q: NDArray[np.complex128], harmonic: int, title: str) -> SurfaceMotion:
-    surface, sectors, order = disk.surface, disk.sectors, harmonic * disk.engine_order
-    assert surface is not None
-    n = order % sectors
-    # The wave of N − n runs the other way: its matrices are the conjugates of those of n.
-    shape = surface.shape(q, n) if n <= sectors // 2 else surface.shape(q.conj(), sectors - n).conj()
+def _of_a_tuned_disk(
+    disk: TunedDisk, surface: SectorSurface, q: NDArray[np.complex128], harmonic: int, title: str
+) -> SurfaceMotion:
+    sectors, order = disk.sectors, harmonic * disk.engine_order
+    n, shape, triangles = order % sectors, surface.wave(q, order, sectors), triangulated(surface.quads)
     wave = f"nodal diameter {min(n, sectors - n)}"
-    triangles, size = triangulated(surface.quads), len(surface.points)
-    if size * sectors > MOST_OF_A_WHEEL:
+    if len(surface.points) * sectors > MOST_OF_A_WHEEL:
         return SurfaceMotion(title, surface.points, triangles, shape, note=f"one of {sectors} sectors, {wave}")
-    turns = [rotation(sectors, j) for j in range(sectors)]
     late = np.exp(-2j * np.pi * order * np.arange(sectors) / sectors)
+    return _wheel(title, surface.points, triangles, late[:, None, None] * shape, f"{sectors} sectors, {wave}")
+
+
+def _of_a_full_disk(disk: FullDisk, surface: SectorSurface, q: NDArray[np.complex128], title: str) -> SurfaceMotion:
+    """Of each sector its own motion. A sector whose damper is missing has its other degrees of freedom, which stand first."""
+    size, names = surface.motions[0].shape[2], disk.structure.dofs
+    rows = [[k for k, dof in enumerate(names) if dof.startswith(f"{j}/")][:size] for j in range(1, disk.sectors + 1)]
+    if len({tuple(names[k].partition("/")[2] for k in row) for row in rows}) > 1 or len(rows[0]) < size:
+        raise fault("The degrees of freedom of a full disk", "must be those of TunedDisk.full() to have a shape", names[:3])
+    shapes = surface.shapes(q[np.array(rows)])
+    kept, triangles = thinned(surface.points, triangulated(surface.quads), MOST_OF_A_WHEEL // disk.sectors)
+    return _wheel(title, surface.points[kept], triangles, shapes[:, kept], f"{disk.sectors} sectors, each with its own motion")
+
+
+def _wheel(title: str, points: Array, triangles: Index, shapes: NDArray[np.complex128], note: str) -> SurfaceMotion:
+    """All sectors together; points (p, 3) [m] of the first one, shapes (N, p, 3) [m] each in the axes of its sector."""
+    turns = np.array([rotation(len(shapes), j) for j in range(len(shapes))])
     return SurfaceMotion(
         title,
-        np.concatenate([surface.points @ turn.T for turn in turns]),
-        np.concatenate([triangles + j * size for j in range(sectors)]),
-        np.concatenate([factor * shape @ turn.T for factor, turn in zip(late, turns, strict=True)]),
-        note=f"{sectors} sectors, {wave}",
+        (points @ turns.swapaxes(1, 2)).reshape(-1, 3),
+        np.concatenate([triangles + j * len(points) for j in range(len(shapes))]),
+        (shapes @ turns.swapaxes(1, 2)).reshape(-1, 3),
+        note=note,
     )
 
 

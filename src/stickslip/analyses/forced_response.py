@@ -168,13 +168,13 @@ class ForcedResponse(
         """The deformed shape of meshed bodies at a point, its highest peak unless given: their surface coloured by amplitude.
 
         u = Re Û exp(i h ω t), one harmonic h of the displacement about the mean, that in which the first output moves most
-        unless given, magnified by a factor that the picture says; of a tuned disk the wave round the wheel. Dampers are not
-        drawn. The problem must have a mesh: the single blade, the sector of a disk, models read with the elements of their deck
-        (CalculiX, Abaqus, Nastran, Ansys).
+        unless given, magnified by a factor that the picture says; of a tuned disk the wave round the wheel, of a full disk,
+        mistuned or not, each sector with its own motion. Dampers are not drawn. The problem must have a mesh: the single blade,
+        a disk of finite elements, models read with the elements of their deck (CalculiX, Abaqus, Nastran, Ansys).
 
         Returns a `DeformedShape`: a notebook shows it with play, pause, speed, slider and steps, and it can be turned;
-        `.motion.displacement` (p, 3) [m] at `.motion.points`, `.to_html()`, `.to_plotly()`, `.plot(frame)`. Raises `InputError`
-        for a point that did not converge and for a problem without a mesh.
+        `.motion.displacement` (p, 3) [m] at `.motion.points`, `.to_html()`, `.to_plotly()`, `.save("x.gif")`, `.plot(frame)`.
+        Raises `InputError` for a point that did not converge and for a problem without a mesh.
         """
         at = self.peak_point(case) if point is None else point
         picture: Any = import_module("stickslip.plots.deformed_shape").DeformedShape

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
     from stickslip.report.presentation import Presentation
 
-FIGURES, FORMATS = "figures", ("png", "svg")
-"""Where figures go beside results, and as what."""
+FIGURES = "figures"
+"""Where figures go beside results."""
+FORMATS, OF_FIGURES, OF_MOTION = ("png", "svg", "gif"), ("png", "svg", "pdf"), ("gif", "mp4", "webp", "html")
+"""As what figures and moving pictures are written unless a format is given, and what they can be written as."""
 
 
 @guarded
@@ -40,23 +42,25 @@ def report(
 def plot(
     ctx: typer.Context,
     results: Annotated[Path, typer.Argument(help="results.nc, or the folder that a run or the demo wrote.")],
-    figure: Annotated[list[str] | None, typer.Option(help="One by its name; several times. All unless given.")] = None,
-    format: Annotated[list[str] | None, typer.Option(help="png, svg or pdf; several times. png and svg unless given.")] = None,
+    figure: Annotated[
+        list[str] | None,
+        typer.Option(help="One by its name; motion and deformed_shape where there are; several times. All figures unless given."),
+    ] = None,
+    format: Annotated[
+        list[str] | None,
+        typer.Option(help="png, svg, pdf; gif, mp4, webp, html of what moves; several times. png and svg unless given, or gif."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the figures; `figures` beside the results unless given.")] = None,
 ) -> None:
-    """Draw the figures of results as files for papers and slides."""
+    """Draw the figures of results as files for papers and slides, and what moves as films or pages."""
     from stickslip.results.files import open_results
 
-    formats = tuple(format or FORMATS)
-    unknown = [each for each in formats if each not in ("png", "svg", "pdf")]
-    if unknown:
-        raise fault("--format", "must be png, svg or pdf", unknown[0])
     files = results_in(results)
     say_several(files, results)
     folder = out or (results if results.is_dir() else results.parent)
     for name, file in files.items():
         place = folder / name if out else folder / name / FIGURES
-        for path in drawn(open_results(file), writable_folder(place), figure or (), formats):
+        for path in drawn(open_results(file), writable_folder(place), figure or (), format or ()):
             say(f"Wrote {path}")
 
 
@@ -172,13 +176,27 @@ def write_reports(datasets: Mapping[str, xr.Dataset], folder: Path, figures: boo
     say(f"Report: {page}")
 
 
-def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: tuple[str, ...] = FORMATS) -> list[Path]:
-    """Figures of a result as files, all without names; returns their paths."""
+def drawn(dataset: xr.Dataset, folder: Path, names: Sequence[str] = (), formats: Sequence[str] = ()) -> list[Path]:
+    """Figures of a result as files, all without names, moving pictures where they or their formats are asked for; the paths."""
     from stickslip.plots.files import write_figures
+    from stickslip.report.motion import moving_pictures
     from stickslip.report.presentation import presentation_of
 
-    known = presentation_of(dataset).figures(dataset)
-    for name in names:
-        if name not in known:
-            raise fault("--figure", "must be a figure of these results", name, nearest(name, known))
-    return write_figures({name: known[name] for name in names or known}, dataset, folder, formats)
+    figures, moving = presentation_of(dataset).figures(dataset), moving_pictures(dataset)
+    known = (*OF_FIGURES, *(OF_MOTION if moving else ()))
+    unknown = [each for each in formats if each not in known]
+    if unknown:
+        raise fault("--format", f"must be {', '.join(known[:-1])} or {known[-1]}", unknown[0])
+    asked = {name: [key for key in moving if key == name or key.startswith(f"{name}_")] for name in names if name not in figures}
+    missing, films = [name for name in asked if not asked[name]], [key for keys in asked.values() for key in keys]
+    if missing:
+        raise fault("--figure", "must be a figure of these results", missing[0], nearest(missing[0], [*figures, *moving]))
+    as_figures, as_films = ([each for each in formats or FORMATS if each in own] for own in (OF_FIGURES, OF_MOTION))
+    if films and not as_films:
+        raise fault("--format", f"must be {', '.join(OF_MOTION)} for {films[0]}", formats[0])
+    drawings = {name: figures[name] for name in (names or figures) if name in figures}
+    if names and drawings and not as_figures:
+        raise fault("--format", f"must be {', '.join(OF_FIGURES)} for {next(iter(drawings))}", formats[0])
+    paths = write_figures(drawings, dataset, folder, tuple(as_figures))
+    chosen = films if names else moving if formats else ()
+    return paths + [moving[key].save(folder / f"{key}.{suffix}") for key in chosen for suffix in as_films]

@@ -14,18 +14,21 @@ from stickslip.problem import Problem
 from stickslip.structure.aerodynamics import WaveStiffness
 from stickslip.structure.cyclic import CyclicStructure, circulant, sector_name
 from stickslip.structure.matrices import Structure
+from stickslip.structure.sector_surface import SectorSurface
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FullDisk(Problem):
     """A disk with all its sectors, tuned or mistuned: a `Problem` that knows how many there are and what excites them.
 
-    aerodynamics: gas forces that go with the motion, by wave; mistuning leaves them as they are.
+    aerodynamics: gas forces that go with the motion, by wave; mistuning leaves them as they are. surface: of a meshed sector, for
+    pictures.
     """
 
     sectors: int = 1
     engine_order: int = 0
     aerodynamics: tuple[WaveStiffness, ...] = ()
+    surface: SectorSurface | None = None
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}; {self.sectors} sectors, engine order {self.engine_order}"

@@ -217,6 +217,7 @@ class TunedDisk(Problem):
             self.sectors,
             self.engine_order,
             self.wave_stiffnesses,
+            self.surface,
             speed=self._full_speed(),
         )
 

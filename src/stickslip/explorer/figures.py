@@ -34,7 +34,7 @@ from stickslip.results.view import (
 THIS, PINNED = "this study", "reference"
 
 
-def curve_figure(answer: Answer, pinned: Answer | None, output: int, log: bool, dark: bool) -> dict[str, Any]:
+def curve_figure(answer: Answer, pinned: Answer | None, output: str, log: bool, dark: bool) -> dict[str, Any]:
     """The response, the reference, and the linear responses without contacts and with stuck ones."""
     dataset = answer.response.dataset
     shown = [(answer, THIS, Style("contact 5", width=2.4))]
@@ -42,12 +42,13 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: int, log: bool, 
         shown.insert(0, (pinned, PINNED, Style("contact 0", "dash", 1.6)))
     unit = _unit(answer, pinned)
     measure = measure_in(dataset)
-    layers: list[Layer] = _linear(answer, output, unit.metres)
+    layers: list[Layer] = _linear(answer, answer.place(output), unit.metres)
     for each, words, style in shown:
         own = each.response.dataset
-        sizes = along_curve_as(own, measure, 0, output) / unit.metres
+        place = each.place(output)
+        sizes = along_curve_as(own, measure, 0, place) / unit.metres
         layers.append(Line(frequencies(own, 0), sizes, style, words))
-        peak = highest_peak(own, 0, output)
+        peak = highest_peak(own, 0, place)
         if peak is not None:
             dot = Style(style.colour, "none", marker="circle", size=7.0)
             layers.append(Line([peak.frequency], [peak.amplitude / unit.metres], dot))
@@ -57,7 +58,7 @@ def curve_figure(answer: Answer, pinned: Answer | None, output: int, log: bool, 
     limits = (0.5 * low, 2.0 * high) if log else (0.0, 1.3 * high)
     axis = Axis(axis.quantity, axis.unit, log=log, limits=limits)
     panel = Panel(HERTZ, axis, layers, height=4.4)
-    return _figure(Chart(str(dataset.output.values[output]), [panel]), dark)
+    return _figure(Chart(output, [panel]), dark)
 
 
 def _linear(answer: Answer, output: int, metres: float) -> list[Layer]:
@@ -70,10 +71,10 @@ def _linear(answer: Answer, output: int, metres: float) -> list[Layer]:
     return found
 
 
-def peak_words(answer: Answer, output: int) -> tuple[str, str]:
+def peak_words(answer: Answer, output: str) -> tuple[str, str]:
     """Frequency and amplitude of the highest peak, the two large numbers."""
     dataset = answer.response.dataset
-    peak = highest_peak(dataset, 0, output)
+    peak = highest_peak(dataset, 0, answer.place(output))
     if peak is None:
         return "–", "–"
     measure, units = measure_in(dataset), str(dataset["peak_amplitude"].attrs["units"])
@@ -81,19 +82,19 @@ def peak_words(answer: Answer, output: int) -> tuple[str, str]:
     return f"{peak.frequency:.6g} Hz", size_text(peak.amplitude / per, units)
 
 
-def change_words(answer: Answer, pinned: Answer | None, output: int) -> tuple[str, str]:
+def change_words(answer: Answer, pinned: Answer | None, output: str) -> tuple[str, str]:
     """How far frequency and amplitude are from those of the reference."""
-    own = highest_peak(answer.response.dataset, 0, output)
-    other = None if pinned is None else highest_peak(pinned.response.dataset, 0, output)
+    own = highest_peak(answer.response.dataset, 0, answer.place(output))
+    other = None if pinned is None else highest_peak(pinned.response.dataset, 0, pinned.place(output))
     if own is None or other is None:
         return "", ""
     frequency, amplitude = own.frequency / other.frequency - 1.0, own.amplitude / other.amplitude - 1.0
     return f"{frequency:+.3%} from the reference", f"{amplitude:+.3%} from the reference"
 
 
-def clicked_point(answer: Answer, pinned: Answer | None, output: int, x: float, y: float) -> int:
+def clicked_point(answer: Answer, pinned: Answer | None, output: str, x: float, y: float) -> int:
     """The converged point nearest to a place of the drawn curve, x in Hz and y in the unit of the axis."""
-    return nearest_point(answer.response.dataset, 0, output, x, y * _unit(answer, pinned).metres)
+    return nearest_point(answer.response.dataset, 0, answer.place(output), x, y * _unit(answer, pinned).metres)
 
 
 def _unit(answer: Answer, pinned: Answer | None) -> Length:
@@ -101,21 +102,22 @@ def _unit(answer: Answer, pinned: Answer | None) -> Length:
     return peak_unit(*(each.response.dataset for each in (answer, pinned) if each is not None))
 
 
-def peak_place(response: ForcedResponse, output: int) -> int | None:
+def peak_place(answer: Answer, output: str) -> int | None:
     """The point of the highest peak."""
-    peak = highest_peak(response.dataset, 0, output)
+    peak = highest_peak(answer.response.dataset, 0, answer.place(output))
     return None if peak is None else peak.point
 
 
-def detail_figures(response: ForcedResponse, point: int, output: int, dark: bool, narrow: bool) -> list[dict[str, Any]]:
+def detail_figures(answer: Answer, point: int, output: str, dark: bool, narrow: bool) -> list[dict[str, Any]]:
     """Motion with loops and contact states, deformed shape, energy by contact and harmonics at a point."""
+    response = answer.response
     dataset = response.dataset
     found = []
     if dataset.sizes["contact"]:
         found.append(response.animate(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
     if has_surface(response.problem):
         found.append(response.deformed_shape(0, point).to_plotly(dark=dark, narrow=narrow).to_dict())
-    return [*found, _figure(_energy_and_harmonics(response, point, output), dark)]
+    return [*found, _figure(_energy_and_harmonics(response, point, answer.place(output)), dark)]
 
 
 def _energy_and_harmonics(response: ForcedResponse, point: int, output: int) -> Chart:

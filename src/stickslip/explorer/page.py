@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from dash import ALL, MATCH, ClientsideFunction, Dash, Input, Output, State, ctx, dcc, html, no_update
 
-from stickslip.checks import InputError
+from stickslip.checks import InputError, fault, nearest
 from stickslip.explorer.export import SAVED, python_of
 from stickslip.explorer.figures import (
     change_words,
@@ -54,10 +54,9 @@ def application(solver: Solver, token: str) -> Dash:
 
 
 def _layout(solver: Solver) -> Any:
-    outputs = list(solver.problem({}).output_names)
     header = html.Header(
         [
-            html.H1(solver.job({}).title),
+            html.Div([html.H1(solver.job({}).title), html.P(_what_is_shown(solver), className="note")]),
             html.Div(
                 [_number("peak-frequency", "Peak at"), _number("peak-amplitude", "Amplitude")],
                 className="numbers",
@@ -73,10 +72,18 @@ def _layout(solver: Solver) -> Any:
             dcc.Download(id="download"),
             header,
             html.P("", id="message", role="status", **{"aria-live": "polite"}),
-            html.Main([_controls(solver, outputs), _results()]),
+            html.Main([_controls(solver, solver.outputs), _results()]),
         ],
         id="page",
     )
+
+
+def _what_is_shown(solver: Solver) -> str:
+    """Where the study asks for something else than is shown, what it is."""
+    if solver.analysis == "forced_response":
+        return ""
+    tuned = " with all sectors alike" if solver.analysis == "mistuned_population" else ""
+    return f"Forced response of the problem of this study{tuned}; the study itself is {solver.analysis!r}."
 
 
 def _number(name: str, words: str) -> Any:
@@ -246,9 +253,9 @@ def _answered(solver: Solver, wanted: Wanted) -> Any:
     solver.ask(tab, version)
     head = {"version": version, "fine": fine}
     try:
-        output = list(solver.problem({}).output_names).index(str(wanted["output"]))
-        pinned = solver.answer(wanted["pinned"], True) if wanted.get("pinned") is not None else None
-        answer = solver.answer(wanted["values"], fine, tab, version)
+        output = _output(solver, wanted)
+        pinned = solver.answer(wanted["pinned"]) if wanted.get("pinned") is not None else None
+        answer = solver.answer(wanted["values"], None if fine else output, tab, version)
         return head | _shown(answer, pinned, output, wanted)
     except OutdatedError:
         return no_update
@@ -256,7 +263,15 @@ def _answered(solver: Solver, wanted: Wanted) -> Any:
         return head | {"message": str(error), "failed": True}
 
 
-def _shown(answer: Answer, pinned: Answer | None, output: int, wanted: Wanted) -> dict[str, Any]:
+def _output(solver: Solver, wanted: Wanted) -> str:
+    """The output that is shown."""
+    output = str(wanted["output"])
+    if output not in solver.outputs:
+        raise fault("output", "must be one of the study", output, nearest(output, solver.outputs))
+    return output
+
+
+def _shown(answer: Answer, pinned: Answer | None, output: str, wanted: Wanted) -> dict[str, Any]:
     if not answer.response.dataset["frequency"].notnull().any():
         return {"message": " ".join(answer.sentences), "failed": True}
     figure = curve_figure(answer, pinned, output, bool(wanted["log"]), bool(wanted["dark"]))
@@ -275,18 +290,18 @@ def _detailed(solver: Solver, clicks: int, clicked: Any, answer: Any, wanted: Wa
     if wanted is None or not answer or answer["failed"]:
         return no_update
     try:
-        output = list(solver.problem({}).output_names).index(str(wanted["output"]))
-        found = solver.answer(wanted["values"], True)
-        response, places = found.response, (clicked or {}).get("points", ())
+        output = _output(solver, wanted)
+        found = solver.answer(wanted["values"])
+        places = (clicked or {}).get("points", ())
         if ctx.triggered_id == "curve" and places:
-            pinned = solver.answer(wanted["pinned"], True)
+            pinned = solver.answer(wanted["pinned"])
             point: int | None = clicked_point(found, pinned, output, float(places[0]["x"]), float(places[0]["y"]))
         else:
-            point = peak_place(response, output)
+            point = peak_place(found, output)
         if point is None:
             return html.P("The curve has no point to show.")
-        hertz = float(response.dataset["frequency"].values[0, point])
-        figures = detail_figures(response, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
+        hertz = float(found.response.dataset["frequency"].values[0, point])
+        figures = detail_figures(found, point, output, bool(wanted["dark"]), bool(wanted.get("narrow")))
     except InputError as error:
         return html.P(str(error))
     graphs = [_graph(number, figure) for number, figure in enumerate(figures)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections import OrderedDict
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
@@ -47,6 +47,10 @@ class Answer:
     sentences: tuple[str, ...]
     seconds: float
 
+    def place(self, output: str) -> int:
+        """Where an output stands among those of the response."""
+        return list(self.response.dataset.output.values).index(output)
+
 
 @dataclass(eq=False)
 class Solver:
@@ -63,20 +67,28 @@ class Solver:
 
     @classmethod
     def of(cls, path: Path) -> Solver:
-        """The study at a path, checked as a whole. Raises `InputError` where it has no [sweep] to show."""
+        """The study at a path, checked as a whole. Raises `InputError` where it has no band to show a response over."""
         solver = cls(text_of(path), path.parent, path.stem)
         found = job(solver.text, solver.folder, solver.name)
+        what, remedy = "The study of the explorer", "Explore a forced response: `stickslip new forced_response` writes one."
         if found.sweep is None:
-            raise fault("The study of the explorer", "must be of a problem, with a [sweep]", found.analysis)
+            raise fault(what, "must be of a problem, with a [sweep]", found.analysis, remedy)
+        if not {"frequency", "at"} & solver.document["sweep"].keys():
+            raise fault(what, "must have a band, [sweep] frequency", found.analysis, remedy)
         return solver
 
     @cached_property
     def document(self) -> dict[str, Any]:
         """The study as tables, its analysis a forced response."""
         document = toml(self.text)
-        own = ("study", "structure", "body", "damping", "contact", "force", "dashpot", "base", "units", "sweep")
+        own = ("study", "structure", "body", "damping", "contact", "force", "dashpot", "base", "aerodynamics", "units", "sweep")
         kept = {key: document[key] for key in own if key in document}
         return kept | {"study": {**document["study"], "analysis": "forced_response"}}
+
+    @cached_property
+    def analysis(self) -> str:
+        """What the study itself asks for."""
+        return str(toml(self.text)["study"]["analysis"])
 
     @cached_property
     def sliders(self) -> tuple[Slider, ...]:
@@ -98,16 +110,21 @@ class Solver:
             while len(self.newest) > REMEMBERED:
                 self.newest.popitem(last=False)
 
-    def answer(self, values: Values, fine: bool, tab: str = "", version: int = 0) -> Answer:
-        """The response for these values; fine: with the harmonics of the study, else with few.
+    @cached_property
+    def outputs(self) -> list[str]:
+        """Names of the outputs."""
+        return list(self.problem({}).output_names)
+
+    def answer(self, values: Values, output: str | None = None, tab: str = "", version: int = 0) -> Answer:
+        """The response for these values, with the harmonics of the study; with few and of one output alone where one is named.
 
         Raises `OutdatedError` where the tab has asked anew meanwhile, and `InputError` with the faults of the study.
         """
-        key = (tuple(sorted(values.items())), fine)
+        key = (tuple(sorted(values.items())), output)
         with self.solving:
             self._refuse_outdated(tab, version)
             if key not in self.known:
-                self.known[key] = self._solved(values, fine, tab, version)
+                self.known[key] = self._solved(values, output, tab, version)
             self.known.move_to_end(key)
             while len(self.known) > KEPT:
                 self.known.popitem(last=False)
@@ -133,10 +150,10 @@ class Solver:
             raise InputError("The study has no [sweep] to solve.")
         return sweep
 
-    def _solved(self, values: Values, fine: bool, tab: str, version: int) -> Answer:
+    def _solved(self, values: Values, output: str | None, tab: str, version: int) -> Answer:
         started = time.perf_counter()
-        sweep = self._sweep(values)
-        work = sweep.forced_response() if fine else _coarse(sweep)
+        sweep, fine = self._sweep(values), output is None
+        work = sweep.forced_response() if output is None else _coarse(sweep, output)
         curve = work.solve(0, lambda fraction: self._refuse_outdated(tab, version))
         response = work.gathered([curve])
         sentences = (*failures_of(response.dataset), *warnings_of(response.dataset)) if fine else failures_of(response.dataset)
@@ -147,13 +164,13 @@ class Solver:
             raise OutdatedError
 
 
-def _coarse(sweep: Sweep) -> ForcedResponseWork:
-    """The same with few harmonics; those that the excitation has are kept."""
-    highest = max((h for force in sweep.problem.forces for h in force.amplitudes), default=1)
+def _coarse(sweep: Sweep, output: str) -> ForcedResponseWork:
+    """The same with few harmonics, those that the excitation has are kept, and one output: peaks of others take their time."""
+    problem = sweep.problem
+    shown = replace(problem, outputs=(problem.outputs[problem.output_names.index(output)],))
+    highest = max((h for force in problem.forces for h in force.amplitudes), default=1)
     where = sweep.frequencies
     harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else COARSE
     few = max(min(harmonics, COARSE), highest)
     samples = max(min(sweep.samples, COARSE_SAMPLES), 4 * few + 2)
-    return ForcedResponseWork.of(
-        sweep.problem, where, sweep.force_levels, few, samples, peak_tolerance=1e-4, measure=sweep.measure
-    )
+    return ForcedResponseWork.of(shown, where, sweep.force_levels, few, samples, peak_tolerance=1e-4, measure=sweep.measure)

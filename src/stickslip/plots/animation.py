@@ -1,24 +1,20 @@
 """Animations of one period: a section that moves, contact points by state, force arrows, loops with a dot that goes round.
 
-`Animation` holds what the renderers share: `to_plotly`, `to_html` and the report draw it with frames of plotly.js, `save` with
-matplotlib. Colours stand by name, as in `interactive.py`.
+`Animation` holds what the renderers share: `to_plotly`, `to_html` and the report draw it with frames of plotly.js, films and
+`plot` with matplotlib. Colours stand by name, as in `interactive.py`.
 """
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from subprocess import CalledProcessError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.analyses.motion import STATES, FaceMotion, PeriodOfMotion, Wheel, frames_of, largest_loops
-from stickslip.checks import Array, InputError, between, fault, finite
-from stickslip.files import replacing
+from stickslip.checks import Array
 from stickslip.plots.interactive import BASE, escaped
 from stickslip.plots.look import colour, house_style, plain
 from stickslip.plots.moving_picture import MovingPicture, magnification, played
@@ -43,10 +39,6 @@ HUB, BLADE = 0.55, 0.45
 BINS = 8
 """Colours of amplitudes in a wheel."""
 HEIGHT, PHONE_HEIGHT = 520, 980
-FILES = (".gif", ".mp4", ".webp")
-FPS = 20
-SLOWEST, FASTEST = 0.01, 1000.0
-"""Frames per second of a film; a .gif cannot hold a frame for longer than minutes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,24 +62,6 @@ class Polyline:
     @property
     def moves(self) -> bool:
         return len(self.x) > 1
-
-
-def _ffmpeg() -> str:
-    """Where the program ffmpeg is: of the system, else of the package imageio-ffmpeg."""
-    from matplotlib import rcParams
-
-    found = shutil.which(rcParams["animation.ffmpeg_path"])
-    if found is None:
-        try:
-            from imageio_ffmpeg import get_ffmpeg_exe
-
-            found = get_ffmpeg_exe()
-        except (ImportError, RuntimeError):
-            raise InputError(
-                "A .mp4 file needs the program ffmpeg, which is not installed. `pip install 'stickslip[film]'` installs it; or "
-                "save a .gif."
-            ) from None
-    return str(found)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -293,39 +267,6 @@ class Animation(MovingPicture):
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         rim = 0.05 * ((high - low) or 1.0)
         return [low - rim, high + rim]
-
-    def plot(self, frame: int = 0) -> Figure:
-        """One picture as a matplotlib figure."""
-        figure, show = self._drawn()
-        show(between("frame", frame, 0, self.frames - 1))
-        return figure
-
-    def save(self, path: str | Path, fps: float = FPS) -> Path:
-        """One period as a film that can be repeated: .gif or .webp (by Pillow), .mp4 (by ffmpeg).
-
-        fps: frames per second. Missing folders are made. Raises `InputError` where the file cannot be written.
-        """
-        from matplotlib import rc_context, rcParams
-        from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
-
-        place = Path(path)
-        if place.suffix.lower() not in FILES:
-            raise fault("The name of an animation", f"must end in {', '.join(FILES)}", str(path))
-        if not SLOWEST <= finite("fps", fps) <= FASTEST:
-            raise fault("fps", f"must lie between {SLOWEST:g} and {FASTEST:g} frames per second", fps)
-        film = place.suffix.lower() == ".mp4"
-        rate: Any = fps  # a writer takes fractions too
-        writer: Any = FFMpegWriter(fps=rate) if film else PillowWriter(fps=rate)
-        with house_style(), rc_context():
-            if film:
-                rcParams["animation.ffmpeg_path"] = _ffmpeg()
-            figure, show = self._drawn()
-            try:
-                with replacing(place) as temporary:
-                    FuncAnimation(figure, show, frames=self.frames, blit=False).save(temporary, writer=writer, dpi=90)
-            except (OSError, CalledProcessError) as error:
-                raise InputError(f"The film {place} could not be written: {error}") from error
-        return place
 
     def _drawn(self) -> tuple[Figure, Callable[[int], Sequence[Any]]]:
         """A matplotlib figure, and what shows a frame in it."""

@@ -1,9 +1,10 @@
 """The deformed shape of meshed bodies over one period, coloured by amplitude: a mesh of plotly that can be turned and played, and
-one picture of matplotlib.
+pictures and films of matplotlib.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -39,8 +40,8 @@ class DeformedShape(MovingPicture):
     """One harmonic of the displacement of meshed bodies over its period, from the instant of the largest deflection on.
 
     A notebook shows it with play, pause, speed, a slider and steps of one frame, and it can be turned; `.to_html()` is the same
-    as a page, `.to_plotly()` the figure, `.plot(frame)` one picture. `motion`: points [m], triangles, displacement (complex)
-    and amplitude [m].
+    as a page, `.to_plotly()` the figure, `.save("x.gif")` a film, `.plot(frame)` one picture. `motion`: points [m], triangles,
+    displacement (complex) and amplitude [m].
     """
 
     motion: SurfaceMotion
@@ -51,6 +52,11 @@ class DeformedShape(MovingPicture):
     @property
     def title(self) -> str:
         return self.motion.title
+
+    @property
+    def frames(self) -> int:
+        """How many pictures there are; the first one shows the instant of the largest deflection."""
+        return FRAMES
 
     @cached_property
     def magnification(self) -> float:
@@ -132,8 +138,7 @@ class DeformedShape(MovingPicture):
             **played(FRAMES, buttons, slider, redraw=True),
         }
 
-    def plot(self, frame: int = 0) -> Figure:
-        """One picture as a matplotlib figure; unless given at the instant of the largest deflection."""
+    def _drawn(self) -> tuple[Figure, Callable[[int], object]]:
         from matplotlib import cm, colormaps, colors
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -147,8 +152,9 @@ class DeformedShape(MovingPicture):
         with house_style():
             figure = NotebookFigure(figsize=(6.4, 6.4))
             axes: Any = figure.add_axes((0.02, 0.06, 0.8, 0.84), projection="3d")
-            corners = self.moved(frame)[motion.triangles][:, :, order]
-            axes.add_collection3d(Poly3DCollection(corners, facecolors=faces, edgecolors=colour("grey"), linewidths=0.15))
+            corners = self.moved()[motion.triangles][:, :, order]
+            surface = Poly3DCollection(corners, facecolors=faces, edgecolors=colour("grey"), linewidths=0.15)
+            axes.add_collection3d(surface)
             limits = self._limits[:, order].T
             axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
             in_space(axes, sides)
@@ -156,4 +162,4 @@ class DeformedShape(MovingPicture):
             figure.colorbar(scale, cax=bar, label=f"amplitude in {unit.name}")
             words = "\n".join((self.title, *wrapped(self.note, 84)))
             figure.suptitle(plain(words), x=0.01, ha="left", fontsize=9.5)
-        return figure
+        return figure, lambda frame: surface.set_verts(self.moved(frame)[motion.triangles][:, :, order])

@@ -6,13 +6,24 @@ A moving picture describes itself as data, traces and frames, from which noteboo
 from __future__ import annotations
 
 import html
+import shutil
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from importlib.resources import files
-from typing import Any
+from pathlib import Path
+from subprocess import CalledProcessError
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.checks import InputError, between, fault, finite
+from stickslip.files import replacing, write_text
+from stickslip.plots.chart import wrapped
 from stickslip.plots.interactive import escaped, resolved
+from stickslip.plots.look import house_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SPEEDS = {"slow": 120, "normal": 50, "fast": 20}
 """Milliseconds of a frame."""
@@ -20,15 +31,30 @@ PLAYED = 40
 """Periods after which playing ends."""
 CONFIG = {"displaylogo": False, "showSendToCloud": False, "plotlyServerURL": "", "typesetMath": False}
 """Of plotly.js, without the button that uploads a figure."""
+NARROW, NARROW_NOTE, LINE = 42, 68, 22
+"""Letters of a line of the title and of the note on a narrow screen, and the height of a line."""
+FILES = (".gif", ".webp", ".mp4", ".html")
+FPS = 20
+SLOWEST, FASTEST = 0.01, 1000.0
+"""Frames per second of a film; a .gif cannot hold a frame for longer than minutes."""
 
 
 class MovingPicture(ABC):
-    """What notebooks, pages and reports need of a picture that moves."""
+    """What notebooks, pages, reports and films need of a picture that moves."""
 
     @property
     @abstractmethod
     def title(self) -> str:
         """What it shows."""
+
+    @property
+    @abstractmethod
+    def frames(self) -> int:
+        """How many pictures there are."""
+
+    @abstractmethod
+    def _drawn(self) -> tuple[Figure, Callable[[int], object]]:
+        """A matplotlib figure, and what shows a frame in it."""
 
     @abstractmethod
     def description(self) -> dict[str, Any]:
@@ -39,10 +65,13 @@ class MovingPicture(ABC):
         from plotly.graph_objects import Figure as Interactive
 
         found = self.description()
-        title = {"text": f"<b>{escaped(found['title'])}</b><br><sup>{escaped(found['note'])}</sup>", "x": 0.01}
+        lines = wrapped(found["title"], NARROW) if narrow else [found["title"]]
+        notes = wrapped(found["note"], NARROW_NOTE) if narrow else [found["note"]]
+        heads = [f"<b>{escaped(line)}</b>" for line in lines] + [f"<sup>{escaped(line)}</sup>" for line in notes]
+        title, more = {"text": "<br>".join(heads), "x": 0.01}, LINE * (len(heads) - 2)
         layout = found["narrow" if narrow else "wide"] | {"title": title, "paper_bgcolor": "@paper", "plot_bgcolor": "@paper"}
-        layout["margin"] = layout["margin"] | {"t": 70}
-        layout["height"] = layout["height"] + 54
+        layout["margin"] = layout["margin"] | {"t": 70 + more}
+        layout["height"] = layout["height"] + 54 + more
         return Interactive(resolved({"data": found["data"], "layout": layout, "frames": found["frames"]}, dark))
 
     def to_html(self, *, dark: bool = False) -> str:
@@ -53,11 +82,69 @@ class MovingPicture(ABC):
         )
         return page
 
+    def plot(self, frame: int = 0) -> Figure:
+        """One picture as a matplotlib figure."""
+        figure, show = self._drawn()
+        show(between("frame", frame, 0, self.frames - 1))
+        return figure
+
+    def save(self, path: str | Path, fps: float = FPS) -> Path:
+        """One period as a film that can be repeated, .gif or .webp (by Pillow) or .mp4 (by ffmpeg), or as a page: .html.
+
+        fps: frames per second of a film; a page has speeds to choose from. Missing folders are made. Raises `InputError` where
+        the file cannot be written.
+        """
+        place, kind = Path(path), Path(path).suffix.lower()
+        if kind not in FILES:
+            raise fault("The name of a moving picture", f"must end in {', '.join(FILES)}", str(path))
+        if not SLOWEST <= finite("fps", fps) <= FASTEST:
+            raise fault("fps", f"must lie between {SLOWEST:g} and {FASTEST:g} frames per second", fps)
+        try:
+            if kind == ".html":
+                return write_text(place, self.to_html())
+            self._film(place, fps)
+        except (OSError, CalledProcessError) as error:
+            raise InputError(f"The {'page' if kind == '.html' else 'film'} {place} could not be written: {error}") from error
+        return place
+
+    def _film(self, place: Path, fps: Any) -> None:
+        """fps: a number; writers take fractions too."""
+        from matplotlib import rc_context, rcParams
+        from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+
+        film = place.suffix.lower() == ".mp4"
+        writer: Any = FFMpegWriter(fps=fps) if film else PillowWriter(fps=fps)
+        with house_style(), rc_context():
+            if film:
+                rcParams["animation.ffmpeg_path"] = _ffmpeg()
+            figure, show = self._drawn()
+            shown: Any = show
+            with replacing(place) as temporary:
+                FuncAnimation(figure, shown, frames=self.frames, blit=False).save(temporary, writer=writer, dpi=90)
+
     def _repr_html_(self) -> str:
         found = self.description()
         page, title = html.escape(self.to_html(), quote=True), html.escape(found["title"])
         height = found["wide"]["height"] + 150
         return f'<iframe style="width:100%;height:{height}px;border:0" title="{title}" srcdoc="{page}"></iframe>'
+
+
+def _ffmpeg() -> str:
+    """Where the program ffmpeg is: of the system, else of the package imageio-ffmpeg."""
+    from matplotlib import rcParams
+
+    found = shutil.which(rcParams["animation.ffmpeg_path"])
+    if found is None:
+        try:
+            from imageio_ffmpeg import get_ffmpeg_exe
+
+            found = get_ffmpeg_exe()
+        except (ImportError, RuntimeError):
+            raise InputError(
+                "A .mp4 file needs the program ffmpeg, which is not installed. `pip install 'stickslip[film]'` installs it; or "
+                "save a .gif."
+            ) from None
+    return str(found)
 
 
 def step_script() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from stickslip.analyses.deformed_shape import has_shapes, kept_shapes
 from stickslip.analyses.kept_motion import has_motion, kept_cases, kept_motion
 from stickslip.plots.animation import Animation
 from stickslip.plots.deformed_shape import DeformedShape
+from stickslip.plots.moving_picture import MovingPicture
 from stickslip.report.charts import Charts, Choice
 from stickslip.report.markup import section, text
 from stickslip.results.representative import spread
@@ -55,6 +57,19 @@ def motions(datasets: Mapping[str, xr.Dataset], charts: Charts) -> str:
         places.append(charts.place(place, shown.__getitem__, [Choice(name, list(shown))], result="" if several else label))
     words = " ".join(dict.fromkeys(notes))
     return section("motion", "Motion", *places, f'<p class="note">{text(words)}</p>')
+
+
+def moving_pictures(dataset: xr.Dataset) -> dict[str, MovingPicture]:
+    """By the name of a file each: motion and deformed_shape, with the force level or the number of the cycle where several are
+    kept."""
+    found: dict[str, MovingPicture] = {}
+    shapes = {level: DeformedShape(shape) for level, shape in kept_shapes(dataset).items()} if has_shapes(dataset) else {}
+    animations = _animations(dataset) if has_motion(dataset) or "damper_motion" in dataset else {}
+    for name, pictures in (("motion", animations), ("deformed_shape", shapes)):
+        for words, picture in pictures.items():
+            ending = re.sub(r"[^\w.]+", "_", words).strip("_")
+            found[f"{name}_{ending}" if len(pictures) > 1 else name] = picture
+    return found
 
 
 def _animations(dataset: xr.Dataset) -> dict[str, Animation]:

@@ -28,6 +28,19 @@ class SectorSurface:
         motion = self.motions[nodal_diameter]
         return np.asarray(motion @ q[: motion.shape[2]])
 
+    def wave(self, q: NDArray[Any], n: int, sectors: int) -> NDArray[Any]:
+        """The same at any whole number n: n and n + N are one wave, that of N − n runs the other way, its matrices conjugates."""
+        n %= sectors
+        return self.shape(q, n) if n <= sectors // 2 else self.shape(q.conj(), sectors - n).conj()
+
+    def shapes(self, q: NDArray[Any]) -> NDArray[Any]:
+        """Complex displacements (N, p, 3) of all sectors, each in its own axes, for the motions q (N, m) of the reduced sectors.
+
+        q_j = Σ_n q̂_n exp(−i n 2π j/N), u_j = Σ_n T_n q̂_n exp(−i n 2π j/N), the sums over n = 0..N−1.
+        """
+        waves = np.fft.ifft(q, axis=0)
+        return np.fft.fft(np.array([self.wave(wave, n, len(q)) for n, wave in enumerate(waves)]), axis=0)
+
 
 def sector_surface(mesh: Any, sector: Sector, reduction: CyclicReduction) -> SectorSurface:
     """The boundary of a scikit-fem mesh without the cyclic faces, which lie inside the disk."""
