@@ -21,7 +21,7 @@ MOST_BARS = 9
 
 
 def dissipation(dataset: xr.Dataset) -> Chart:
-    """Energy per period of the excitation, of all contacts, against frequency, and the share of each contact at the highest peak."""
+    """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
     chosen = representatives(dataset, MOST_BARS)
     note = f"shares: {chosen.words}" if chosen.words else ""
     return Chart("Energy dissipated in contacts", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)

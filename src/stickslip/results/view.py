@@ -333,7 +333,7 @@ def _largest_motion(dataset: xr.Dataset) -> Array:
 
 
 def dissipated(dataset: xr.Dataset, case: int) -> Array:
-    """Energy per period of the excitation of each contact at `points`, (point, contact), J; rounding, 1e-12 of the largest, counts as nothing."""
+    """Energy per period of each contact at `points`, (point, contact), J; rounding, 1e-12 of the largest, counts as nothing."""
     energy = along_curve(dataset, "dissipated", case)
     largest = np.max(np.nan_to_num(dataset.dissipated.values), initial=0.0)
     return np.asarray(np.where(np.abs(energy) < 1e-12 * largest, 0.0, energy))
