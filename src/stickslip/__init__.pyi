@@ -97,6 +97,7 @@ from .analyses.damping_by_nodal_diameter import (
 )
 from .analyses.speed.campbell import Campbell as Campbell, campbell as campbell
 from .analyses.speed.interference import InterferenceDiagram as InterferenceDiagram, interference_diagram as interference_diagram
+from .analyses.speed.run_up import RunUp as RunUp, run_up as run_up
 from .analyses.speed.speed_sweep import SpeedSweep as SpeedSweep, speed_sweep as speed_sweep
 from .analyses.nodal_diameters import NodalDiameters as NodalDiameters, nodal_diameters as nodal_diameters
 from .disks.full import FullDisk as FullDisk

@@ -1,5 +1,7 @@
 """Several engine orders at once on a tuned disk: sums of linear responses, the full disk, wakes of blade rows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -115,15 +117,47 @@ def test_a_force_with_harmonics_of_its_own_is_refused(disk):
 
 def test_titles_name_the_engine_orders_and_one_order_replaces_several(disk):
     both = disk.with_engine_orders({2: 1.0, 3: 0.5j})
-    assert both.title.endswith("case W, engine orders 2 and 3")
+    assert both.heading.endswith("case W, engine orders 2 and 3")
     assert both.excited_orders == (2, 3)
-    assert disk.with_blade_rows({12: [1.0] * 8}).title.endswith("engine orders 12, 24, 36, 48, 60, 72, ... (8 in all)")
+    assert disk.with_blade_rows({12: [1.0] * 8}).heading.endswith("engine orders 12, 24, 36, 48, 60, 72, ... (8 in all)")
     for again in (both.with_engine_order(3), disk.with_blade_rows({12: [1.0] * 8}).with_engine_orders({3: 1.0})):
-        assert again.title.endswith("case W, engine order 3")
+        assert again.heading.endswith("case W, engine order 3")
         assert [force.amplitudes for force in again.forces] == [force.amplitudes for force in disk.forces]
         assert again.excited_orders == (again.engine_order,) == (3,)
     assert both.with_engine_orders({4: 1.0, 6: 1.0}).forces[0].amplitudes == {2: 1.0, 3: 1.0}
     assert "engine orders 2 and 3" in both.full([1]).title
+    own = replace(both, title="Stage 2, engine order 1")
+    assert own.with_engine_order(3).heading == "Stage 2, engine order 1, engine order 3"
+
+
+@pytest.mark.parametrize("stiffening", [False, True])
+def test_frequencies_are_those_of_each_engine_orders_own_nodal_diameter(disk, stiffening):
+    if stiffening:
+        added = 1e-4 * disk.disk.stiffnesses
+        disk = replace(disk, speed=ss.SpeedDependence(1, added))
+    both = disk.with_engine_orders({2: 1.0, 3: 0.5, 10: 0.1})  # 10 and 2 of 12 sectors are one nodal diameter
+    for stuck in (False, True):
+        found = both.frequencies_by_order(stuck)
+        assert list(found) == [2, 3, 10]
+        for order, frequencies in found.items():
+            alone = disk.with_engine_order(order)
+            alone = replace(alone, speed=ss.SpeedDependence(order, disk.speed.stiffness)) if stiffening else alone
+            np.testing.assert_allclose(frequencies, alone.frequencies(stuck), rtol=1e-9, atol=1e-6)
+        distinct = found.values() if stiffening else (found[2], found[3])
+        np.testing.assert_allclose(both.frequencies(stuck), np.sort(np.concatenate(list(distinct))), rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(
+            both.systems.met(stuck), np.sort(np.concatenate([f / order for order, f in found.items()])), rtol=1e-12
+        )
+
+
+def test_peaks_of_an_unexcited_first_harmonic_are_refused_with_the_remedy(disk, speeds):
+    band = ss.Band(0.99 * speeds[0], 1.01 * speeds[0])
+    both = disk.with_engine_orders({2: 1.0, 3: 0.5})
+    response = ss.forced_response(both, band, force=0.1, harmonics=3, samples=96, measure="max_abs")
+    assert len(response.peaks())
+    assert len(response.peaks(measure="rms"))
+    with pytest.raises(InputError, match="max_abs"):
+        response.peaks(measure="amplitude")
 
 
 def test_the_loss_factor_is_per_cycle_of_the_engine_order_that_is_worked_on_most(disk):

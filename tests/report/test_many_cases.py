@@ -145,7 +145,7 @@ OF_MANY = {
 OF_ONE = {
     *("FrictionFreedom", "NodalDiameters", "ContactStiffness", "PerformanceBand", "DamperCycle", "TimeResponse"),
     *("DamperDesign", "SensitivityIndices", "MistunedPopulation", "PhaseResonance", "DampingByNodalDiameter", "Campbell"),
-    "InterferenceDiagram",
+    *("InterferenceDiagram", "RunUp"),
 }
 """Their figures have no axis of cases."""
 NOT_DRAWN = {"force_plane", "posterior", "stress"}

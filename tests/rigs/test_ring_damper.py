@@ -259,3 +259,13 @@ def test_what_a_ring_damper_cannot_be():
         ring_damper(points=1001)
     with pytest.raises(InputError, match="mu must"):
         ring_damper(mu=-0.1)
+
+
+def test_a_ring_with_its_pressure_is_swept_over_the_speed():
+    """Its pressure goes with the square of the speed, and a sweep has it at every point."""
+    models = {rpm: ring_damper(nodal_diameter=4, speed=rpm * np.pi / 30.0, kn=5e10) for rpm in (3000.0, 9000.0)}
+    sweep = ss.speed_sweep(models, (8650.0, 8760.0), [4], force=1.0, harmonics=3, samples=96)
+    top = sweep.peaks().iloc[0]
+    alone = ring_damper(nodal_diameter=4, speed=float(top["speed"]) * np.pi / 30.0, kn=5e10)
+    known = ss.forced_response(alone, [float(top["frequency"])], force=1.0, harmonics=3, samples=96).dataset
+    assert float(known["amplitude"][0, 0, 0]) == pytest.approx(float(top["amplitude"]), rel=1e-6)

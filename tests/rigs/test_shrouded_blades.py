@@ -141,3 +141,17 @@ def test_what_shrouds_cannot_be():
         shrouded_blades(thickness=0.05)
     with pytest.raises(InputError, match="interference must"):
         shrouded_blades(interference=-1e-5)
+
+
+def test_truncation_is_estimated_where_many_harmonics_at_once_are_too_far():
+    """At 50 N Newton's method does not reach 21 harmonics from 5 in one go; 5 harmonics are a few per cent off 21."""
+    disk, band = shrouded_blades(untwist=20.0, mu=0.3), ss.hertz(257.0, 264.0)
+    few, many = (
+        ss.forced_response(disk, band, force=50.0, harmonics=H, samples=samples).dataset for H, samples in ((5, 160), (21, 640))
+    )
+    at = float(few["peak_frequency"][0, 0, 0])
+    order = np.argsort(many["frequency"].values[0])
+    finer = np.interp(at, many["frequency"].values[0][order], many["amplitude"].values[0, order, 0])
+    change = abs(finer / float(few["peak_amplitude"][0, 0, 0]) - 1.0)
+    assert 0.01 < change < 0.1
+    assert float(few["truncation_error"][0, 0]) == pytest.approx(change, rel=0.2)

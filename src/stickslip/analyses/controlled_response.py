@@ -278,7 +278,7 @@ def _described(dims: Any, values: Any, units: str, words: str) -> tuple[Any, Any
 
 
 def _attributes(work: ControlledResponseWork) -> dict[str, Any]:
-    attrs: dict[str, Any] = {"title": work.problem.title, "output_held": work.problem.output_names[work.output]}
+    attrs: dict[str, Any] = {"title": work.problem.heading, "output_held": work.problem.output_names[work.output]}
     return attrs | {"quantity": work.quantity.name, "harmonics": attribute(work.harmonics), "samples": work.samples}
 
 

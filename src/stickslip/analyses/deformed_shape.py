@@ -79,7 +79,7 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
         harmonic = 1 + int(np.argmax(np.abs(problem.output_rows[0] @ harmonics[:, periods::periods])))
     q = harmonics[:, periods * between("harmonic", harmonic, 1, (harmonics.shape[1] - 1) // periods)]
     hertz = float(dataset["frequency"].values[case, point])
-    title = f"{problem.title}, {level_text(dataset, case)}, {hertz:.6g} Hz"
+    title = f"{problem.heading}, {level_text(dataset, case)}, {hertz:.6g} Hz"
     title += f", harmonic {harmonic}" if harmonic > 1 or excited_harmonics(problem.forces) != {1} else ""
     if isinstance(problem, TunedDisk) and problem.surface is not None:
         return _of_a_tuned_disk(problem, problem.surface, q, harmonic, title)

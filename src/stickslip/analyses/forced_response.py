@@ -24,7 +24,7 @@ from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
-from stickslip.analyses.peaks_of_another import peaks_of_another
+from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
 from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning
@@ -43,7 +43,6 @@ from stickslip.harmonic.cycle import ContactCycle, contact_cycle
 from stickslip.harmonic.fourier import fourier
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, measure_of
 from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, attribute, harmonics_for, highest, in_fractions, of_attribute
-from stickslip.loads import excited_harmonics
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
@@ -95,6 +94,7 @@ class ForcedResponse(
         wanted = measure_of(quantity or own.name, measure or own.kind)
         if self.dataset.attrs.get("listed_frequencies"):
             raise InputError(f"The peaks of {wanted.words} need a response over a band, but this one is at listed frequencies.")
+        refuse_unexcited(self.problem, wanted)
         return self._own_peaks(own) if wanted == own else peaks_of_another(self.dataset, self.problem, wanted)
 
     def _own_peaks(self, measure: Measure) -> pd.DataFrame:
@@ -435,12 +435,8 @@ class ForcedResponseWork(OneBalance):
         fourier(highest(H), Nt)
         over_periods(problem, whole("periods", periods))
         highest(in_fractions(H, periods))
-        excited = excited_harmonics(problem.forces)
-        if excited and not exactly and measure.kind == "amplitude" and 1 not in excited:
-            raise InputError(
-                "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and "
-                f'the load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
-            )
+        if not exactly:
+            refuse_unexcited(problem, measure)
         return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure, int(periods))
 
     @cached_property
@@ -488,7 +484,7 @@ class ForcedResponseWork(OneBalance):
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
         attrs: dict[str, Any] = {
-            "title": self.problem.title,
+            "title": self.problem.heading,
             "study": "",
             "harmonics": attribute(self.harmonics),
             "samples": self.samples,

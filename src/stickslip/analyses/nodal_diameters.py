@@ -42,7 +42,7 @@ def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
             frequencies[state, n, : lowest.size] = lowest
     variable = (("state", "nodal_diameter", "mode"), frequencies, {"units": "Hz", "long_name": "natural frequency"})
     coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}
-    attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.title}
+    attrs: dict[str, Any] = {"sectors": disk.sectors, "engine_order": disk.engine_order, "title": disk.heading}
     attrs["excited_orders"] = list(disk.excited_orders)
     return NodalDiameters(xr.Dataset({"disk_frequency": variable}, coords, attrs), disk)
 

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 from threadpoolctl import threadpool_limits
 
 from stickslip.analyses.solved_points import SolvedPoints
+from stickslip.checks import InputError
 from stickslip.harmonic.cycle import contact_cycle
 from stickslip.harmonic.energy import EnergyBalance
 from stickslip.harmonic.measure import Measure
+from stickslip.loads import excited_harmonics
 from stickslip.peaks.search import PeakSearch
 from stickslip.problem import Problem
 from stickslip.solve.interpolation import Interpolation
@@ -17,6 +19,16 @@ from stickslip.solve.interpolation import Interpolation
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+
+def refuse_unexcited(problem: Problem, measure: Measure) -> None:
+    """Refuse peaks of the first harmonic where the load excites others."""
+    excited = excited_harmonics(problem.forces)
+    if excited and measure.kind == "amplitude" and 1 not in excited:
+        raise InputError(
+            "The peaks of a band must be of what the load excites, but they are of the amplitude of the first harmonic, and "
+            f'the load excites {", ".join(f"harmonic {h}" for h in sorted(excited))}. Take measure="max_abs" or "rms".'
+        )
 
 
 def peaks_of_another(dataset: xr.Dataset, problem: Problem, measure: Measure) -> pd.DataFrame:

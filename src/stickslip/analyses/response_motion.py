@@ -32,7 +32,7 @@ def response_motion(dataset: xr.Dataset, problem: Problem, case: int, point: int
         raise fault("The problem of an animation", "must have contacts", "none", "plot() shows its curves.")
     parts = ((), (), ()) if whole is None else sections(problem, whole, cycle)
     hertz, periods = float(dataset["frequency"].values[case, point]), periods_of(dataset)
-    title = f"{problem.title}, {level_text(dataset, case)}, {hertz:.6g} Hz"
+    title = f"{problem.heading}, {level_text(dataset, case)}, {hertz:.6g} Hz"
     note = f"one period of the motion is {periods} of the excitation" if periods > 1 else ""
     return PeriodOfMotion(title, loops, *parts, wheel_of(problem, outputs), note=note)
 

@@ -117,7 +117,7 @@ def _dataset(problem: Problem, cycle: TimeCycle, harmonics: int, settings: March
             "harmonic": np.arange(harmonics + 1),
         },
         attrs={
-            "title": problem.title,
+            "title": problem.heading,
             "frequency": cycle.omega / (2.0 * np.pi),
             "force_level": cycle.level,
             "method": repr(settings.method),

@@ -108,10 +108,17 @@ class SectorSystems(HarmonicSystems):
         return natural_modes(bare.M, self.matrices(nodal_diameter).K if stuck else bare.K)  # type: ignore[arg-type]
 
     def frequencies(self, stuck: bool) -> Array:
-        """Natural frequencies of the nodal diameter that the first harmonic excites, Hz, ascending."""
+        """Natural frequencies of all nodal diameters that the engine orders excite, Hz, ascending."""
+        folded = {h: h * self.engine_order % self.sectors for h in self.excited}
+        diameters = {h if self.stiffens else min(n, self.sectors - n): h for h, n in folded.items()}
+        return np.sort(np.concatenate([self.frequencies_of(h, stuck) for h in diameters.values()]))
+
+    def frequencies_of(self, harmonic: int, stuck: bool) -> Array:
+        """Natural frequencies of the nodal diameter of a harmonic, Hz, ascending; where the speed stiffens them, those at which
+        this harmonic meets them."""
         if self.stiffens:
-            return self.synchronous(stuck)
-        return self.modes(self.engine_order, stuck).frequencies
+            return self.synchronous(stuck, harmonic)
+        return self.modes(harmonic * self.engine_order, stuck).frequencies
 
 
 class AllSectorSystems(HarmonicSystems):

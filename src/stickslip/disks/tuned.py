@@ -7,7 +7,6 @@ exp(−i h 2π EO/N).
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,8 +32,6 @@ from stickslip.structure.sector_surface import SectorSurface
 
 MOST_NAMED = 6
 """Engine orders that a title names."""
-_NAMED_ORDERS = re.compile(r", engine orders? \d[\d,. and()il]*$")
-"""Of a title, what says the engine orders."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +79,10 @@ class TunedDisk(Problem):
     def __repr__(self) -> str:
         return f"{super().__repr__()}; one of {self.sectors} sectors, {_in_words(self.excited_orders)}"
 
+    @property
+    def heading(self) -> str:
+        return ", ".join(filter(None, (self.title, _in_words(self.excited_orders))))
+
     def _output_directions(self) -> list[Mapping[str, float]]:
         return [Output.of(output).direction for output in self.outputs]
 
@@ -118,6 +119,11 @@ class TunedDisk(Problem):
         """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""
         return self.systems.modes(nodal_diameter, stuck)
 
+    def frequencies_by_order(self, stuck: bool) -> dict[int, NDArray[np.float64]]:
+        """{EO: natural frequencies in Hz of its nodal diameter, EO mod N, ascending}, as `frequencies`."""
+        harmonics = zip(self.excited_orders, self.systems.excited, strict=True)
+        return {order: self.systems.frequencies_of(harmonic, stuck) for order, harmonic in harmonics}
+
     @cached_property
     def fingerprint(self) -> str:
         """As of any problem, with the matrices of every nodal diameter and the engine order."""
@@ -132,8 +138,7 @@ class TunedDisk(Problem):
 
     def with_engine_order(self, engine_order: int) -> TunedDisk:
         """A copy under another engine order, and that alone."""
-        title = _NAMED_ORDERS.sub(f", engine order {engine_order}", self.title)
-        return replace(self, forces=self._forces_of_one_order, engine_order=engine_order, title=title, several_orders=None)
+        return replace(self, forces=self._forces_of_one_order, engine_order=engine_order, several_orders=None)
 
     def with_engine_orders(self, amplitudes: Mapping[int, complex]) -> TunedDisk:
         """A copy under several engine orders at once: p_j(t) = Re Σ_EO a_EO F exp(i EO (Ωt − 2πj/N)), Ω the rotor speed.
@@ -159,7 +164,6 @@ class TunedDisk(Problem):
             forces=forces,
             engine_order=common % self.sectors,
             speed=None if self.speed is None else replace(self.speed, engine_order=common),
-            title=f"{_NAMED_ORDERS.sub('', self.title)}, {_in_words(orders)}",
             several_orders=SeveralOrders(orders, single, forces),
         )
 
@@ -212,7 +216,7 @@ class TunedDisk(Problem):
             tuple(self._contact(contact, j) for j in sectors for contact in self.contacts),
             tuple(self._force(force, j) for j in sectors for force in self.forces),
             tuple(self._output(output, j) for j in chosen for output in self.outputs),
-            f"{self.title}, all {self.sectors} sectors",
+            f"{self.heading}, all {self.sectors} sectors",
             tuple(replace(spring, direction=self._named(spring.direction, j)) for j in sectors for spring in self.mean_springs),
             self.sectors,
             self.engine_order,

@@ -133,7 +133,7 @@ def _energy_and_harmonics(response: ForcedResponse, point: int, output: int) -> 
     sizes = np.hypot(parts[:, 0], parts[:, 1]) / metres.metres
     harmonics = Bars(np.arange(sizes.size), sizes, contact(0))
     left = Panel(
-        Axis("energy per cycle", unit),
+        Axis("energy per period", unit),
         Axis("", names=names if len(names) <= 16 else {}, upside_down=True),
         [bars],
         "Energy by contact",

@@ -21,7 +21,7 @@ MOST_BARS = 9
 
 
 def dissipation(dataset: xr.Dataset) -> Chart:
-    """Energy per cycle of all contacts against frequency, and the share of each contact at the highest peak."""
+    """Energy of all contacts per period against frequency, and the share of each contact at the highest peak."""
     chosen = representatives(dataset, MOST_BARS)
     note = f"shares: {chosen.words}" if chosen.words else ""
     return Chart("Energy dissipated in contacts", [_along(dataset), _shares(chosen.dataset)], columns=2, note=note)
@@ -43,7 +43,7 @@ def _along(dataset: xr.Dataset) -> Panel:
         Line(frequencies(dataset, case), np.where(energy > 0.0, energy / joules, np.nan), **line)
         for case, (energy, line) in enumerate(zip(energies, case_lines(dataset), strict=True))
     ]
-    axis = Axis("energy per cycle", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
+    axis = Axis("energy per period", unit, log=bool(np.nansum(dataset.dissipated.values) > 0.0))
     return Panel(HERTZ, axis, lines, "All contacts", 3.4)
 
 
@@ -54,7 +54,7 @@ def _shares(dataset: xr.Dataset) -> Panel:
     layers = []
     for k, name in enumerate(names):
         style = contact(-1 if name.endswith(" others") else k)
-        hover = {"energy per cycle in J": energy[:, k]}
+        hover = {"energy per period in J": energy[:, k]}
         layers.append(Bars(places, percent[:, k], style, name, base=before[:, k], horizontal=True, hover=hover))
     words = [energy_text(value) if np.isfinite(value) else "not converged" for value in total]
     cases = {float(case): f"{level_text(dataset, case)}, {size}" for case, size in enumerate(words)}

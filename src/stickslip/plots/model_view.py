@@ -202,7 +202,7 @@ def model_view(problem: Problem) -> ModelView:
     if not structure.nodes:
         remedy = "Models that are read from files have them; give `nodes` to a Structure of your own."
         raise InputError(f"A drawing of the model needs the coordinates of its nodes, but none are known. {remedy}")
-    return ModelView(problem.title, (*_points(problem),), (*_frames(problem), *_forces(problem)))
+    return ModelView(problem.heading, (*_points(problem),), (*_frames(problem), *_forces(problem)))
 
 
 def _points(problem: Problem) -> Iterator[Points]:

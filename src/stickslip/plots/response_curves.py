@@ -181,7 +181,7 @@ def _curve(dataset: xr.Dataset, case: int, output: int, scale: float, measure: M
     size = scale * along_curve_as(dataset, measure, case, output)
     few = {"marker": "circle", "size": 3.0} if np.count_nonzero(np.isfinite(size)) < 12 else {}
     hover = {"phase in °": phase(dataset, case, output, measure.order), "loss factor": along_curve(dataset, "loss_factor", case)}
-    hover |= {"dissipated per cycle in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
+    hover |= {"dissipated per period in J": np.sum(along_curve(dataset, "dissipated", case), axis=1)}
     return Line(frequencies(dataset, case), size, **{**line, "style": replace(line["style"], **few)}, hover=hover)
 
 

@@ -80,6 +80,11 @@ class Problem:
         )
         return f"{type(self).__name__} {self.title!r}: {', '.join(sizes)}"
 
+    @property
+    def heading(self) -> str:
+        """The title of results: the title, of a tuned disk with its engine orders."""
+        return self.title
+
     def plot(self) -> Any:
         """A drawing of the model in space, a matplotlib figure: mesh, nodes, bodies, frames of the contacts, forces, outputs."""
         return self._view().plot()
@@ -311,7 +316,7 @@ class Problem:
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent).
 
-        Of a tuned disk those of the nodal diameter that the first harmonic excites.
+        Of a tuned disk those of every nodal diameter that its engine orders excite.
         """
         return self.systems.frequencies(stuck)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import Array
+from stickslip.loads import excited_harmonics
 from stickslip.structure.modes import definite_modes, natural_modes
 
 if TYPE_CHECKING:
@@ -117,10 +118,23 @@ class HarmonicSystems:
             return self.synchronous(stuck)
         return natural_modes(problem.structure.M, problem.stuck_stiffness if stuck else problem.structure.K).frequencies
 
-    def synchronous(self, stuck: bool) -> Array:
-        """Natural frequencies at the speeds at which the engine order meets them, Hz, ascending; 0 of motions that nothing
-        holds."""
-        system = self.at(1)
+    @property
+    def excited(self) -> list[int]:
+        """The harmonics that the forces excite, ascending."""
+        return sorted(excited_harmonics(self.problem.forces))
+
+    def frequencies_of(self, harmonic: int, stuck: bool) -> Array:
+        """Natural frequencies that an excited harmonic meets, Hz, ascending."""
+        return HarmonicSystems.frequencies(self, stuck)
+
+    def met(self, stuck: bool) -> Array:
+        """Frequencies of the excitation at which one of its harmonics h meets a natural frequency, f/h, Hz, ascending."""
+        return np.sort(np.concatenate([self.frequencies_of(h, stuck) / h for h in self.excited]))
+
+    def synchronous(self, stuck: bool, harmonic: int = 1) -> Array:
+        """Natural frequencies at the speeds at which a harmonic of the excitation meets them, Hz, ascending; 0 of motions that
+        nothing holds."""
+        system = self.at(harmonic)
         held = self.problem.contact_stiffness * (1.0 if stuck else BARELY)
         released = self.problem.contact_stiffness - held
         found = definite_modes(system.M, system.K - system.B.conj().T @ (released[:, None] * system.B)).frequencies

@@ -333,14 +333,14 @@ def _largest_motion(dataset: xr.Dataset) -> Array:
 
 
 def dissipated(dataset: xr.Dataset, case: int) -> Array:
-    """Energy per cycle of each contact at `points`, (point, contact), J; rounding, 1e-12 of the largest, counts as nothing."""
+    """Energy per period of each contact at `points`, (point, contact), J; rounding, 1e-12 of the largest, counts as nothing."""
     energy = along_curve(dataset, "dissipated", case)
     largest = np.max(np.nan_to_num(dataset.dissipated.values), initial=0.0)
     return np.asarray(np.where(np.abs(energy) < 1e-12 * largest, 0.0, energy))
 
 
 def shares_at_peak(dataset: xr.Dataset, most: int) -> tuple[list[str], Array, Array]:
-    """Energy per cycle at the highest peak of the first output: names, (case, name) in J, and total, (case,).
+    """Energy per period at the highest peak of the first output: names, (case, name) in J, and total, (case,).
 
     Of more than `most` contacts the smaller ones are summed under "others". NaN where a case has no converged point.
     """

@@ -58,7 +58,7 @@ def lumped_blisk(
     )
     roll = (Spring({"damper.rz": 1.0}, ROLL_STIFFNESS),) if rolls else ()
     loads = (Force("tip.t", force, name="engine order"), Force("damper.y", static=pull, name="centrifugal pull"))
-    title = f"Lumped bladed disk, case {case}, engine order {engine_order}"
+    title = f"Lumped bladed disk, case {case}"
     return TunedDisk(_structure(sectors, damper_mass, rolls), contacts, loads, ("tip.t",), title, roll, engine_order)
 
 

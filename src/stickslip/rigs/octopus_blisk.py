@@ -98,7 +98,7 @@ def octopus_blisk(
             Force({"damper/centre.x": outwards[0], "damper/centre.y": outwards[1]}, static=pull, name="centrifugal pull"),
         ),
         ("tip.y",),
-        f"Octopus bladed disk, {contact} contact stiffness, engine order {engine_order}",
+        f"Octopus bladed disk, {contact} contact stiffness",
         gauge_springs(shape),
         engine_order,
         surface(shape, modes),

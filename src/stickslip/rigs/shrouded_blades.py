@@ -97,7 +97,7 @@ def shrouded_blades(
     contact = Contact("shroud", law, (relative(along), relative([0.0, 0.0, 1.0])), relative(normal), start or SliderOffset())
     across = {"shroud.flap": float(axes[0, 0]), "shroud.edge": float(axes[1, 0])}
     loads = (Force(across, force, name="engine order"), Force("shroud.twist", static=finite("untwist", untwist), name="untwist"))
-    title = f"Shrouded blades, untwist {untwist:g} N m, engine order {engine_order}"
+    title = f"Shrouded blades, untwist {untwist:g} N m"
     return TunedDisk(disk, (contact,), loads, (Output("shroud.t", across),), title, engine_order=engine_order)
 
 

@@ -79,7 +79,7 @@ def strip_damper(
         for dof, platform in zip(strip, platforms, strict=True)
     )
     pin = Spring({strip[points - 1]: 0.5, strip[points]: 0.5}, PIN)
-    title = f"Strip dampers, {pull:g} N, engine order {engine_order}"
+    title = f"Strip dampers, {pull:g} N"
     return TunedDisk(disk, contacts, (Force("tip.t", force),), ("tip.t",), title, (pin,), engine_order)
 
 

@@ -110,4 +110,19 @@ def resolved(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
     correction = correct(finer, start, fixed("omega", point.omega), iterations=30, halvings=10)
     if correction.converged:
         return correction
-    return correct(finer, start, fixed("omega", point.omega), iterations=40, patience=30)
+    correction = correct(finer, start, fixed("omega", point.omega), iterations=40, patience=30)
+    return correction if correction.converged else _two_by_two(finer, evaluation)
+
+
+def _two_by_two(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
+    """The same point with two harmonics more at a time: at once they may leave Newton's method too far from the solution."""
+    samples, known = finer.tables.E.shape[0], (evaluation.point.forces.shape[1] - 1) // 2
+    point = evaluation.point
+    for harmonics in (*range(known + 2, finer.highest, 2), finer.highest):
+        between = finer if harmonics == finer.highest else HarmonicBalance(finer.problem, harmonics, samples)
+        start = Point(pad(point.forces, between.columns), point.omega, point.level)
+        correction = correct(between, start, fixed("omega", point.omega), iterations=30, halvings=10)
+        if not correction.converged:
+            break
+        point = correction.evaluation.point
+    return correction

@@ -35,7 +35,7 @@ def model_summary(sweep: Sweep) -> list[str]:
     ]
     given = sweep.frequencies
     low, high = (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
-    inside = [f for f in (*free, *stuck) if low <= f <= high]
+    inside = [f for stuck in (False, True) for f in sweep.problem.systems.met(stuck) if low <= f <= high]
     if not inside:
         lines.append(f"None of them lies between {low:.6g} and {high:.6g} Hz, where the response is computed.")
     return lines + _loads(sweep.problem) + _amplitudes(sweep, low, high)

@@ -139,7 +139,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     notes += sweep.problem.warnings if sweep else ()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
-    title = tables.study.title or (sweep.problem.title if sweep else "") or name
+    title = tables.study.title or (sweep.problem.heading if sweep else "") or name
     named = content(tables, sweep) or plan.content
     return Job(title, tables.study.analysis, plan, text, named, sweep, tuple(notes))
 

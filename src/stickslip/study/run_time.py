@@ -88,7 +88,7 @@ def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
     if max(sweep.problem.structure.M.shape[0], (2 * orders + 1) * len(sweep.problem.B)) > LARGEST:
         return None
     balance = HarmonicBalance(sweep.problem, harmonics, sweep.samples)
-    stuck = sweep.problem.frequencies(stuck=True)
+    stuck = sweep.problem.systems.met(stuck=True)
     inside = stuck[(stuck > band.low) & (stuck < band.high)]
     middle = float(inside[0]) if inside.size else 0.5 * (band.low + band.high)
     with np.errstate(all="ignore"):

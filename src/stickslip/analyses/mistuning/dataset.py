@@ -39,7 +39,7 @@ def population_dataset(work: PopulationWork, results: Sequence[Arrays]) -> xr.Da
     data = _samples(samples, units, words) | _tuned(tuned, units) | _amplification(samples, tuned) | _deviations(work)
     N = work.disk.sectors
     coords = {"blade": ("blade", np.arange(1, N + 1), _named("1", "blade, or sector, from 1"))}
-    attrs: dict[str, Any] = {"title": work.disk.title, "study": "", "analysis": "mistuned_population"}
+    attrs: dict[str, Any] = {"title": work.disk.heading, "study": "", "analysis": "mistuned_population"}
     attrs |= {"sectors": N, "engine_order": work.disk.engine_order, "seed": work.seed, "force_level": work.sweep.levels[0]}
     attrs |= {"harmonics": attribute(work.sweep.harmonics), "samples": work.sweep.samples, "whitehead": 0.5 * (1.0 + np.sqrt(N))}
     attrs |= work.sweep.measure.attributes

@@ -161,7 +161,7 @@ def modes_dataset(problem: Problem, results: Sequence[Arrays], attrs: dict[str, 
         "dof": (list(problem.structure.dofs), "degree of freedom"),
     }
     coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
-    return xr.Dataset(data, coords, {"title": problem.title, "study": "", **attrs})
+    return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})
 
 
 TURNED = ("response", "contact_force", "contact_motion", "mode_shape", "shape_slope")

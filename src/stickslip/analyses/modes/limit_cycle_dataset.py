@@ -143,4 +143,4 @@ def limit_cycles_dataset(
         "dof": (list(problem.structure.dofs), "degree of freedom"),
     }
     coords = {name: (name, values, {"units": "1", "long_name": words}) for name, (values, words) in labels.items()}
-    return xr.Dataset(data, coords, {"title": problem.title, "study": "", **attrs})
+    return xr.Dataset(data, coords, {"title": problem.heading, "study": "", **attrs})

@@ -205,7 +205,7 @@ def gathered(work: PerformanceWork, results: Sequence[Arrays]) -> PerformanceCur
         "force_ratio": ("point", list(work.ratios), {"units": "1", "long_name": "F_C/F_E"}),
         "contact": ("contact", [contact.name for contact in work.problem.contacts], {"units": "1", "long_name": "contact"}),
     }
-    attrs: dict[str, Any] = {"title": work.problem.title, "output": work.problem.output_names[work.output], "vary": work.vary}
+    attrs: dict[str, Any] = {"title": work.problem.heading, "output": work.problem.output_names[work.output], "vary": work.vary}
     attrs |= {"harmonics": attribute(work.harmonics), "samples": work.samples, **work.measure.attributes}
     attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)
     return PerformanceCurve(xr.Dataset(data, coords, attrs), work.problem)

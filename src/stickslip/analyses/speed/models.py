@@ -71,8 +71,10 @@ def _refuse_other(one: Problem, other: Problem, speed: float) -> None:
         same["damping"] = same["damping"] and _alike(one.structure.C, other.structure.C)
     different = [name for name, equal in same.items() if not equal]
     if different:
+        remedy = " A normal load that is a number does not go with the speed: press the contact by a static force, with kn."
         raise InputError(
             f"models must differ in stiffness and static loads alone, but at {speed:g} rev/min differ in {different[0]}."
+            + (remedy if different[0] == "contacts" else "")
         )
 
 

@@ -148,7 +148,7 @@ def excited(problem: Problem, order: int) -> Problem:
     under = replace(problem, speed=replace(problem.speed, engine_order=order))
     if not isinstance(under, TunedDisk):
         return under
-    return replace(under.with_engine_order(order % under.sectors), title=problem.title)
+    return under.with_engine_order(order % under.sectors)
 
 
 def _order(problem: Problem) -> int:
@@ -170,8 +170,9 @@ def _joined(responses: Mapping[int, ForcedResponse]) -> SpeedSweep:
     joined["outcome"] = joined["outcome"].fillna(0).astype(np.int8)
     if "stability" in joined:
         joined["stability"] = joined["stability"].fillna(0).astype(np.int8)
-    first = next(iter(responses.values())).dataset
-    attrs = {name: first.attrs[name] for name in ("title", "study", "harmonics", "samples", "stickslip_version", "file_format")}
+    first, problem = next((response.dataset, response.problem) for response in responses.values())
+    kept = ("study", "harmonics", "samples", "stickslip_version", "file_format")
+    attrs = {"title": problem.title} | {name: first.attrs[name] for name in kept}
     attrs |= {"cpu_seconds": sum(response.dataset.attrs["cpu_seconds"] for response in responses.values())}
     speeds, values = _envelope(joined)
     joined = joined.assign_coords(envelope_speed=("envelope_speed", speeds, {"units": "rev/min", "long_name": "rotor speed"}))

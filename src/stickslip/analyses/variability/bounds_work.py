@@ -159,7 +159,7 @@ class BoundsWork(OneBalance):
         coords: dict[str, Any] = {"force_level": ("case", list(self.levels)), "bound": list(BOUNDS), "row": rows}
         coords["frequency"] = ("frequency", frequencies, {"units": "Hz", "long_name": "excitation frequency"})
         keys = ("objective", "share", "seed", "samples", "cloud", "starts")
-        attrs: dict[str, Any] = {"title": self.problem.title, "output": self.problem.output_names[self.output]}
+        attrs: dict[str, Any] = {"title": self.problem.heading, "output": self.problem.output_names[self.output]}
         attrs["harmonics"] = attribute(checked_harmonics(self.harmonics))
         attrs |= {"rule": rule_words(self.rule)} | {key: getattr(self, key) for key in keys} | self.measure.attributes
         attrs["cpu_seconds"] = sum(float(result["cpu_seconds"]) for result in results)

@@ -84,7 +84,7 @@ def friction_freedom(
             raise fault("The curve", "must be solvable", curve.message)
         arrays = _arrays(balance, [point.evaluation for point in curve.points], output)
         arrays["frequency"] = as_given(arrays["frequency"], listed)
-    return FrictionFreedom(_dataset(problem, arrays, {"title": problem.title, "force": force}), problem)
+    return FrictionFreedom(_dataset(problem, arrays, {"title": problem.heading, "force": force}), problem)
 
 
 def _arrays(balance: HarmonicBalance, evaluations: Sequence[Evaluation], output: int) -> dict[str, Any]:

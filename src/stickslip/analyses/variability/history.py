@@ -90,7 +90,7 @@ def response_history(
             progress(k / (len(levels) * frequencies.size), f"force {level:g}, {frequencies[k % frequencies.size]:.4g} Hz")
             table.fill(*divmod(k, frequencies.size), correction)
     attrs = {"harmonics": attribute(balance.harmonics), "samples": samples, "cpu_seconds": time.process_time() - started}
-    return ResponseHistory(table.dataset({"title": problem.title} | attrs), problem)
+    return ResponseHistory(table.dataset({"title": problem.heading} | attrs), problem)
 
 
 def _steps(band: Band | Sequence[float], points: int) -> Array:

@@ -174,7 +174,7 @@ class SamplesWork(OneBalance):
     def gathered(self, curves: Sequence[Arrays], attrs: dict[str, Any]) -> ResponseSamples:
         """The samples of all cases."""
         attrs = attrs | {
-            "title": self.problem.title,
+            "title": self.problem.heading,
             "study": "",
             "harmonics": attribute(self.harmonics),
             "samples": self.samples,
