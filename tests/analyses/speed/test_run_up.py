@@ -1,5 +1,6 @@
 """Run-ups in time: against an independent integration with steps of their own, and the quasi-steady sweep."""
 
+from dataclasses import replace
 from math import cos
 
 import numpy as np
@@ -89,3 +90,32 @@ def test_pulls_follow_the_speed_and_engine_orders_are_chosen():
 def test_bad_input_is_said(change, words):
     with pytest.raises(ss.InputError, match=words):
         change()
+
+
+def blade_and_wedge(speed: float) -> ss.Problem:
+    """The problem of `examples/run_up_in_time.py` at a speed in rev/min."""
+    share = (speed / 6000.0) ** 2
+    rig = ss.rigs.blade_and_wedge(pull=60.0 * share)
+    K = rig.structure.K.copy()
+    K[0, 0] *= 1.0 + 0.15 * share
+    return replace(rig, structure=replace(rig.structure, K=K))
+
+
+@pytest.mark.slow
+def test_a_run_keeps_what_the_last_slip_left():
+    """At 7800 rev/min a contact sticks: downwards the run follows the sweep, upwards it lies above, however slow it is."""
+    models = {speed: blade_and_wedge(speed) for speed in (3000.0, 6000.0)}
+
+    def there(dataset):
+        order = np.argsort(dataset["speed"].values)
+        return float(np.interp(7800.0, dataset["speed"].values[order], dataset["amplitude"].values[order]))
+
+    def amplitude(first, last, duration):
+        return there(ss.run_up(models, (first, last), duration, 3, force=6.0).dataset.isel(output=0))
+
+    swept = ss.speed_sweep(models, (7750.0, 7850.0), [3], force=6.0, harmonics=9).dataset
+    steady = there(swept.isel(engine_order=0, case=0, output=0))
+    fast, slow = amplitude(7600.0, 7900.0, 1.0), amplitude(7600.0, 7900.0, 4.0)
+    assert slow > 1.04 * steady
+    assert slow == pytest.approx(fast, rel=0.02)
+    assert amplitude(7900.0, 7600.0, 4.0) == pytest.approx(steady, rel=0.01)
