@@ -54,7 +54,7 @@ class Sample:
 @dataclass(frozen=True, slots=True, eq=False)
 class Interval:
     """Two samples of one segment; slope_error: how far slopes at its ends were from what their neighbours predicted, None where
-    no neighbours of the same segment tell."""
+    none of the same segment is known."""
 
     low: Sample
     high: Sample

@@ -23,7 +23,7 @@ from stickslip.structure.sparse import Report, Sparse
 
 PACKAGE = "pypardiso"
 PATH_OF_MKL = "PYPARDISO_MKL_RT"
-"""The environment variable by which the package is told where MKL is."""
+"""The environment variable that gives the package the path of MKL."""
 SYMMETRIC_INDEFINITE = -2
 SMALLEST_PIVOT = 13
 """Pivots below 1e-13 of the norm of the matrix are raised to it and counted."""
@@ -40,7 +40,7 @@ def usable() -> bool:
     """Whether the package is there and finds its library; a warning where only the package is."""
     if util.find_spec(PACKAGE) is None:
         return False
-    _tell_where_mkl_is()
+    _set_path_of_mkl()
     try:
         import_module(f"{PACKAGE}.pardiso_wrapper").PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
     except Exception as error:  # whatever a broken installation raises
@@ -53,7 +53,7 @@ def usable() -> bool:
     return True
 
 
-def _tell_where_mkl_is() -> None:
+def _set_path_of_mkl() -> None:
     """Set the path of the library in the wheel of MKL; else the package searches the environment for every matrix."""
     with suppress(metadata.PackageNotFoundError):
         for file in metadata.files("mkl") or ():
