@@ -42,7 +42,7 @@ def usable() -> bool:
         return False
     _set_path_of_mkl()
     try:
-        import_module(f"{PACKAGE}.pardiso_wrapper").PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)
+        _ = import_module(f"{PACKAGE}.pardiso_wrapper").PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)._call_pardiso
     except Exception as error:  # whatever a broken installation raises
         logging.getLogger("stickslip").warning(
             "pypardiso is installed, but MKL does not load (%s). SuperLU takes its place, slower and with more memory. "
