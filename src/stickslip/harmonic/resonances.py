@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.checks import Array
+from stickslip.checks import Array, Index
+from stickslip.contact.period import HELD, SLIPPING
 from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.problem import Problem
 from stickslip.problem.systems import BARELY, LinearSystem
@@ -31,12 +32,14 @@ UNDAMPED = 1e-8
 
 class _Limit(NamedTuple):
     """Modes of one linear structure: held (contact rows,): those that stick; omega (m,) rad/s; damping ratios (m,); shapes
-    (contact rows and outputs, m) of unit modal mass; load (powers, m, 2H+1): modal forces of the harmonic loads."""
+    (contact rows, m) of unit modal mass; sizes (1 + outputs, m) of the motion of all contact rows and of each output; load
+    (powers, m, 2H+1): modal forces of the harmonic loads."""
 
     held: NDArray[np.bool_]
     omega: Array
     ratios: Array
     shapes: NDArray[Any]
+    sizes: Array
     load: NDArray[Any]
 
 
@@ -53,7 +56,7 @@ class Resonances:
         every = np.ones(stiffness.size, dtype=bool)
         self.problem, self.harmonics = problem, harmonics
         self.limits: list[_Limit] = []
-        self._mixed: dict[bytes, Resonances] = {}
+        self._stuck: dict[bytes, Resonances | None] = {}
         known: dict[int, list[int]] = {}
         rows: list[tuple[Array, ...]] = []
         for h in filter(None, orders(harmonics)):
@@ -75,36 +78,61 @@ class Resonances:
         # Lists, for a search at each step of a curve, which arrays would slow.
         self._ascending, self._widths = self.omega.tolist(), self.width.tolist()
         self.harmonic, self._number, self._mode = (joined[k].astype(np.int64) for k in (1, 3, 4))
+        self._drive, self._compliance = self._driven()
 
-    def with_held(self, held: NDArray[np.bool_]) -> Resonances | None:
-        """Those of the structure on which only some contact rows stick, decomposed once; None where all or none do, or where the
-        structure is too large to be decomposed for each of its contact states."""
-        if held.all() or not held.any() or self.problem.structure.size > LARGEST:
-            return None
-        key = held.tobytes()
-        if key not in self._mixed:
-            self._mixed[key] = Resonances(self.problem, self.harmonics, (held,))
-        return self._mixed[key]
+    def _driven(self) -> tuple[NDArray[np.complex128], Array]:
+        """Of each resonance (k,): modal force at level one, and modal amplitude per modal force."""
+        drive, compliance = np.zeros(self.omega.size, dtype=complex), np.zeros(self.omega.size)
+        for number, limit in enumerate(self.limits):
+            of = self._number == number
+            mode, h, omega = self._mode[of], self.harmonic[of], self.omega[of]
+            cosine, sine = (limit.load[:, mode, column] for column in (2 * h - 1, 2 * h))
+            drive[of] = np.sum(omega ** np.arange(limit.load.shape[0])[:, None] * (cosine - 1j * sine), axis=0)
+            compliance[of] = 1.0 / (2.0 * limit.ratios[mode] * limit.omega[mode] ** 2)
+        return drive, compliance
+
+    def where_stuck(self, unknown: Index) -> Resonances | None:
+        """Those of the structure on the contacts that stick in a state, decomposed once; None where all or none do, or where the
+        structure is too large to be decomposed for each of its contact states. unknown (rows,): as `contact.period` counts."""
+        key = unknown.tobytes()
+        if key not in self._stuck:
+            held = unknown != SLIPPING
+            if held.all() or not held.any() or self.problem.structure.size > LARGEST:
+                self._stuck[key] = None
+            else:
+                same = np.where(held, HELD, SLIPPING).astype(unknown.dtype).tobytes()
+                if same not in self._stuck:
+                    self._stuck[same] = Resonances(self.problem, self.harmonics, (held,))
+                self._stuck[key] = self._stuck[same]
+        return self._stuck[key]
 
     def between(self, low: float, high: float) -> list[int]:
         """Numbers of the resonances with low < ω < high whose half-width is less than high − low, ascending."""
         inside = range(bisect_right(self._ascending, low), bisect_left(self._ascending, high))
         return [k for k in inside if self._widths[k] < high - low]
 
-    def motion(self, k: int, level: float, forces: Array, carried: Array) -> Array:
-        """About the largest motion of contact rows and outputs (rows,) [m] that resonance k could add in harmonic h.
+    def columns(self, k: int) -> slice:
+        """Where cosine and sine of harmonic h of resonance k stand among the 2H+1 numbers of a row."""
+        h = int(self.harmonic[k])
+        return slice(2 * h - 1, 2 * h + 1)
 
-        forces λ and carried F = λ + K_c w, (contact rows, 2H+1) [N], drive the modes of the stuck and of the free structure.
+    def motion(self, k: int, level: float, forces: Array, carried: Array) -> Array:
+        """About the largest motion [m] that resonance k could add in harmonic h, of all contact rows and of each output
+        (1 + outputs,).
+
+        forces λ and carried F = λ + K_c w, (contact rows, 2) [N] of harmonic h, drive the modes of the stuck and of the free
+        structure.
         """
-        limit, mode, h = self.limits[self._number[k]], self._mode[k], int(self.harmonic[k])
+        limit, mode = self.limits[self._number[k]], self._mode[k]
         given = np.where(limit.held[:, None], forces, carried)
-        omega = float(self.omega[k])
-        drive = level * (omega ** np.arange(limit.load.shape[0]) @ limit.load[:, mode, 2 * h - 1 : 2 * h + 1])
-        shape = limit.shapes[:, mode]
-        pull = shape[: given.shape[0]].conj() @ given[:, 2 * h - 1 : 2 * h + 1]
-        force = (drive[0] - 1j * drive[1]) - (pull[0] - 1j * pull[1])
-        natural = limit.omega[mode]
-        return np.asarray(np.abs(shape) * (abs(force) / (2.0 * limit.ratios[mode] * natural * natural)))
+        pull = limit.shapes[:, mode].conj() @ given
+        force = level * self._drive[k] - (pull[0] - 1j * pull[1])
+        return np.asarray(limit.sizes[:, mode] * (abs(force) * self._compliance[k]))
+
+
+def contacts_and_outputs(squares: Array, rows: int) -> Array:
+    """From squares of the motion of contact rows, first, and outputs, its size of all contact rows and of each output."""
+    return np.sqrt(np.concatenate([squares[:rows].sum(axis=0, keepdims=True), squares[rows:]]))
 
 
 def _limit(
@@ -121,4 +149,5 @@ def _limit(
     parts = powers.reshape(powers.shape[0], turn.size, -1, powers.shape[2])
     load = np.einsum("nm,t,ptnk->pmk", modes.shapes.conj(), turn.conj(), parts, optimize=True)
     shapes = np.vstack([system.B, system.outputs]) @ modes.shapes
-    return _Limit(held, omega, ratios, shapes, load)
+    sizes = contacts_and_outputs(np.abs(shapes) ** 2, held.size)
+    return _Limit(held, omega, ratios, shapes[: held.size], sizes, load)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from stickslip.checks import Array
-from stickslip.contact.period import SLIPPING
 from stickslip.harmonic.balance import HarmonicBalance, Point
-from stickslip.harmonic.resonances import Resonances
-from stickslip.solve.curve_points import ROUNDING, CurvePoint, between, hermite
+from stickslip.harmonic.resonances import Resonances, contacts_and_outputs
+from stickslip.solve.curve_points import ROUNDING, CurvePoint, hermite_shares
 from stickslip.solve.newton import correct, fixed
 
 NEGLIGIBLE = 1e-3
@@ -37,27 +38,30 @@ def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: C
     stretch = step * following.metric.length(current.tangent.motion, current.tangent.parameter)
     slopes = step * current.tangent.parameter, stretch * following.tangent.parameter
     controls = start, start + slopes[0] / 3.0, end - slopes[1] / 3.0, end
-    if not (np.all(np.diff(controls) > 0.0) or np.all(np.diff(controls) < 0.0)):
+    way = 1.0 if end > start else -1.0
+    if not all(way * (after - before) > 0.0 for before, after in itertools.pairwise(controls)):
         return None
-    motions = current.evaluation.w, step * current.tangent.motion, following.evaluation.w, stretch * following.tangent.motion
-    carried = balance.carried_forces(current.evaluation), balance.carried_forces(following.evaluation)
+    rows, level, tangents = balance.rows, current.point.level, (current.tangent, following.tangent)
+    ends = current.evaluation, following.evaluation
+    motions = _knots(ends[0].w, step * tangents[0].motion, ends[1].w, stretch * tangents[1].motion)
+    forces = _knots(ends[0].point.forces, step * tangents[0].forces, ends[1].point.forces, stretch * tangents[1].forces)
+    carried = [balance.carried_forces(each) for each in ends]
     for omega, resonances, k in inside if end > start else inside[::-1]:
         fraction = _fraction(controls, omega)
-        expected = hermite(*motions, fraction)
-        sizes = _sizes(expected, balance.rows)
-        forces = between(current, following, fraction)
-        drive = (1.0 - fraction) * carried[0] + fraction * carried[1]
-        possible = _blocks(resonances.motion(k, current.point.level, forces, drive), balance.rows)
-        if np.all(possible <= NEGLIGIBLE * sizes):
+        shares = np.array(hermite_shares(fraction))
+        expected, applied = (shares @ motions).reshape(ends[0].w.shape), (shares @ forces).reshape(carried[0].shape)
+        sizes = _sizes(expected, rows)
+        part = resonances.columns(k)
+        drive = (1.0 - fraction) * carried[0][:, part] + fraction * carried[1][:, part]
+        if (resonances.motion(k, level, applied[:, part], drive) <= NEGLIGIBLE * sizes).all():
             continue
-        correction = correct(balance, Point(forces, omega, current.point.level), fixed("omega", omega), 12, 6)
+        correction = correct(balance, Point(applied, omega, level), fixed("omega", omega), 12, 6)
         if not correction.converged:
             if following.length >= SHORT:
                 return fraction
             continue
         found = correction.evaluation.w
-        sizes = np.maximum(sizes, _sizes(found, balance.rows))
-        if np.any(_sizes(found - expected, balance.rows) > TOLERANCE * sizes):
+        if (_sizes(found - expected, rows) > TOLERANCE * np.maximum(sizes, _sizes(found, rows))).any():
             return fraction
     return None
 
@@ -66,11 +70,10 @@ def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     """The resonances inside a step that is longer than their half-width: ω, ascending, where they are known from, and number."""
     low, high = sorted((current.point.omega, following.point.omega))
     limits = balance.linear.resonances
-    states = [point.evaluation.unknown != SLIPPING for point in (current, following)]
-    known = [limits, limits.with_held(states[0])]
-    if not np.array_equal(*states):
-        known.append(limits.with_held(states[1]))
-    found = [(float(one.omega[k]), one, k) for one in known if one is not None for k in one.between(low, high)]
+    known = {id(one): one for one in (limits, *(limits.where_stuck(point.evaluation.unknown) for point in (current, following)))}
+    found = [(float(one.omega[k]), one, k) for one in known.values() if one is not None for k in one.between(low, high)]
+    if not found:
+        return []
     found.sort(key=lambda each: each[0])
     kept: list[tuple[float, Resonances, int]] = []
     for omega, one, k in found:
@@ -97,11 +100,13 @@ def _fraction(controls: tuple[float, float, float, float], omega: float) -> floa
     return fraction
 
 
+def _knots(*values: Array) -> Array:
+    """Values and slopes at both ends, as `hermite_shares` counts them (4, ...), each flat."""
+    return np.array([each.ravel() for each in values])
+
+
 def _sizes(w: Array, rows: int) -> Array:
     """Dynamic motion of the contacts together and of each output, (1 + outputs,)."""
-    sizes = _blocks(np.linalg.norm(w[:, 1:], axis=1), rows)
-    return np.asarray(np.maximum(sizes, ROUNDING * sizes.max(initial=0.0)))
-
-
-def _blocks(values: Array, rows: int) -> Array:
-    return np.concatenate([[np.linalg.norm(values[:rows])], values[rows:]])
+    moving = w[:, 1:]
+    sizes = contacts_and_outputs(np.einsum("ri,ri->r", moving, moving), rows)
+    return np.maximum(sizes, ROUNDING * sizes.max())
