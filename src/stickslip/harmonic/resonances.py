@@ -132,7 +132,7 @@ class Resonances:
 
 def contacts_and_outputs(squares: Array, rows: int) -> Array:
     """From squares of the motion of contact rows, first, and outputs, its size of all contact rows and of each output."""
-    return np.sqrt(np.concatenate([squares[:rows].sum(axis=0, keepdims=True), squares[rows:]]))
+    return np.asarray(np.sqrt(np.concatenate([squares[:rows].sum(axis=0, keepdims=True), squares[rows:]])))
 
 
 def _limit(
@@ -144,10 +144,10 @@ def _limit(
     else:
         modes = natural_modes(system.M, np.asarray(system.K - released))
     omega = np.sqrt(np.maximum(modes.squares, 0.0))
-    losses = np.einsum("nm,nk,km->m", modes.shapes.conj(), system.C, modes.shapes, optimize=True).real
+    losses = np.sum(modes.shapes.conj() * (system.C @ modes.shapes), axis=0).real
     ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)
     parts = powers.reshape(powers.shape[0], turn.size, -1, powers.shape[2])
-    load = np.einsum("nm,t,ptnk->pmk", modes.shapes.conj(), turn.conj(), parts, optimize=True)
+    load = modes.shapes.conj().T @ np.tensordot(parts, turn.conj(), (1, 0))
     shapes = np.vstack([system.B, system.outputs]) @ modes.shapes
     sizes = contacts_and_outputs(np.abs(shapes) ** 2, held.size)
     return _Limit(held, omega, ratios, shapes[: held.size], sizes, load)

@@ -109,4 +109,4 @@ def _sizes(w: Array, rows: int) -> Array:
     """Dynamic motion of the contacts together and of each output, (1 + outputs,)."""
     moving = w[:, 1:]
     sizes = contacts_and_outputs(np.einsum("ri,ri->r", moving, moving), rows)
-    return np.maximum(sizes, ROUNDING * sizes.max())
+    return np.asarray(np.maximum(sizes, ROUNDING * sizes.max()))
