@@ -19,7 +19,7 @@ from stickslip.contact.protocol import NOT_PERIODIC, PeriodMotion, contact_data,
 from stickslip.contact.table import ContactTable, contact_table
 from stickslip.harmonic.fourier import Fourier, add_product_sums, add_run, fourier
 from stickslip.harmonic.openings import add_openings
-from stickslip.kernels import compiled, inner, kernel, separate
+from stickslip.kernels import compiled, inlined, inner, kernel, separate
 from stickslip.kernels.arrays import empty_line, fill, zero_line, zero_numbers, zero_table
 from stickslip.kernels.views import view_of
 
@@ -81,7 +81,7 @@ def contact_forces(
                 )
 
 
-@inner
+@inlined
 def _normal_forces(
     table: ContactTable, c: int, motion: Array, z: Array, tables: Fourier, target: Array, own: Array, loads: Array, slopes: Array
 ) -> int:
@@ -135,7 +135,7 @@ def empty_sums(tables: Fourier) -> Array:
     return zero_table(tables.E.shape[0] - tables.E.shape[0] + 2, tables.cosines.shape[0])
 
 
-@inner
+@inlined
 def _friction_forces(
     table: ContactTable,
     r: int,
@@ -262,7 +262,7 @@ def element_limits(
             slope[n] += mu * slopes[k, n]
 
 
-@inner
+@inlined
 def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, own: Array, normal: Array) -> None:
     """Derivative of a constant y = factor L_k − kt u_k (k = sample; −1: y = value − kt ū): harmonic 0 alone."""
     if sample < 0:
@@ -273,7 +273,7 @@ def _add_static(kt: float, sample: int, factor: float, slope: Array, E: Array, o
         normal[0, j] += factor * slope[sample] * E[sample, j]
 
 
-@inner
+@inlined
 def _add_events(
     kt: float,
     event: Index,
@@ -337,7 +337,7 @@ def _add_cyclic(sums: Array, weight: float, first: int, last: int, samples: int,
         add_run(sums, weight, 0, last - samples, tables.cosines, tables.sines)
 
 
-@inner
+@inlined
 def _add_stick(
     kt: float, weight: float, k: int, share: float, first: int, last: int, tables: Fourier, own: Array, normal: Array
 ) -> None:

@@ -47,7 +47,7 @@ from stickslip.harmonic.system import (
     System,
     empty_system,
 )
-from stickslip.kernels import inner, separate
+from stickslip.kernels import inlined, inner, separate
 from stickslip.kernels.arrays import empty_blocks, empty_table, zero_numbers, zero_table
 from stickslip.kernels.views import view_of
 
@@ -82,7 +82,7 @@ def _size(values: Array) -> float:
     return float(np.sqrt(total))
 
 
-@inner
+@inlined
 def _load_size(system: System, omega: float) -> float:
     """Size of the harmonic load at force level one, from that of each power of ω in it."""
     size, power = 0.0, 1.0
@@ -144,7 +144,7 @@ def missed_amplitude(control: Control, w: Array, omega: float) -> float:
     return float(size / control.amplitude - 1.0)
 
 
-@inner
+@inlined
 def _control_slope(control: Control, w: Array, omega: float) -> tuple[Array, float]:
     """Derivatives of `missed_amplitude` by the motion (rows and outputs, 2H+1), and by ω at fixed motion."""
     weight = zero_table(w.shape[0], w.shape[1])
@@ -173,7 +173,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     weight, raised = border.weight, by
     if held:
         weight, by_omega = _control_slope(system.control, state.w, omega)
-        raised = motion_slope(system.modes, state.gains, state.forces, omega, level, True)
+        raised = motion_slope(system.modes, state.gains, state.forces, omega, level, held)
         matrix[size + 1, size] = _dot(weight, by) + by_omega
         matrix[size + 1, size + 1] = _dot(weight, raised)
         if border.weight.shape[0]:
@@ -186,8 +186,8 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
         driven = driven_states(system.modes, state.gains, omega, active)
         G = receptance(system.modes, driven, moved)
         system.effort[2] += G.size * system.modes.kind.size
-        blocks = (state.own, state.coupling, state.cross)
-        newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
+        own, coupling, cross = state.own, state.coupling, state.cross
+        newton_matrix(offsets, system.kept, normal, partner, active, place, own, coupling, cross, G, matrix)
         push(system, state, offsets, by, matrix[:size, size])
         if not border.by_level:
             subtract(system.kept, offsets, state.by_omega, matrix[:size, size])
@@ -200,7 +200,7 @@ def factorise(system: System, state: State, omega: float, level: float, border: 
     return factorised(state, matrix, offsets, mask)
 
 
-@inner
+@inlined
 def factorised(state: State, matrix: Array, offsets: Index, mask: NDArray[np.bool_]) -> Bordered:
     """The factors of a matrix on the unknowns of λ themselves."""
     pivots = lu_factor(matrix)
@@ -214,7 +214,7 @@ def _on_forces(
     return Bordered(matrix, pivots, offsets, mask, sign, empty_table(0, 0), state.own, 0.0)
 
 
-@inner
+@inlined
 def no_factors(state: State) -> Bordered:
     """What stands for factors where nothing was factorised."""
     mask = np.empty((0, 0), dtype=np.bool_)
@@ -283,7 +283,7 @@ def tangent(system: System, state: State, omega: float, level: float, by_level: 
     dw = motion_slope(system.modes, state.gains, state.forces, omega, level, by_level)
     scale(dw, rate)
     if held:
-        add(dw, raised, motion_slope(system.modes, state.gains, state.forces, omega, level, True))
+        add(dw, raised, motion_slope(system.modes, state.gains, state.forces, omega, level, held))
     if size:
         add(dw, 1.0, change(system.modes, state.gains, forces, omega))
     return Direction(forces, dw, rate, raised)

@@ -67,7 +67,7 @@ class ModeSystem(NamedTuple):
 
 
 @cache
-def _empty_system() -> ModeSystem:
+def empty_mode_system() -> ModeSystem:
     """A system without anything, whose types are those of all."""
     line, blocks, places = np.empty(0), np.empty((0, 0, 0)), np.empty(0, dtype=np.int64)
     damping, static = np.empty((0, 0, 0), dtype=np.complex128), np.empty(0, dtype=np.complex128)
@@ -75,7 +75,7 @@ def _empty_system() -> ModeSystem:
     return ModeSystem(contact_table(()), fourier(1, 6), structure, line, places, places, 0.0, places, FREE)
 
 
-@placed_as(_empty_system)
+@placed_as(empty_mode_system)
 class ModeSystemAddress(NamedTuple):
     """Where a `ModeSystem` lies in memory, for kernels that are called often."""
 
@@ -100,7 +100,7 @@ def modal_amplitude(level: float) -> float:
     return np.exp(min(max(level, -300.0), 300.0))  # type: ignore[no-any-return]
 
 
-@separate(lambda: evaluate_signature(_empty_system()))
+@separate(lambda: evaluate_signature(empty_mode_system()))
 def evaluate_mode(system: ModeSystem, forces: Array, omega: float, level: float) -> State:
     """Motion, residual and derivatives at a point."""
     system.effort[0] += 1
@@ -148,7 +148,7 @@ def _slopes(system: ModeSystem, state: State, omega: float, level: float) -> Mod
     return ModeSlopes(motion, modal)
 
 
-@separate(lambda: factorise_signature(_empty_system()))
+@separate(lambda: factorise_signature(empty_mode_system()))
 def factorise_mode(system: ModeSystem, state: State, omega: float, level: float, border: Border) -> Bordered:
     """J on the unknowns of λ, ω and ζ, bordered by the derivative by ln a and the path condition."""
     system.effort[1] += 1
@@ -196,8 +196,8 @@ def _fill_contacts(
     active, moved, place = moved_rows(normal, partner, state.unknown)
     driven = extended_driven(structure, state.gains, active)
     G = extended_receptance(structure, driven, moved)
-    blocks = (state.own, state.coupling, state.cross)
-    newton_matrix(offsets, system.kept, normal, partner, active, place, *blocks, G, matrix)
+    own, coupling, cross = state.own, state.coupling, state.cross
+    newton_matrix(offsets, system.kept, normal, partner, active, place, own, coupling, cross, G, matrix)
     amplitude, first, last = modal_amplitude(level), offsets[rows], offsets[rows + 1]
     k, followed = structure.key[1], structure.followed
     pull = extended_pulled(structure, driven, border.weight) if border.weight.shape[0] else np.empty((0, 0))
@@ -222,7 +222,7 @@ def _pushed(system: ModeSystem, state: State, offsets: Index, dw: Array) -> Arra
     return result[: offsets[-2]]
 
 
-@separate(lambda: newton_step_signature(_empty_system()))
+@separate(lambda: newton_step_signature(empty_mode_system()))
 def newton_step_mode(
     system: ModeSystem, state: State, omega: float, level: float, border: Border, short: float, bordered: Bordered
 ) -> tuple[Array, float, float]:
@@ -258,7 +258,7 @@ def newton_step_mode(
     return step, amount, 0.0
 
 
-@separate(lambda: tangent_signature(_empty_system()))
+@separate(lambda: tangent_signature(empty_mode_system()))
 def tangent_mode(system: ModeSystem, state: State, omega: float, level: float, by_level: bool, bordered: Bordered) -> Direction:
     """The direction of the curve at a point, with the factors there."""
     rows, size = state.forces.shape[0] - 1, bordered.offsets[-1]

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from stickslip.checks import Array, Index
 from stickslip.contact.period import HELD, SLIPPING
 from stickslip.harmonic.system import State, System
-from stickslip.kernels import inner, kernel
+from stickslip.kernels import inlined, inner, kernel
 from stickslip.kernels.arrays import empty_line, zero_numbers
 
 
-@inner
+@inlined
 def unknown_entries(unknown: Index, kept: Index, columns: int) -> tuple[Index, NDArray[np.bool_]]:
     """Where the unknowns of each row start in the system (rows + 1), and which entries of λ (rows, 2H+1) they are.
 
@@ -33,7 +33,7 @@ def unknown_entries(unknown: Index, kept: Index, columns: int) -> tuple[Index, N
     return offsets, mask
 
 
-@inner
+@inlined
 def moved_rows(normal: Index, partner: Index, unknown: Index) -> tuple[Index, Index, Index]:
     """Unknown rows; the rows whose motion they depend on (own, normal, partner); where each row stands in these, or −1."""
     rows = unknown.size
@@ -76,7 +76,7 @@ def _add_block(block: Array, kept: Index, E: Array, G: Array, column: int) -> No
             block[k, j + 1] += cosine * imaginary + sine * real
 
 
-@inner
+@inlined
 def newton_matrix(
     offsets: Index,
     kept: Index,
@@ -169,7 +169,7 @@ def push(system: System, state: State, offsets: Index, dw: Array, column: Array)
         column[k] = -values[k]
 
 
-@inner
+@inlined
 def subtract(kept: Index, offsets: Index, values: Array, column: Array) -> None:
     """column (N,) −= the unknown entries of values (rows, 2H+1)."""
     for r in range(values.shape[0]):

@@ -26,7 +26,7 @@ from stickslip.harmonic.modal_matrix import (
 from stickslip.harmonic.newton_matrix import push, pushed, spread, subtract
 from stickslip.harmonic.receptance import frequency_gains
 from stickslip.harmonic.system import BORDER, BORDERED, ON_STATES, SMALLER, STATE, Border, Bordered, State, System, empty_system
-from stickslip.kernels import compiled, inner, separate
+from stickslip.kernels import compiled, inlined, inner, separate
 from stickslip.kernels.arrays import empty_blocks, empty_line, empty_table, zero_table
 from stickslip.kernels.views import view_of
 
@@ -34,7 +34,7 @@ FEWEST_UNKNOWNS = 300
 """Unknowns of λ below which Newton's linear system is solved for them whatever the states: there it is a small part of a step."""
 
 
-@inner
+@inlined
 def takes_states(system: System, offsets: Index) -> bool:
     """Whether the matrix on M coordinates takes fewer multiplications than that on N unknowns of λ: M³/3 + N M²/(2H+1) against
     N³/3."""

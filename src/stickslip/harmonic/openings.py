@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.trigonometric import series
-from stickslip.kernels import inner
+from stickslip.kernels import inlined, inner
 
 ROOT = 1e-11
 """Accuracy of the ends of an opening [rad]."""
@@ -26,7 +26,7 @@ SHARE = 0.25
 at."""
 
 
-@inner
+@inlined
 def add_openings(motion: Array, z: Array, level: float, sums: Array) -> bool:
     """Add the integrals of cos mθ and sin mθ over the part of the period where z < level; whether there is one.
 
@@ -67,7 +67,7 @@ def _turns(before: float, here: float, after: float, level: float) -> bool:
     return distance < first and distance <= last and distance < SHARE * (first - 2.0 * distance + last)
 
 
-@inner
+@inlined
 def _turn(motion: Array, angle: float, step: float) -> float:
     """The angle at which a motion is extreme, within a step of a sample."""
     found = angle

@@ -13,7 +13,7 @@ from numba import boolean, complex128, float64
 from numpy.typing import NDArray
 
 from stickslip.checks import Array, Index
-from stickslip.kernels import inner, separate
+from stickslip.kernels import inlined, inner, separate
 from stickslip.kernels.arrays import empty_table, zero_complex, zero_table
 from stickslip.kernels.views import view_of
 
@@ -76,7 +76,7 @@ def _not_zero(value: complex) -> complex:
     return value if value != 0.0 else complex(np.nan, np.nan)
 
 
-@inner
+@inlined
 def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
     """Gains at s, (2, m): of each state, and to it from its partner."""
     gains = zero_complex(2, kind.size)
@@ -101,7 +101,7 @@ def state_gains(s: complex, kind: Index, p: Array, q: Array, r: Array) -> Comple
     return gains
 
 
-@inner
+@inlined
 def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r: Array) -> Complex:
     """Derivatives by s of the gains of states that are driven by none after them."""
     slopes = zero_complex(2, kind.size)
@@ -123,13 +123,16 @@ def _slope_gains(s: complex, gains: Complex, kind: Index, p: Array, q: Array, r:
     return slopes
 
 
-@inner
+@inlined
 def frequency_gains(modes: Modes, omega: float, harmonics: int) -> Complex:
     """Gains at every harmonic of a frequency, (H+1, 2, m)."""
     gains = np.empty((harmonics + 1, 2, modes.kind.size), dtype=np.complex128)
     for h in range(harmonics + 1):
         a, b = modes.first[h], modes.last[h]
-        gains[h, :, a:b] = state_gains(1j * modes.order[h] * omega, modes.kind[a:b], modes.p[a:b], modes.q[a:b], modes.r[a:b])
+        found = state_gains(1j * modes.order[h] * omega, modes.kind[a:b], modes.p[a:b], modes.q[a:b], modes.r[a:b])
+        for i in range(2):
+            for j in range(b - a):
+                gains[h, i, a + j] = found[i, j]
     return gains
 
 
@@ -153,7 +156,7 @@ def _respond(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, st
         j = i - 1
 
 
-@inner
+@inlined
 def _respond_slope(modes: Modes, h: int, s: complex, gains: Complex, load: Complex, state: Complex, slope: Complex) -> None:
     """slope = dΓ/ds load at harmonic h, all (m, 1); state = Γ load. For driven states Γ = (I − s T)⁻¹, dΓ/ds = Γ T Γ."""
     a, b = modes.first[h], modes.last[h]
@@ -309,7 +312,7 @@ def _polynomial_slope(powers: Array, omega: float) -> Array:
     return slope
 
 
-@inner
+@inlined
 def motion(modes: Modes, gains: Complex, forces: Array, omega: float, level: float) -> Array:
     """Motion w = e' − G'λ of contact rows and outputs (rows, 2H+1); forces: λ (contact rows, 2H+1), N; omega [rad/s]."""
     return seen(modes, modal_states(modes, omega, gains, _load(modes, forces, omega, level), False))
@@ -335,7 +338,7 @@ def change(modes: Modes, gains: Complex, forces: Array, omega: float) -> Array:
     return seen(modes, modal_states(modes, omega, gains, load, False))
 
 
-@inner
+@inlined
 def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) -> Array:
     """States under unit λ of contact rows `columns`: (m, 2, H+1, columns), real and imaginary part."""
     size, width = modes.kind.size, columns.size
@@ -353,27 +356,35 @@ def driven_states(modes: Modes, gains: Complex, omega: float, columns: Index) ->
     return found
 
 
-@inner
+@inlined
 def receptance(modes: Modes, driven: Array, rows: Index) -> Array:
     """G' to motion rows `rows` from the driven contact rows: (rows, 2, H+1, columns)."""
     harmonics, width = driven.shape[2], driven.shape[3]
     if _one_structure(modes):
-        shape = empty_table(rows.size, modes.kind.size)
-        for r in range(rows.size):
-            shape[r] = modes.shape[rows[r]]
-        product = np.dot(shape, driven.reshape(driven.shape[0], -1))
+        product = np.dot(_shapes(modes, rows, 0, modes.kind.size), driven.reshape(driven.shape[0], -1))
         return np.asarray(product.reshape(rows.size, 2, harmonics, width))
     result = np.zeros((rows.size, 2, harmonics, width))
     for h in range(harmonics):
         a, b = modes.first[h], modes.last[h]
         if a == b:
             continue
-        shape = empty_table(rows.size, b - a)
-        for r in range(rows.size):
-            shape[r] = modes.shape[rows[r], a:b]
+        shape = _shapes(modes, rows, a, b)
         for part in range(1 if h == 0 else 2):
-            result[:, part, h] = np.dot(shape, np.ascontiguousarray(driven[a:b, part, h]))
+            product = np.dot(shape, np.ascontiguousarray(driven[a:b, part, h]))
+            for r in range(rows.size):
+                for c in range(width):
+                    result[r, part, h, c] = product[r, c]
     return result
+
+
+@inner
+def _shapes(modes: Modes, rows: Index, first: int, last: int) -> Array:
+    """Motion of some rows in the states first..last−1."""
+    found = empty_table(rows.size, last - first)
+    for r in range(rows.size):
+        for j in range(last - first):
+            found[r, j] = modes.shape[rows[r], first + j]
+    return found
 
 
 @inner

@@ -1,7 +1,7 @@
 """Kernels that are compiled once, by themselves, and called through an address.
 
 numba compiles a kernel with all that it calls, so what many kernels hold is compiled many times. A kernel of this kind is not;
-it has one signature, and a law that no contact has is never compiled.
+its signatures are known, and a law that no contact has is never compiled.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from stickslip.kernels.decorators import inner
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-_SEPARATE: dict[Any, _Separate] = {}
-"""The separate kernels by what stands for them in the kernels that call them."""
+_SEPARATE: dict[Any, list[_Separate]] = {}
+"""The separate kernels, one for each signature, by what stands for them in the kernels that call them."""
 
 
 class _Separate:
     """A kernel with one signature; `address` is a place in memory, known to compiled code by name, that holds where it lies."""
 
-    def __init__(self, function: Callable[..., Any], signature: Callable[[], Any]) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Callable[[], Any], number: int) -> None:
         self.function, self.signature = function, signature
-        self.name = f"{function.__module__}.{function.__qualname__}".replace(".", "_")
+        self.name = f"{function.__module__}.{function.__qualname__}".replace(".", "_") + (f"_{number}" if number else "")
         self.address = ctypes.c_size_t(0)
         binding.add_symbol(self.name, ctypes.addressof(self.address))
         self.dispatcher: Any = inner(function)
@@ -43,14 +43,7 @@ class _Separate:
             found = self.dispatcher.overloads[wanted.args]
             self.address.value = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
 
-    def typed(self, context: Any, *arguments: Any) -> tuple[Any, Callable[..., Any]]:
-        """Signature and code of a call."""
-        wanted = self.signature()
-        if tuple(types.unliteral(each) for each in arguments) != wanted.args:
-            raise numba.TypingError(f"{self.name} takes {wanted.args}, but is called with {arguments}.")
-        return wanted, self._call
-
-    def _call(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         """Code of a call through the address; errors go on to the caller."""
         module, convention, place = builder.module, context.call_conv, ir.IntType(8).as_pointer()
         held = module.globals.get(self.name) or ir.GlobalVariable(module, place, self.name)
@@ -66,22 +59,27 @@ class _Separate:
         return result
 
 
-def separate(signature: Callable[[], Any]) -> Callable[[_Function], _Function]:
+def separate(*signatures: Callable[[], Any]) -> Callable[[_Function], _Function]:
     """A kernel that is compiled once, by itself, and not again with each kernel that calls it; from Python it cannot be called.
 
-    signature: gives its one signature; the types of a call must be these. `compiled` must have been called with it before any
-    kernel that calls it runs. A law that no contact has is so never compiled.
+    signatures: each gives one signature; the types of a call must be those of one. `compiled` must have been called with it
+    before any kernel that calls it runs. A law that no contact has is so never compiled.
     """
 
     def decorated(function: _Function) -> _Function:
-        made = _Separate(function, signature)
+        made = [_Separate(function, signature, number) for number, signature in enumerate(signatures)]
 
-        def call(context: Any, *arguments: Any) -> Any:
-            return made.typed(context, *arguments)
+        def call(context: Any, *arguments: Any) -> tuple[Any, Callable[..., Any]]:
+            given = tuple(types.unliteral(each) for each in arguments)
+            for each in made:
+                wanted = each.signature()
+                if given == wanted.args:
+                    return wanted, each.code
+            raise numba.TypingError(f"{made[0].name} takes {wanted.args}, but is called with {arguments}.")
 
         names = inspect.signature(function).parameters
         parameters = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in ("context", *names)]
-        call.__name__, call.__signature__ = made.name, inspect.Signature(parameters)  # type: ignore[attr-defined]
+        call.__name__, call.__signature__ = made[0].name, inspect.Signature(parameters)  # type: ignore[attr-defined]
         found: Any = intrinsic(call)
         _SEPARATE[found] = made
         return found  # type: ignore[no-any-return]
@@ -89,7 +87,7 @@ def separate(signature: Callable[[], Any]) -> Callable[[_Function], _Function]:
     return decorated
 
 
-def compiled(*kernels: Callable[..., Any]) -> None:
-    """Compile separate kernels, or take them from disk, unless this process has done so."""
+def compiled(*kernels: Callable[..., Any], number: int = 0) -> None:
+    """Compile separate kernels, or take them from disk, unless this process has done so. number: which of their signatures."""
     for each in kernels:
-        _SEPARATE[each].compile()
+        _SEPARATE[each][number].compile()

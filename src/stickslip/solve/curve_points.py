@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Parameter, PathCondition, Point
-from stickslip.kernels import boxed, inner, kernel
+from stickslip.kernels import boxed, inlined, kernel
 from stickslip.kernels.arrays import zero_table
 from stickslip.solve.newton import correct, fixed
 
@@ -44,7 +44,7 @@ def moving_sizes(w: Array, rows: int) -> tuple[float, float]:
     return np.sqrt(squares[0]), np.sqrt(squares[1])
 
 
-@inner
+@inlined
 def weights(w: Array, rows: int, contacts: float, outputs: float) -> Array:
     """Squared reciprocal scales (motion rows, 2H+1) of the motion of contacts and of outputs, whose sizes are given; what moves
     by rounding alone does not count."""

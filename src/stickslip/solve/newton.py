@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import float64, int64, typeof
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Parameter, PathCondition, Point
 from stickslip.harmonic.iteration import gap, missed_amplitude, no_factors
+from stickslip.harmonic.mode_iteration import empty_mode_system
 from stickslip.harmonic.newton_parts import AnySystem, evaluate, factorise, newton_step, tangent
-from stickslip.harmonic.system import Border, Bordered, Direction, State
-from stickslip.kernels import boxed, inlined, inner, kernel
+from stickslip.harmonic.system import BORDER, BORDERED, DIRECTION, STATE, Border, Bordered, Direction, State, System, empty_system
+from stickslip.kernels import boxed, compiled, inlined, inner, kernel, separate
 from stickslip.kernels.arrays import all_finite, empty_table, moved_by, same_numbers
-from stickslip.kernels.views import view
+from stickslip.kernels.views import view, view_of
 
 TOLERANCE = 1e-12
 """Residual relative to the contact forces, or to the harmonic load, at which a point counts as solved."""
@@ -69,6 +71,7 @@ def correct(
     falls again. Without patience Newton fails there. direction: find the direction of the curve too, with factors of the
     last iterate that has no larger residual than this and the same unknowns, else with those of the solution.
     """
+    compile_newton(balance.system)
     forces, omega, level = np.ascontiguousarray(start.forces), float(start.omega), float(start.level)
     wanted = -1.0 if direction is None else direction
     found = _newton_called(balance.placed_system, forces, omega, level, condition.border, iterations, halvings, patience, wanted)
@@ -92,7 +95,21 @@ class Found(NamedTuple):
     singular: bool
 
 
-@inner
+def _signature(system: NamedTuple) -> Any:
+    """Types of `newton` for a kind of system."""
+    found = Found(STATE.forces, STATE, 0.0, 0.0, BORDERED, DIRECTION, 0, False, False)
+    return typeof(found)(view_of(system), float64[:, ::1], float64, float64, typeof(BORDER), int64, int64, int64, float64)
+
+
+def _forced_signature() -> Any:
+    return _signature(empty_system())
+
+
+def _mode_signature() -> Any:
+    return _signature(empty_mode_system())
+
+
+@separate(_forced_signature, _mode_signature)
 def newton(
     system: AnySystem,
     forces: Array,
@@ -139,6 +156,11 @@ def newton(
             bordered = factorise(system, state, omega, level, border)
         direction = tangent(system, state, omega, level, border.by_level, bordered)
     return Found(first.w, state, omega, level, bordered, direction, done, converged, singular)
+
+
+def compile_newton(system: AnySystem) -> None:
+    """Compile `newton` for a kind of system, or take it from disk."""
+    compiled(newton, number=0 if isinstance(system, System) else 1)
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.checks import Array, Index
 from stickslip.harmonic.newton_parts import AnySystem
 from stickslip.harmonic.system import Border
-from stickslip.kernels import boxed, inner, kernel
+from stickslip.kernels import boxed, inlined, inner, kernel
 from stickslip.kernels.arrays import empty_table, moved_by, same_numbers, zero_table
 from stickslip.kernels.views import view
 from stickslip.solve.curve_points import Metric, Tangent, moving_sizes, weights
@@ -86,7 +86,7 @@ def _length(metric: Metric, dw: Array, dp: float) -> float:
     return float(np.sqrt(_dot(metric.weight, dw, dw) + metric.parameter * dp * dp))
 
 
-@inner
+@inlined
 def _predicted(place: Place, along: Tangent, distance: float) -> tuple[Array, float, float]:
     """λ at a distance along the curve, and the changes of its parameter and of a level that holds an amplitude.
 
@@ -106,7 +106,7 @@ def _predicted(place: Place, along: Tangent, distance: float) -> tuple[Array, fl
     return forces, amount, raised
 
 
-@inner
+@inlined
 def across(place: Place, along: Tangent, distance: float, by_level: bool) -> Border:
     """The plane at a distance along a tangent, normal to it in the metric."""
     metric, w = place.metric, place.w

@@ -17,7 +17,7 @@ from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, Par
 from stickslip.harmonic.system import Direction
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Metric, Tangent, moving_sizes, relative_metric
 from stickslip.solve.hidden_resonance import hidden_resonance
-from stickslip.solve.newton import Correction, correct
+from stickslip.solve.newton import Correction, compile_newton, correct
 from stickslip.solve.step import LEAST, Place, Solver, Stepped, step
 
 BEYOND = (1e-3, 1e-2, 1e-4)
@@ -61,6 +61,7 @@ class Steps:
     """State of one continuation: what changes along the curve, kept in one place. scale: of the parameter in arc length."""
 
     def __init__(self, balance: HarmonicBalance, parameter: Parameter, scale: float, control: StepControl) -> None:
+        compile_newton(balance.system)
         self.balance, self.parameter, self.scale, self.control = balance, parameter, scale, control
         self.largest = [0.0, 0.0]
         self.orientation = 0.0
