@@ -27,7 +27,10 @@ LARGEST = 400
 """Degrees of freedom up to which the structure is decomposed anew for each set of sticking contacts that a curve meets."""
 
 UNDAMPED = 1e-8
-"""Modes with a smaller damping ratio have no peak that could be resolved."""
+"""A mode with a smaller damping ratio is looked at beside its frequency, where the balance has a solution."""
+
+BESIDE = 1e-6
+"""How far beside, and the ratio that stands for its own: friction makes its peak wider than that."""
 
 
 class _Limit(NamedTuple):
@@ -69,9 +72,10 @@ class Resonances:
                         self.limits.append(_limit(system, turn, stiffness, powers, held, problem.systems.stiffens))
             for number in known[key]:
                 omega, ratios = self.limits[number].omega, self.limits[number].ratios
-                chosen = np.flatnonzero((ratios > UNDAMPED) & (omega > 0.0))
+                chosen = np.flatnonzero(omega > 0.0)
                 at, same = omega[chosen] / h, np.ones(chosen.size)
-                rows.append((at, h * same, ratios[chosen] * at, number * same, chosen.astype(float)))
+                at = np.where(ratios[chosen] > UNDAMPED, at, (1.0 - BESIDE) * at)
+                rows.append((at, h * same, _looked_at(ratios[chosen]) * at, number * same, chosen.astype(float)))
         joined = np.concatenate([np.array(part) for part in rows], axis=1)
         joined = joined[:, np.argsort(joined[0], kind="stable")]
         self.omega, self.width = joined[0], joined[2]
@@ -88,7 +92,7 @@ class Resonances:
             mode, h, omega = self._mode[of], self.harmonic[of], self.omega[of]
             cosine, sine = (limit.load[:, mode, column] for column in (2 * h - 1, 2 * h))
             drive[of] = np.sum(omega ** np.arange(limit.load.shape[0])[:, None] * (cosine - 1j * sine), axis=0)
-            compliance[of] = 1.0 / (2.0 * limit.ratios[mode] * limit.omega[mode] ** 2)
+            compliance[of] = 1.0 / (2.0 * _looked_at(limit.ratios[mode]) * limit.omega[mode] ** 2)
         return drive, compliance
 
     def where_stuck(self, unknown: Index) -> Resonances | None:
@@ -133,6 +137,11 @@ class Resonances:
 def contacts_and_outputs(squares: Array, rows: int) -> Array:
     """From squares of the motion of contact rows, first, and outputs, its size of all contact rows and of each output."""
     return np.asarray(np.sqrt(np.concatenate([squares[:rows].sum(axis=0, keepdims=True), squares[rows:]])))
+
+
+def _looked_at(ratios: Array) -> Array:
+    """Damping ratios, that which stands for its own where a mode is undamped."""
+    return np.where(ratios > UNDAMPED, ratios, BESIDE)
 
 
 def _limit(

@@ -148,9 +148,9 @@ def hermite(a: Array, da: Array, b: Array, db: Array, f: float) -> Array:
     return np.asarray(shares[0] * a + shares[1] * da + shares[2] * b + shares[3] * db)
 
 
-def hermite_shares(f: float) -> tuple[float, float, float, float]:
+def hermite_shares(f: float) -> Array:
     """What a, da, b and db count for at fraction f of the cubic through a and b with slopes da and db over the whole interval."""
-    return (1 + 2 * f) * (1 - f) ** 2, f * (1 - f) ** 2, f * f * (3 - 2 * f), f * f * (f - 1)
+    return np.array([(1 + 2 * f) * (1 - f) ** 2, f * (1 - f) ** 2, f * f * (3 - 2 * f), f * f * (f - 1)])
 
 
 def between(current: CurvePoint, following: CurvePoint, fraction: float) -> Array:

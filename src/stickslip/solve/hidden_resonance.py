@@ -25,14 +25,18 @@ SHORT = 1e-3
 """Arc length below which Newton's method may fail at a resonance: it does at kinks, and the curve has to go on."""
 
 
-def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint) -> float | None:
+def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, middle: bool) -> float | None:
     """The fraction of the step from one point to the next where it passes over a resonance, None where it does not.
 
-    Motion and ω in between are cubics through both ends and their tangents. Where ω turns, the step is near a fold and short.
+    middle: the balance is solved in the middle of the step too. Where slip begins beside a resonance, the peak is a corner whose
+    frequency is not known before.
+
+    Motion and ω in between are cubics through both ends and their tangents. Where ω turns, the step is near a fold and short;
+    where nothing slips at both ends it does not turn.
     """
     start, end = current.point.omega, following.point.omega
     inside = _inside(balance, current, following)
-    if not inside:
+    if not inside and not middle:
         return None
     step = following.length
     stretch = step * following.metric.length(current.tangent.motion, current.tangent.parameter)
@@ -40,21 +44,28 @@ def hidden_resonance(balance: HarmonicBalance, current: CurvePoint, following: C
     controls = start, start + slopes[0] / 3.0, end - slopes[1] / 3.0, end
     way = 1.0 if end > start else -1.0
     if not all(way * (after - before) > 0.0 for before, after in itertools.pairwise(controls)):
-        return None
+        if current.active or following.active:
+            return None
+        controls = start, (2.0 * start + end) / 3.0, (start + 2.0 * end) / 3.0, end
     rows, level, tangents = balance.rows, current.point.level, (current.tangent, following.tangent)
     ends = current.evaluation, following.evaluation
     motions = _knots(ends[0].w, step * tangents[0].motion, ends[1].w, stretch * tangents[1].motion)
     forces = _knots(ends[0].point.forces, step * tangents[0].forces, ends[1].point.forces, stretch * tangents[1].forces)
     carried = [balance.carried_forces(each) for each in ends]
-    for omega, resonances, k in inside if end > start else inside[::-1]:
-        fraction = _fraction(controls, omega)
-        shares = np.array(hermite_shares(fraction))
+    places: list[tuple[float, float, Resonances | None, int]] = [
+        (_fraction(controls, omega), omega, one, k) for omega, one, k in (inside if end > start else inside[::-1])
+    ]
+    if middle:
+        places.append((0.5, float(hermite_shares(0.5) @ np.array([start, slopes[0], end, slopes[1]])), None, 0))
+    for fraction, omega, resonances, k in places:
+        shares = hermite_shares(fraction)
         expected, applied = (shares @ motions).reshape(ends[0].w.shape), (shares @ forces).reshape(carried[0].shape)
         sizes = _sizes(expected, rows)
-        part = resonances.columns(k)
-        drive = (1.0 - fraction) * carried[0][:, part] + fraction * carried[1][:, part]
-        if (resonances.motion(k, level, applied[:, part], drive) <= NEGLIGIBLE * sizes).all():
-            continue
+        if resonances is not None:
+            part = resonances.columns(k)
+            drive = (1.0 - fraction) * carried[0][:, part] + fraction * carried[1][:, part]
+            if (resonances.motion(k, level, applied[:, part], drive) <= NEGLIGIBLE * sizes).all():
+                continue
         correction = correct(balance, Point(applied, omega, level), fixed("omega", omega), 12, 6)
         if not correction.converged:
             if following.length >= SHORT:

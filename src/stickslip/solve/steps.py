@@ -169,7 +169,18 @@ class Steps:
 
     def _hidden(self, current: CurvePoint, following: CurvePoint) -> float | None:
         """The fraction of a step where it passes over a resonance, if it does."""
-        return hidden_resonance(self.balance, current, following) if self.parameter == "omega" else None
+        if self.parameter != "omega":
+            return None
+        return hidden_resonance(self.balance, current, following, self._loose(current, following))
+
+    def _loose(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether contacts change their state in a step whose motion is so small beside the largest that the metric hardly sees
+        it."""
+        ends = current.evaluation, following.evaluation
+        if np.array_equal(ends[0].unknown, ends[1].unknown):
+            return False
+        sizes = zip(*(moving_sizes(each.w, self.balance.rows) for each in ends), self.largest, strict=True)
+        return any(min(first, last) < LEAST * largest for first, last, largest in sizes)
 
     def _try(self, current: CurvePoint, distance: float, before: CurvePoint | None) -> CurvePoint | float:
         """One step; a point, or the factor by which to shorten the step."""
@@ -190,6 +201,8 @@ class Steps:
                 return 0.5
         elif backwards and turn < self.control.reversed and self._kinked(following, distance, error, turn):
             crossed, following, turn = True, replace(following, tangent=following.tangent.turned()), -turn
+        if self._turns_back(current, following):
+            return 0.5
         close = error < 8.0 * self.control.error and turn > self.control.cosine
         if distance >= 1e-3 and not (close and stepped.chord <= 1.5 * distance and self._beside(current, following)):
             return 0.5
@@ -197,6 +210,13 @@ class Steps:
             self.orientation = -self.orientation
         self.step = self._next_step(distance, error, stepped.found.iterations)
         return following
+
+    def _turns_back(self, current: CurvePoint, following: CurvePoint) -> bool:
+        """Whether a step leads back although nothing slips at its ends: a linear response has one motion at each frequency."""
+        if current.active or following.active:
+            return False
+        change = following.point.value(self.parameter) - current.point.value(self.parameter)
+        return change * current.tangent.parameter < 0.0
 
     def _beside(self, current: CurvePoint, following: CurvePoint) -> bool:
         """Whether the point that a step led to is on the same branch, as far as the step shows."""
@@ -268,6 +288,8 @@ class Steps:
         if not stepped.found.converged:
             return None
         found = self._solved(stepped, distance)
+        if self._turns_back(current, found):
+            return None
         near = stepped.chord <= 1.5 * distance and self._hidden(current, found) is None
         if self.control.reversible and not self._returns(current, found):
             return None
