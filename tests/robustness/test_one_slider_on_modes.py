@@ -89,7 +89,7 @@ def drawn(seed: int) -> Modes:
     ids=["undamped", "undamped, in rad/s of a blade", "slip begins beside a resonance"],
 )
 def test_a_peak_that_friction_makes_is_found(seed, omega, ratio):
-    """Without damping the linear resonance is infinite and friction makes the peak; where slip begins on the flank of a resonance,
+    """Without damping the linear resonance is infinite and friction makes the peak; where slip begins on a resonance's flank,
     the peak is a corner, here 600 times lower than the highest of the curve."""
     modes = drawn(seed)
     assert modes.ratio == ratio
