@@ -61,15 +61,18 @@ def scaling(found: list[dict[str, Any]]) -> str:
         most = max(counts)
         possible = most * runs[1]["wall"] / row["apart"]
         walls = [f"{runs[count]['wall']:.1f}" for count in counts]
+        before = runs[1]["before"]
         faster = f"{runs[1]['wall'] / runs[most]['wall']:.2f}"
+        alone = f"{(runs[1]['wall'] - before) / (runs[most]['wall'] - runs[most]['before']):.2f}"
         extra = f"{runs[most]['cpu'] - runs[1]['cpu']:.1f}"
-        rows.append([row["kind"], str(row["cases"]), *walls, faster, f"{possible:.2f}", extra])
+        rows.append([row["kind"], str(row["cases"]), f"{before:.1f}", *walls, faster, alone, f"{possible:.2f}", extra])
     names = [f"wall s, {count} process{'es' if count > 1 else ''}" for count in counts]
-    head = ("work", "cases", *names, "times faster", "possible here", "more CPU s")
+    head = ("work", "cases", "import and model, s", *names, "times faster", "the analysis", "possible here", "more CPU s")
     return f"""
 ## Many cases on several cores
 
-Wall time of one call in a fresh process, kernels compiled, the start of worker processes included. "Possible here": as many
+Wall time of a script with one call, kernels compiled, the start of worker processes included; and how much faster the call
+itself is, without import and model, which no process can share. "Possible here": as many
 separate runs of one process at once as there are cores, and what they get done together compared with one alone; where cores
 share their caches and clock, it is less than their number.
 

@@ -19,32 +19,32 @@ import numpy as np
 CASES = 8
 
 
-def force_levels(processes: int) -> object:
+def force_levels() -> Callable[[int], object]:
     """Force levels of the single blade."""
     import stickslip as ss
 
-    levels = np.geomspace(20.0, 160.0, CASES).tolist()
-    return ss.forced_response(ss.rigs.single_blade(4.6), ss.hertz(500.0, 580.0), levels, 11, workers=processes)
+    rig, levels = ss.rigs.single_blade(4.6), np.geomspace(20.0, 160.0, CASES).tolist()
+    return lambda processes: ss.forced_response(rig, ss.hertz(500.0, 580.0), levels, 11, workers=processes)
 
 
-def start_states(processes: int) -> object:
+def start_states() -> Callable[[int], object]:
     """Start states of the same blade."""
     import stickslip as ss
 
     rig = ss.rigs.single_blade(4.6, start=ss.SliderOffset())
-    return ss.response_samples(rig, ss.hertz(500.0, 580.0), 80.0, CASES, harmonics=7, workers=processes)
+    return lambda processes: ss.response_samples(rig, ss.hertz(500.0, 580.0), 80.0, CASES, harmonics=7, workers=processes)
 
 
-def frictions(processes: int) -> object:
+def frictions() -> Callable[[int], object]:
     """Frictions and preloads: performance curves over the pull, one for each friction."""
     import stickslip as ss
 
     settings: dict[str, Any] = {"vary": "preload", "friction": np.linspace(0.15, 0.6, CASES).tolist(), "check_every": 1}
-    rig = ss.rigs.three_mass_wedge()
-    return ss.performance_curve(rig, np.geomspace(2.0, 200.0, 30), band=ss.hertz(145.0, 300.0), workers=processes, **settings)
+    rig, pulls = ss.rigs.three_mass_wedge(), np.geomspace(2.0, 200.0, 30)
+    return lambda processes: ss.performance_curve(rig, pulls, band=ss.hertz(145.0, 300.0), workers=processes, **settings)
 
 
-KINDS: dict[str, Callable[[int], object]] = {
+KINDS: dict[str, Callable[[], Callable[[int], object]]] = {
     "force levels, single blade": force_levels,
     "start states, single blade": start_states,
     "frictions, wedge": frictions,
@@ -75,7 +75,9 @@ def _together(kind: str, processes: int, runs: int) -> list[dict[str, float]]:
 
 if __name__ == "__main__":
     began = time.monotonic()
-    KINDS[sys.argv[1]](int(sys.argv[2]))
+    analysis = KINDS[sys.argv[1]]()
+    before = time.monotonic() - began
+    analysis(int(sys.argv[2]))
     wall = time.monotonic() - began
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    print(json.dumps({"wall": wall, "cpu": sum(one.ru_utime + one.ru_stime for one in used)}))
+    print(json.dumps({"wall": wall, "before": before, "cpu": sum(one.ru_utime + one.ru_stime for one in used)}))

@@ -130,6 +130,24 @@ def test_a_curve_that_is_higher_at_its_end_than_at_its_peak_says_so():
     assert best == f"Of the 2 force levels, 0.1 N has the lowest largest response per force: {number(end / 0.1)} m/N."
 
 
+def test_a_curve_that_broke_off_is_not_compared_with_those_that_did_not():
+    """An undamped mass whose slider cannot bound its resonance above a force of 4 μN/π: its curve ends on the flank of the peak,
+    which was called the lowest response, 98 % below the linear peak."""
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=0.5, normal_load=1.0), (ss.between("1.x", "ground"),))
+    structure = ss.Structure(np.eye(1), np.eye(1), ("1.x",))
+    problem = ss.Problem(structure, (slider,), (ss.Force("1.x", 1.0),), ("1.x",))
+    found = ss.forced_response(problem, ss.radians_per_second(0.5, 2.0), [0.3, 0.5, 1.0], harmonics=1).dataset
+    assert found.case_outcome.values.tolist() == [1, 1, 2]
+    assert np.isfinite(found.peak_amplitude.values[:2]).any(axis=(1, 2)).all()
+    assert not np.isfinite(found.peak_amplitude.values[2]).any(), "a curve has no peak where it is lost"
+    first = headline(found).replace("\u00a0", " ")
+    assert first.startswith("1 of 3 curves is incomplete. Of the other 2 force levels, 0.3 N has the lowest response per force")
+    for cases in ([2], [0, 2]):
+        some = headline(found.isel(case=cases)).replace("\u00a0", " ")
+        assert ("1 N: the curve broke off at" in some) == (cases == [2])
+        assert some.startswith("1 N: the curve" if cases == [2] else "1 of 2 curves is incomplete. 0.3 N: 1.x peaks at")
+
+
 def test_of_many_failures_the_first_are_printed(response):
     dataset = response.dataset.isel(case=[0] * 9).copy()
     dataset["case_outcome"] = dataset["case_outcome"].copy(data=np.full(9, 2))

@@ -12,7 +12,7 @@ from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
 from stickslip.harmonic.orders import Harmonics, orders
 from stickslip.outcome import Outcome
-from stickslip.peaks.search import TOLERANCE, PeakSearch
+from stickslip.peaks.search import TOLERANCE, Peaks, PeakSearch
 from stickslip.problem import Problem
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
@@ -28,6 +28,9 @@ SWEEP = 0.3
 """Share of the work that is the sweep, about; the rest is the search for its peaks."""
 
 UNDAMPED = "The structure has no damping: where contacts take no energy its response is infinite at a resonance."
+
+AT_THE_END = 1e-4
+"""Relative distance in frequency from where a curve was lost, within which it has no peak."""
 
 LISTED = 4
 """Frequencies named in a message."""
@@ -157,7 +160,7 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     search = PeakSearch(balance, points, tolerance)
     found, largest, in_time = [], [], measure.with_kind("max_abs")
     for output in outputs:
-        found.append(search.peaks(output, measure))
+        found.append(_before_the_end(curve, search.peaks(output, measure)))
         largest.append(search.peaks(output, in_time, least=0.8))
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
     unsolved = [omega for peaks in (*found, *largest) for omega in peaks.unsolved]
@@ -172,6 +175,14 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     )
     peaks, steps = tuple(each.points for each in found), tuple(each.steps for each in found)
     return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
+
+
+def _before_the_end(curve: Curve, peaks: Peaks) -> Peaks:
+    """The peaks of a curve that are not where it was lost: there it may go round on the spot, and rise or fall beyond."""
+    if curve.lost_at is None:
+        return peaks
+    kept = [k for k, point in enumerate(peaks.points) if abs(point.point.omega / curve.lost_at - 1.0) > AT_THE_END]
+    return replace(peaks, points=tuple(peaks.points[k] for k in kept), steps=tuple(peaks.steps[k] for k in kept))
 
 
 def ended(
@@ -212,8 +223,8 @@ def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
     if type(problem) is not Problem or orders(harmonics)[0] != 0 or not _held_by_friction_alone(problem):
         return ""
     return (
-        "A body is held by friction alone: where it slips, its mean position is not determined. Hold it by mean_springs, or "
-        "leave harmonic 0 out."
+        "A body is held by friction alone: where it slips, its mean position is not determined. Hold it by mean_springs of the "
+        "problem (in Python), or leave harmonic 0 out."
     )
 
 

@@ -1,7 +1,7 @@
 """Conclusions in sentences, computed from the data.
 
 Where each peak is, against the resonances with stuck and without contacts, and which force level is damped best. A curve that is
-higher at an end than at its peak counts by that end.
+higher at an end than at its peak counts by that end; one that is incomplete is not compared, since its peak may lie beyond.
 """
 
 from __future__ import annotations
@@ -14,11 +14,13 @@ import numpy as np
 
 from stickslip.checks import counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
+from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.curve_kind import CurveKind, kinds_in
 from stickslip.results.stability import is_unstable
 from stickslip.results.view import (
     Peak,
+    converged_points,
     higher_end,
     highest_peak,
     level_text,
@@ -86,11 +88,23 @@ def _of_further_curves(dataset: xr.Dataset, output: int) -> str:
 
 
 def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
-    peaks = _peaks(dataset, output)
-    if not peaks:
+    found = _peaks(dataset, output)
+    if not found:
         return "No point converged, so nothing can be concluded."
+    peaks = {case: peak for case, peak in found.items() if not _incomplete(dataset, case)}
+    missing = len(found) - len(peaks)
+    if len(found) == 1 or not peaks:
+        return " ".join(_level_sentence(dataset, case, output) for case in found)
+    if not missing:
+        return _comparison(dataset, peaks, output, "the")
+    noticed = f"{missing} of {len(found)} curves {'is' if missing == 1 else 'are'} incomplete."
     if len(peaks) == 1:
-        return _level_sentence(dataset, next(iter(peaks)), output)
+        return f"{noticed} {_level_sentence(dataset, next(iter(peaks)), output)}"
+    return f"{noticed} {_comparison(dataset, peaks, output, 'the other')}"
+
+
+def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which: str) -> str:
+    """Which of several curves is damped best."""
     ends = {case: end for case in peaks if (end := higher_end(dataset, case, output))}
     peaks |= ends
     normalised = {case: peak.amplitude / abs(float(dataset.force_level[case])) for case, peak in peaks.items()}
@@ -102,7 +116,7 @@ def _of_sweeps(dataset: xr.Dataset, output: int) -> str:
     lowest = f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest largest {response} per force"
     reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
-        f"Of the {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
+        f"Of {which} {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
         f"{number(normalised[best] / unit.metres)} {unit.name}{per_force}{reductions}."
     )
     if not (peaks[first].local and peaks[last].local):
@@ -122,11 +136,23 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
         f"{name} peaks at" if peak.local else f"no peak inside the band; the largest computed {size or 'amplitude'} of {name} is"
     )
     what = what.replace("peaks", f"peaks in {size}") if size else what
+    if _incomplete(dataset, case) and not peak.local and not dataset.attrs.get("listed_frequencies"):
+        last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
+        largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
+        return (
+            f"{level_text(dataset, case)}: the curve broke off at {last} Hz and has no peak before; the largest computed "
+            f"{size or 'amplitude'} of {name} is {largest}."
+        )
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
         f"{' This motion is unstable.' if is_unstable(dataset, case, peak.point) else ''}{_end_sentence(dataset, case, output)}"
     )
+
+
+def _incomplete(dataset: xr.Dataset, case: int) -> bool:
+    """Whether a curve ends before its band does, or lacks points that were asked for."""
+    return int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED
 
 
 def _end_sentence(dataset: xr.Dataset, case: int, output: int) -> str:

@@ -72,7 +72,10 @@ class AerodynamicDamping:
         _check_direction("An aerodynamic damping", self.direction)
 
 
-def _check_direction(what: str, direction: Mapping[str, float]) -> None:
+def _check_direction(what: str, direction: object) -> None:
+    if not isinstance(direction, Mapping):
+        rule = "must have a direction: coefficients by degree of freedom"
+        raise fault(what, rule, direction, 'Write {"1.x": 1.0} for motion along x of node 1.')
     for dof, coefficient in direction.items():
         finite(f"{what}, coefficient of {dof}", coefficient)
     if not any(direction.values()):

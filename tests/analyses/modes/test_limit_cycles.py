@@ -119,7 +119,7 @@ def test_wrong_aerodynamic_damping_is_refused(given, words):
         ss.limit_cycles(ss.rigs.single_mass(), given)
 
 
-@pytest.mark.parametrize(("direction", "c"), [({"1.x": 1.0}, 0.0), ({"1.x": 0.0}, -1.0), ({"1.x": 1.0}, np.inf)])
+@pytest.mark.parametrize(("direction", "c"), [({"1.x": 1.0}, 0.0), ({"1.x": 0.0}, -1.0), ({"1.x": 1.0}, np.inf), ("1.x", -1.0)])
 def test_an_aerodynamic_damping_without_effect_or_size_is_refused(direction, c):
     with pytest.raises(ss.InputError, match=r"[Aa]n? (aerodynamic damping|AerodynamicDamping)"):
         ss.AerodynamicDamping(direction, c)

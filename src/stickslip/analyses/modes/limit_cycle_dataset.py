@@ -113,7 +113,7 @@ def _words(damping: DampingCurve, ratio: float, values: Sequence[dict[str, Any]]
     name = damping.balance.problem.output_names[0]
     if not values:
         if first < 0.0:
-            return f"Vibration grows at all amplitudes: contacts and damping hold at most {100.0 * max(damping.ratios):.3g} %."
+            return f"Vibration grows at all amplitudes; {-100.0 * (max(damping.ratios) + ratio):.3g} % of damping is missing."
         return "Vibration decays at all amplitudes, or stays as small as it is."
     words = ["Vibration grows from rest." if first < 0.0 else "Small vibration decays or stays as it is."]
     for value in values:
