@@ -39,14 +39,10 @@ class SpeedSweepTable(Table):
     reference_speed: Annotated[
         Positive, Field(description="speed at which [structure] and the static forces hold, rev/min; static forces go with Ω²")
     ]
-    stiffness_at_rest: (
-        Annotated[
-            Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")],
-            by_form(),
-            Field(description="K at speed 0, in the order of `dofs`, or a file .npz or .mat; constant unless given"),
-        ]
-        | None
-    ) = None
+    stiffness_at_rest: Annotated[
+        Annotated[Annotated[str, Tag("<single>")] | Annotated[list[list[Number]], Tag("<list>")], by_form()] | None,
+        Field(description="K at speed 0, in the order of `dofs`, or a file .npz or .mat; constant unless given"),
+    ] = None
 
 
 def checked(table: SpeedSweepTable) -> None:
