@@ -74,6 +74,10 @@ def test_the_reference_in_the_documentation_is_current():
     assert (DOCS / "study_reference.md").read_text() == reference(), "run `make reference`"
 
 
+def test_every_key_has_a_meaning():
+    assert [line for line in reference().splitlines() if line.startswith("| `") and line.endswith("|  |")] == []
+
+
 def test_the_studies_in_the_documentation_are_sound(tmp_path):
     """Every complete example of the study page and of the README is read."""
     np.savez(tmp_path / "mass.npz", M=np.eye(1), K=np.eye(1), C=0.02 * np.eye(1))
