@@ -1,5 +1,7 @@
 """Curves that break off: how far they got, how the rest can be had, and what `at` gives where they did not get."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from robustness.ill_posed import HELD_BY_FRICTION, structure
 from robustness.problems import random_case
 from robustness.run import HARMONICS, SAMPLES, cause_of
 from stickslip.curves import curve
+from stickslip.curves.curve import solve_curve, with_peaks
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.solve import sweep
@@ -213,3 +216,17 @@ def test_a_body_that_friction_alone_holds_ends_its_curve(level):
     data = ss.forced_response(problem, ss.radians_per_second(0.2, 2.0), level, harmonics=3).dataset
     assert "drift" in str(data.case_message.values[0])
     assert data.sizes["point"] < 1000
+
+
+def test_a_lost_curve_keeps_the_narrow_peak_that_it_passed():
+    """ζ = 1e-5: 5e-5 of the frequency beyond the peak the response is five times lower; at its top it might still rise."""
+    structure_ = ss.Structure(np.eye(1), np.eye(1), ("1.x",), C=np.array([[2e-5]]))
+    slider = ss.Contact("slider", ss.Macroslip(kt=0.5, mu=1.0, normal_load=1e6), (ss.between("1.x", "ground"),))
+    balance = HarmonicBalance(ss.Problem(structure_, (slider,), (ss.Force("1.x", 1.0),), ("1.x",)), 1, 64)
+    control, top = StepControl(largest=0.02), np.sqrt(1.5)
+    whole = solve_curve(balance, (1.0, 1.5), 1.0, exactly=False, control=control)
+    for beyond, count in ((5e-5, 1), (3e-6, 0)):
+        points = tuple(point for point in whole.points if point.point.omega < (1.0 + beyond) * top)
+        assert points[-1].point.omega > top
+        lost = replace(whole, points=points, lost_at=points[-1].point.omega)
+        assert len(with_peaks(balance, lost, lambda done: None, 1e-8).peaks[0]) == count

@@ -29,8 +29,8 @@ SWEEP = 0.3
 
 UNDAMPED = "The structure has no damping: where contacts take no energy its response is infinite at a resonance."
 
-AT_THE_END = 1e-4
-"""Relative distance in frequency from where a curve was lost, within which it has no peak."""
+AT_THE_END, PASSED = 1e-4, 0.9
+"""Relative distance in frequency from where a curve was lost, within which a peak counts only if the curve then fell so far."""
 
 LISTED = 4
 """Frequencies named in a message."""
@@ -160,7 +160,7 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     search = PeakSearch(balance, points, tolerance)
     found, largest, in_time = [], [], measure.with_kind("max_abs")
     for output in outputs:
-        found.append(_before_the_end(curve, search.peaks(output, measure)))
+        found.append(_passed(curve, balance.rows + output, search.peaks(output, measure)))
         largest.append(search.peaks(output, in_time, least=0.8))
         progress(SWEEP + (1.0 - SWEEP) * (output + 1) / len(outputs))
     unsolved = [omega for peaks in (*found, *largest) for omega in peaks.unsolved]
@@ -177,11 +177,17 @@ def with_peaks(balance: HarmonicBalance, curve: Curve, progress: Callable[[float
     return replace(curve, message=message, peaks=peaks, largest=highest, steps=steps)
 
 
-def _before_the_end(curve: Curve, peaks: Peaks) -> Peaks:
-    """The peaks of a curve that are not where it was lost: there it may go round on the spot, and rise or fall beyond."""
+def _passed(curve: Curve, row: int, peaks: Peaks) -> Peaks:
+    """The peaks of a row that a curve has passed. Where it was lost it may go round on the spot, and rise or fall beyond."""
     if curve.lost_at is None:
         return peaks
-    kept = [k for k, point in enumerate(peaks.points) if abs(point.point.omega / curve.lost_at - 1.0) > AT_THE_END]
+    last, lost_at = _size(curve.measure, row, curve.points[-1]), curve.lost_at
+
+    def is_passed(point: CurvePoint) -> bool:
+        away = abs(point.point.omega / lost_at - 1.0) > AT_THE_END
+        return away or last < PASSED * _size(curve.measure, row, point)
+
+    kept = [k for k, point in enumerate(peaks.points) if is_passed(point)]
     return replace(peaks, points=tuple(peaks.points[k] for k in kept), steps=tuple(peaks.steps[k] for k in kept))
 
 
@@ -245,4 +251,8 @@ def _held_by_friction_alone(problem: Problem) -> bool:
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
     """The point with the highest measure of a row."""
-    return max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega), default=None)
+    return max(points, key=lambda point: _size(measure, row, point), default=None)
+
+
+def _size(measure: Measure, row: int, point: CurvePoint) -> float:
+    return measure.size(point.evaluation.w[row], point.point.omega)

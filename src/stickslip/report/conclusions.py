@@ -140,7 +140,7 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
         last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
         largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         return (
-            f"{level_text(dataset, case)}: the curve broke off at {last} Hz and has no peak before; the largest computed "
+            f"{level_text(dataset, case)}: the curve broke off at {last} Hz before a peak; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
     return (
