@@ -188,6 +188,20 @@ def test_import_and_help_are_light(code):
     assert cpu_seconds < 1.0
 
 
+SWEEP = """
+import stickslip as ss
+
+ss.forced_response(ss.rigs.single_mass(), ss.hertz(0.05, 0.3), harmonics=3)
+"""
+
+
+def test_a_sweep_loads_no_part_of_scipy_that_it_does_not_use():
+    """`scipy.optimize` and `scipy.spatial` take 0.15 s; below the analyses they are loaded at their first use."""
+    probe = PROBE.format(code=SWEEP, heavy=["scipy.optimize", "scipy.spatial", "numba"])
+    result = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    assert json.loads(result.stdout.strip().splitlines()[-1])[1] == ["numba"]
+
+
 @pytest.mark.parametrize("name", stickslip.__all__)
 def test_every_public_name_exists(name):
     assert getattr(stickslip, name) is not None

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from stickslip.checks import Array, fault, not_negative
 
@@ -131,7 +131,7 @@ def _next_cut(spectrum: Spectrum, share: float) -> float:
 
     if beyond(widest) <= 0.0:
         return min(share * WIDEST, 1.0)
-    return share * float(np.exp(brentq(beyond, 1e-6, widest, xtol=1e-15)))
+    return share * float(np.exp(scipy.optimize.brentq(beyond, 1e-6, widest, xtol=1e-15)))
 
 
 @lru_cache(maxsize=256)

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from math import atan2, ceil, pi
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
 
 from stickslip.checks import Array, InputError, positive
 from stickslip.structure.rigid_body import RigidBody
@@ -120,7 +120,7 @@ def hull_of(circles: Sequence[tuple[ArrayLike, float]]) -> Array:
     """The band round circles (centre, radius) as a polygon (k, 2), counter-clockwise; some may lie inside; radius 0: a point."""
     points = [_drawn(Arc(centre, radius, 0.0, 2.0 * pi)) for centre, radius in circles]
     cloud = np.concatenate(points)
-    return np.asarray(cloud[ConvexHull(cloud).vertices])
+    return np.asarray(cloud[scipy.spatial.ConvexHull(cloud).vertices])
 
 
 def _drawn(piece: Line | Arc) -> Array:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import Delaunay
 
 from stickslip.checks import Array, Index, InputError, fault, nearest, vector
 from stickslip.contact.point import Motion, node
@@ -259,8 +259,8 @@ class _Plane:
         return cls(centre, axes, (points - centre) @ axes[:2].T, rank)
 
     @cached_property
-    def delaunay(self) -> Delaunay:
-        return Delaunay(self.flat)
+    def delaunay(self) -> scipy.spatial.Delaunay:
+        return scipy.spatial.Delaunay(self.flat)
 
     @cached_property
     def solid(self) -> Index:
@@ -381,7 +381,7 @@ def _twice_area(corners: Array) -> Array:
     return np.asarray(x1 * y2 - y1 * x2)
 
 
-def _counter_clockwise(triangles: Delaunay) -> Array:
+def _counter_clockwise(triangles: scipy.spatial.Delaunay) -> Array:
     """The corners of the convex hull in order."""
     corners = np.unique(triangles.convex_hull)
     centre = triangles.points[corners].mean(axis=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.harmonic.linear_response import linear_amplitudes
@@ -48,7 +48,7 @@ def linear_peak(balance: HarmonicBalance, output: int, stuck: bool, measure: Mea
     near = NEAR
     while True:
         ends = ((1.0 - near) * best, (1.0 + near) * best)
-        found = minimize_scalar(lambda f: -size(f), bounds=ends, method="bounded", options={"xatol": 1e-7 * best})
+        found = scipy.optimize.minimize_scalar(lambda f: -size(f), bounds=ends, method="bounded", options={"xatol": 1e-7 * best})
         if abs(float(found.x) / best - 1.0) < 0.99 * near or near > WIDEST:
             return LinearPeak(float(found.x), float(-found.fun))
         near *= 2.0

@@ -13,8 +13,8 @@ from math import cos, pi, radians, sin, tan
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from stickslip.checks import Array, InputError, between, fault, finite, not_negative, positive
 from stickslip.structure.cyclic import MOST_SECTORS
@@ -229,7 +229,7 @@ class BliskSector:
 
 def among(points: Array, chosen: Array) -> NDArray[np.bool_]:
     """Which of the points (n, 3) are one of those chosen, (n,)."""
-    return np.asarray(cKDTree(chosen).query(points)[0] < 1e-9)
+    return np.asarray(scipy.spatial.cKDTree(chosen).query(points)[0] < 1e-9)
 
 
 def reduced_sector(sector: BliskSector, modes: int) -> CyclicReduction:

@@ -10,7 +10,7 @@ from math import asin, cos, hypot, pi, sin, sqrt
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from stickslip.checks import between, fault, finite, not_negative, positive
 from stickslip.contact.macroslip import Macroslip
@@ -140,12 +140,14 @@ def ring_energy(
     if a <= 1.0:
         return 0.0
     if wave == "standing":
-        beta = 0.5 * pi if a >= 0.5 * pi else float(brentq(lambda angle: angle - a * sin(angle), 1e-9, 0.5 * pi, xtol=1e-15))
+        beta = 0.5 * pi
+        if a < 0.5 * pi:
+            beta = float(scipy.optimize.brentq(lambda angle: angle - a * sin(angle), 1e-9, 0.5 * pi, xtol=1e-15))
         return 16.0 * unit * (sin(beta) - beta * cos(beta) - beta**3 / (3.0 * a))
     if a >= FULL_SLIP:
         return 8.0 * pi * unit * sqrt(1.0 - (0.5 * pi / a) ** 2)
     first = asin(1.0 / a)
     top = cos(first)
-    last = float(brentq(lambda angle: top - (angle - first) / a - cos(angle), pi - first, pi + first, xtol=1e-15))
+    last = float(scipy.optimize.brentq(lambda angle: top - (angle - first) / a - cos(angle), pi - first, pi + first, xtol=1e-15))
     width = last - first
     return 4.0 * pi * unit * (top * width - width**2 / (2.0 * a) - (sin(last) - sin(first)))

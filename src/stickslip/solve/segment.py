@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, Factors, HarmonicBalance, PathCondition
@@ -66,7 +66,7 @@ class Segment:
         turns = [0.0, *self.folds(), 1.0]
         beyond = [self.omega(turn) - omega for turn in turns]
         pieces = [pair for pair, (a, b) in zip(pairwise(turns), pairwise(beyond), strict=True) if (a < 0.0) != (b < 0.0)]
-        return [float(brentq(lambda s: self.omega(s) - omega, *pair)) for pair in pieces]
+        return [float(scipy.optimize.brentq(lambda s: self.omega(s) - omega, *pair)) for pair in pieces]
 
     def forces(self, fraction: float) -> Array:
         """λ at a fraction."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
@@ -193,5 +193,5 @@ def _climb(place: StartObjective, sign: float, start: Array, effort: Effort) -> 
 
     options = {"maxiter": effort.iterations, "ftol": effort.tolerance, "gtol": effort.tolerance}
     bounds = [(-1.0, 1.0)] * start.size
-    minimize(minimised, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)  # type: ignore[call-overload]
+    scipy.optimize.minimize(minimised, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)  # type: ignore[call-overload]
     return best

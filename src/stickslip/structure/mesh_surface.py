@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.spatial import cKDTree
 
 from stickslip.checks import Array, counted
 from stickslip.structure.solid import Indices, Solid
@@ -79,7 +79,7 @@ def boundary(mesh: Any, body: Solid, inside: Sequence[Indices] = ()) -> tuple[Ar
     inside: sets of nodes of the body, (k,); faces of which all corners belong to one of them are no part of the surface.
     """
     faces = outer_faces({"hexahedron": mesh.t.T[:, HEXAHEDRON_OF_SKFEM]})
-    nodes = np.asarray(cKDTree(body.points).query(mesh.p.T)[1], dtype=np.int64)
+    nodes = np.asarray(scipy.spatial.cKDTree(body.points).query(mesh.p.T)[1], dtype=np.int64)
     for chosen in inside:
         faces = faces[~np.isin(nodes[faces], chosen).all(axis=1)]
     used = np.unique(faces)
