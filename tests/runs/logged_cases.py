@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from dataclasses import dataclass
+from multiprocessing import active_children
 from pathlib import Path
 from threading import Timer
 
@@ -55,6 +56,17 @@ class SlowToPrepare(LoggedCases):
     def prepare(self):
         self._write("began", 0)
         time.sleep(60.0)
+
+
+@dataclass(frozen=True)
+class Unprepared(LoggedCases):
+    """Writes down the processes that run when it is prepared, and is then refused."""
+
+    def prepare(self):
+        for number, process in enumerate(active_children()):
+            with Path(self.log).open("a") as file:
+                file.write(f"beside {number} {process.pid}\n")
+        raise Faults(["no compiler", "no cache"])
 
 
 @dataclass(frozen=True)

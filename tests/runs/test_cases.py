@@ -4,7 +4,7 @@ from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from runs.logged_cases import Broken, KilledWhileItAnswers
+from runs.logged_cases import Broken, KilledWhileItAnswers, Unprepared
 
 import stickslip as ss
 from stickslip.checks import Faults
@@ -67,6 +67,16 @@ def test_an_error_in_a_process_comes_here_and_says_where(tmp_path):
         all_cases(Broken(str(tmp_path / "log"), 4, 0.0), workers=2)
     assert caught.value.faults == ("a", "b")
     assert "logged_cases.py" in caught.value.__notes__[0]
+
+
+def test_processes_start_while_this_one_prepares_and_end_with_it(tmp_path):
+    """Their imports take a second, as preparing does; an error there leaves none behind."""
+    work = Unprepared(str(tmp_path / "log"), 4, 0.0)
+    with pytest.raises(Faults, match="no compiler"):
+        all_cases(work, workers=2)
+    assert len(work.lines("beside")) >= 2
+    assert not {process.pid for process in active_children()} & {process for _, process in work.lines("beside")}
+    assert not work.lines("began")
 
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True])

@@ -72,7 +72,6 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
 
     The case of a process that is killed goes to another one.
     """
-    work.prepare()
     left, kept = deque(cases), 0
     fractions = get_context("spawn").RawArray("d", len(work.names))
     with _processes(work, fractions, workers) as free:
@@ -105,8 +104,9 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
 def _processes(work: Work, fractions: Any, count: int) -> Iterator[list[connection.Connection]]:
     """Fresh processes that solve the cases sent to them, as the pipes to them.
 
-    They end when the block does or this process, whatever ends it, since each then finds its pipe closed. The work follows when
-    all have begun: a process takes large data only after its own start, for which the next one would have to wait.
+    They end when the block does or this process, whatever ends it, since each then finds its pipe closed. Each first receives the
+    class of the work, whose modules it imports while this process compiles. The work follows when all have begun: a process takes
+    large data only after its own start, for which the next one would have to wait.
     """
     context = get_context("spawn")
     data = reduction.ForkingPickler.dumps(work)
@@ -120,6 +120,9 @@ def _processes(work: Work, fractions: Any, count: int) -> Iterator[list[connecti
                 process.start()
                 there.close()
                 pipes.append(here)
+                with suppress(OSError):
+                    here.send(type(work))
+        work.prepare()
         for pipe in pipes:
             with suppress(OSError):
                 pipe.send_bytes(data)
@@ -157,9 +160,10 @@ def _interrupts_for_this_process_only() -> Iterator[None]:
 
 
 def _serve(fractions: Any, pipe: connection.Connection) -> None:
-    """A process: solves the cases of the work that come through the pipe after it, until it closes."""
+    """A process: solves the cases that come through the pipe after the class of the work and the work, until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
+        pipe.recv()
         work = pipe.recv()
     except (EOFError, OSError):
         return
