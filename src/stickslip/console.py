@@ -26,8 +26,8 @@ Report = Callable[[float, str], None]
 RETRY_SECONDS = 0.05
 """After which a Ctrl-C that could not be passed on comes again."""
 
-WRONG_INPUT, FAILED, INTERRUPTED, INCOMPLETE = 2, 1, 130, 3
-"""Exit codes: wrong use or input; internal error; Ctrl-C; computed, but a curve is incomplete."""
+WRONG_INPUT, FAILED, INTERRUPTED, TERMINATED, INCOMPLETE = 2, 1, 130, 143, 3
+"""Exit codes: wrong use or input; internal error; Ctrl-C; SIGTERM; computed, but a curve is incomplete."""
 
 
 def say(message: str) -> None:
@@ -151,6 +151,25 @@ def _deferred_interrupts() -> Iterator[None]:
     finally:
         sys.unraisablehook = report_dropped
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def termination_as_interrupt() -> Iterator[threading.Event]:
+    """SIGTERM, which batch systems, containers and `timeout` send, acts as Ctrl-C while the block runs; whether it came."""
+    received = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield received
+        return
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        received.set()
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGTERM, handle)
+    try:
+        yield received
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def report_fault(error: BaseException) -> int:

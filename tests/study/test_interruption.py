@@ -211,16 +211,22 @@ def test_a_full_disk(folder, reference, limit):
     assert_equal_bit_by_bit(open_results(folder / "out" / "results.nc"), reference[0])
 
 
-def test_ctrl_c_ends_all_processes_and_keeps_what_is_finished(long):
+@pytest.mark.parametrize(
+    ("send", "number", "code"),
+    [(os.killpg, signal.SIGINT, console.INTERRUPTED), (os.kill, signal.SIGTERM, console.TERMINATED)],
+    ids=["Ctrl-C", "SIGTERM"],
+)
+def test_ctrl_c_and_sigterm_end_all_processes_and_keep_what_is_finished(long, send, number, code):
+    """A terminal interrupts all processes; a batch system terminates the one that it started."""
     process = subprocess.Popen(
         arguments(long, "--workers", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     ends = time.monotonic() + 120.0
     while len(kept(long)) < 3 and time.monotonic() < ends:
         time.sleep(0.005)
-    os.killpg(process.pid, signal.SIGINT)
+    send(process.pid, number)
     _, errors = process.communicate(timeout=120)
-    assert process.returncode == console.INTERRUPTED, errors
+    assert process.returncode == code, errors
     assert "Traceback" not in errors
     assert "with --resume to continue" in errors
     nothing_left_running(process.pid)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import stickslip
-from stickslip.console import report_fault, say
+from stickslip.console import INTERRUPTED, TERMINATED, report_fault, say, termination_as_interrupt
 
 if TYPE_CHECKING:
     pass
@@ -36,12 +36,14 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def with_messages(ctx: typer.Context, **arguments: Any) -> None:
-        try:
-            command(ctx, **arguments)
-        except (Exception, KeyboardInterrupt) as error:
-            if isinstance(error, typer.Exit) or ctx.obj:
-                raise
-            raise typer.Exit(report_fault(error)) from None
+        with termination_as_interrupt() as terminated:
+            try:
+                command(ctx, **arguments)
+            except (Exception, KeyboardInterrupt) as error:
+                if isinstance(error, typer.Exit) or ctx.obj:
+                    raise
+                code = report_fault(error)
+                raise typer.Exit(TERMINATED if code == INTERRUPTED and terminated.is_set() else code) from None
 
     return with_messages
 

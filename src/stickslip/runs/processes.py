@@ -10,6 +10,7 @@ import queue
 import signal
 import threading
 import traceback
+import warnings
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""
+
+_KILLED = "A process was killed while it computed {words}, which another one computes now. If memory ran out, take fewer workers."
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,7 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
                 try:
                     answer = pipe.recv()
                 except (EOFError, OSError):
+                    warnings.warn(_KILLED.format(words=work.words[case]), RuntimeWarning, stacklevel=2)
                     left.appendleft(case)
                     continue
                 if isinstance(answer, Exception):
