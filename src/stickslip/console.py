@@ -155,7 +155,10 @@ def _deferred_interrupts() -> Iterator[None]:
 
 @contextmanager
 def termination_as_interrupt() -> Iterator[threading.Event]:
-    """SIGTERM, which batch systems, containers and `timeout` send, acts as Ctrl-C while the block runs; whether it came."""
+    """SIGTERM, which batch systems, containers and `timeout` send, acts as Ctrl-C while the block runs; whether it came.
+
+    It does so too where SIGINT is ignored, as in the background of a shell script.
+    """
     received = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield received
@@ -163,7 +166,11 @@ def termination_as_interrupt() -> Iterator[threading.Event]:
 
     def handle(number: int, frame: FrameType | None) -> None:
         received.set()
-        signal.raise_signal(signal.SIGINT)
+        as_ctrl_c = signal.getsignal(signal.SIGINT)
+        if callable(as_ctrl_c):
+            as_ctrl_c(signal.SIGINT, frame)
+        else:
+            raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, handle)
     try:

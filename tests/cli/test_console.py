@@ -4,10 +4,11 @@ import os
 import signal
 import sys
 import time
+from contextlib import nullcontext
 
 import pytest
 
-from stickslip.console import progress_bar
+from stickslip.console import progress_bar, termination_as_interrupt
 
 
 class InterruptedWhenDeleted:
@@ -32,6 +33,25 @@ def test_an_interrupt_that_python_drops_comes_again(capfd):
         work_interrupted()
     assert (sys.unraisablehook, signal.getsignal(signal.SIGINT)) == (hook, handler)
     assert capfd.readouterr().err == ""
+
+
+def work_terminated(bar):
+    with bar, termination_as_interrupt():
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(10.0)
+
+
+@pytest.mark.parametrize("bar", [progress_bar, nullcontext])
+@pytest.mark.parametrize("sigint", [signal.default_int_handler, signal.SIG_IGN, signal.SIG_DFL])
+def test_sigterm_interrupts_whatever_sigint_does(sigint, bar):
+    """A shell script starts programs in the background with SIGINT ignored."""
+    before = signal.getsignal(signal.SIGTERM), signal.signal(signal.SIGINT, sigint)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            work_terminated(bar("work"))
+        assert signal.getsignal(signal.SIGTERM) == before[0]
+    finally:
+        signal.signal(signal.SIGINT, before[1])
 
 
 def test_other_dropped_exceptions_are_reported(monkeypatch):
