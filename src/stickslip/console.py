@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -151,6 +152,18 @@ def _deferred_interrupts() -> Iterator[None]:
     finally:
         sys.unraisablehook = report_dropped
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Warnings while the block runs as one sentence on the error stream, without their place in the program."""
+
+    def show(message: Warning | str, *place: Any, **more: Any) -> None:
+        warn(f"Warning: {message}")
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
 
 
 @contextmanager

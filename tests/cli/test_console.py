@@ -4,11 +4,12 @@ import os
 import signal
 import sys
 import time
+import warnings
 from contextlib import nullcontext
 
 import pytest
 
-from stickslip.console import progress_bar, termination_as_interrupt
+from stickslip.console import plain_warnings, progress_bar, termination_as_interrupt
 
 
 class InterruptedWhenDeleted:
@@ -33,6 +34,13 @@ def test_an_interrupt_that_python_drops_comes_again(capfd):
         work_interrupted()
     assert (sys.unraisablehook, signal.getsignal(signal.SIGINT)) == (hook, handler)
     assert capfd.readouterr().err == ""
+
+
+def test_a_warning_is_a_sentence_without_its_place_in_the_program(capfd):
+    with plain_warnings():
+        warnings.simplefilter("default")
+        warnings.warn("The units seem mixed.", RuntimeWarning, stacklevel=1)
+    assert capfd.readouterr().err == "Warning: The units seem mixed.\n"
 
 
 def work_terminated(bar):

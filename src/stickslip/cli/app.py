@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import stickslip
-from stickslip.console import INTERRUPTED, TERMINATED, report_fault, say, termination_as_interrupt
+from stickslip.console import INTERRUPTED, TERMINATED, plain_warnings, report_fault, say, termination_as_interrupt
 
 if TYPE_CHECKING:
     pass
@@ -36,7 +36,7 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def with_messages(ctx: typer.Context, **arguments: Any) -> None:
-        with termination_as_interrupt() as terminated:
+        with plain_warnings(), termination_as_interrupt() as terminated:
             try:
                 command(ctx, **arguments)
             except (Exception, KeyboardInterrupt) as error:
