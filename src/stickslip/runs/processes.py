@@ -1,11 +1,14 @@
-"""Execution of independent cases in parallel processes of this machine.
+"""Execution of independent cases in parallel, by this process and others of this machine.
 
-Each process has a pipe of its own. Python's `ProcessPoolExecutor` shares one among all: a process killed while it writes a result
+This process solves cases too, in a thread: it has its modules and kernels already, so that work begins while the others start.
+
+Each place has a pipe of its own. Python's `ProcessPoolExecutor` shares one among all: a process killed while it writes a result
 leaves half a message there, and the pool waits for the other half for ever.
 """
 
 from __future__ import annotations
 
+import ctypes
 import queue
 import signal
 import threading
@@ -30,12 +33,16 @@ if TYPE_CHECKING:
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""
 
-_KILLED = "A process was killed while it computed {words}, which another one computes now. If memory ran out, take fewer workers."
+_KILLED = "A process was killed while it computed {words}, which is computed again. If memory ran out, take fewer workers."
+_NOT_STARTED = (
+    "A process ended while it started; the cases are computed without it. "
+    "In a script put the work under `if __name__ == '__main__':`. If memory ran out, take fewer workers."
+)
 
 
 @dataclass(frozen=True)
 class Processes:
-    """Cases in parallel processes of this machine; with one worker, runs in-process."""
+    """Cases in parallel, by this process and `workers - 1` others of this machine."""
 
     workers: int = 1
 
@@ -45,8 +52,10 @@ class Processes:
 
     def compute(self, work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
         workers = min(self.workers, len(cases))
-        left = _side_by_side(work, cases, workers, keep, progress) if workers > 1 else cases
-        _here(work, left, keep, _share_of(progress, len(cases) - len(left), len(cases)))
+        if workers > 1:
+            _side_by_side(work, cases, workers, keep, progress)
+        else:
+            _here(work, cases, keep, progress)
 
 
 def _here(work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> None:
@@ -62,24 +71,21 @@ def _here(work: Work, cases: Sequence[int], keep: Keep, progress: Progress) -> N
         keep(case, arrays)
 
 
-def _share_of(progress: Progress, done: int, total: int) -> Progress:
-    return lambda fraction, text: progress((done + (total - done) * fraction) / total, text)
-
-
 def _fraction(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 
-def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress) -> Sequence[int]:
-    """Solve the cases by several processes; those that are left when all processes were killed.
+def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, progress: Progress) -> None:
+    """Solve the cases in several places at once. The case of a process that is killed goes to another place.
 
-    The case of a process that is killed goes to another one.
+    A process takes a case when it has begun, so that cases that are done by then never wait for it.
     """
     left, kept = deque(cases), 0
     fractions = get_context("spawn").RawArray("d", len(work.names))
-    with _processes(work, fractions, workers) as free:
-        busy: dict[connection.Connection, int] = {}
-        while busy or (left and free):
+    with _processes(work, workers - 1, fractions) as started, _thread(work, fractions) as here:
+        busy: dict[connection.Connection, int | None] = dict.fromkeys(started)
+        free = [here]
+        while kept < len(cases):
             while left and free:
                 pipe, case = free.pop(), left.popleft()
                 busy[pipe] = case
@@ -87,26 +93,55 @@ def _side_by_side(work: Work, cases: Sequence[int], workers: int, keep: Keep, pr
                     pipe.send(case)
             ready = connection.wait(list(busy), POLL)
             for pipe in [pipe for pipe in busy if pipe in ready]:
-                case = busy.pop(pipe)
+                done = busy.pop(pipe)
                 try:
                     answer = pipe.recv()
                 except (EOFError, OSError):
-                    warnings.warn(_KILLED.format(words=work.words[case]), RuntimeWarning, stacklevel=2)
-                    left.appendleft(case)
+                    what = _NOT_STARTED if done is None else _KILLED.format(words=work.words[done])
+                    warnings.warn(what, RuntimeWarning, stacklevel=2)
+                    left.extendleft([] if done is None else [done])
                     continue
                 if isinstance(answer, Exception):
                     raise answer
-                keep(case, answer)
-                kept += 1
                 free.append(pipe)
-            done = sum(fractions[case] for case in cases) / len(cases)
-            progress(max(done, kept / len(cases)), f"{kept} of {len(cases)} done, {len(busy) + len(free)} at once")
-    return list(left)
+                if done is not None:
+                    keep(done, answer)
+                    kept += 1
+            share = sum(fractions[case] for case in cases) / len(cases)
+            at_once = len(free) + sum(case is not None for case in busy.values())
+            progress(max(share, kept / len(cases)), f"{kept} of {len(cases)} done, {at_once} at once")
 
 
 @contextmanager
-def _processes(work: Work, fractions: Any, count: int) -> Iterator[list[connection.Connection]]:
-    """Fresh processes that solve the cases sent to them, as the pipes to them.
+def _thread(work: Work, fractions: Any) -> Iterator[connection.Connection]:
+    """A thread of this process that solves the cases sent to it, as the pipe to it.
+
+    An error in the block ends it in the middle of a case: between two instructions of Python, where Ctrl-C acts as well.
+    """
+    here, there = get_context("spawn").Pipe()
+
+    def serve() -> None:
+        with suppress(EOFError, OSError, SystemExit):
+            while True:
+                there.send(_answer(work, there.recv(), fractions))
+
+    thread = threading.Thread(target=serve, name="stickslip cases")
+    with threadpool_limits(1, user_api="blas"):
+        thread.start()
+        try:
+            yield here
+        except BaseException:
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
+            raise
+        finally:
+            here.close()
+            thread.join()
+            there.close()
+
+
+@contextmanager
+def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connection.Connection]]:
+    """Fresh processes that solve the cases sent to them, as the pipes to them. Each sends None when it has begun.
 
     They end when the block does or this process, whatever ends it, since each then finds its pipe closed. Each first receives the
     class of the work, whose modules it imports while this process compiles. The work follows when all have begun: a process takes
@@ -136,6 +171,7 @@ def _processes(work: Work, fractions: Any, count: int) -> Iterator[list[connecti
 def _ended(process: SpawnProcess, pipe: connection.Connection) -> None:
     pipe.close()
     if process.pid is not None:
+        process.terminate()  # it may still be importing
         process.join()
 
 
@@ -174,6 +210,7 @@ def _serve(fractions: Any, pipe: connection.Connection) -> None:
     cases: queue.Queue[int] = queue.Queue()
     threading.Thread(target=_receive, args=(pipe, cases), daemon=True).start()
     with threadpool_limits(1, user_api="blas"), suppress(OSError):
+        pipe.send(None)
         while True:
             pipe.send(_answer(work, cases.get(), fractions))
 
@@ -195,7 +232,7 @@ def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception:
     try:
         arrays = work.solve(case, report)
     except Exception as error:
-        error.add_note("In a process of its own:\n" + "".join(traceback.format_exception(error)))
+        error.add_note("Where it was computed:\n" + "".join(traceback.format_exception(error)))
         return error
     report(1.0)
     return arrays
