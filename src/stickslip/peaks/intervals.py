@@ -36,11 +36,6 @@ class SegmentPoint:
     omega_slope: float
     point: CurvePoint
 
-    @property
-    def where(self) -> tuple[int, float]:
-        """Segment and fraction: places in the order of the curve."""
-        return self.segment, self.fraction
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sample:

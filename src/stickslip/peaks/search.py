@@ -8,9 +8,10 @@ the best point by more than the tolerance. What one search has solved serves the
 
 from __future__ import annotations
 
-from bisect import insort
+from bisect import bisect_left, bisect_right, insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -60,6 +61,8 @@ class Peaks:
     unsolved: tuple[float, ...]
 
 
+_fraction = attrgetter("fraction")
+
 Dips = Callable[[SegmentPoint, SegmentPoint, float], bool]
 """Whether a curve dips between two places, by `PROMINENCE` of a height."""
 
@@ -103,6 +106,7 @@ class PeakSearch:
         self.failed: set[tuple[int, float]] = set()
         self.solves = 0
         self.planes: dict[int, tuple[PathCondition, float]] = {}
+        self.samples: dict[tuple[int, Measure], dict[SegmentPoint, Sample]] = {}
 
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
@@ -139,11 +143,13 @@ class PeakSearch:
         """The test whether the curve dips between two of its places; where none known shows it, troughs between are solved."""
 
         def lowest(first: SegmentPoint, last: SegmentPoint) -> float:
-            between = [sizes[k] for k in range(first.segment + 1, last.segment + 1)]
+            least = float(sizes[first.segment + 1 : last.segment + 1].min(initial=np.inf))
             for k in range(first.segment, last.segment + 1):
-                known = [place for place in self.solved.get(k, []) if first.where <= place.where <= last.where]
-                between += [sampled(place, row, measure).amplitude for place in known]
-            return min(between, default=np.inf)
+                known = self.solved.get(k, [])
+                begin = bisect_left(known, first.fraction, key=_fraction) if k == first.segment else 0
+                end = bisect_right(known, last.fraction, key=_fraction) if k == last.segment else len(known)
+                least = min([least, *(sample.amplitude for sample in self._samples(known[begin:end], row, measure))])
+            return least
 
         def dips(first: SegmentPoint, last: SegmentPoint, height: float) -> bool:
             enough = (1.0 - PROMINENCE) * height
@@ -199,7 +205,13 @@ class PeakSearch:
 
     def _intervals(self, k: int, row: int, measure: Measure) -> list[Interval]:
         """The intervals between the solved places of segment k."""
-        return intervals_between([sampled(place, row, measure) for place in self._places(k)])
+        return intervals_between(self._samples(self._places(k), row, measure))
+
+    def _samples(self, places: Sequence[SegmentPoint], row: int, measure: Measure) -> list[Sample]:
+        """The size of an output at places, found once: a top is compared with all that lies between it and the highest."""
+        known = self.samples.setdefault((row, measure), {})
+        known.update((place, sampled(place, row, measure)) for place in places if place not in known)
+        return [known[place] for place in places]
 
     def _places(self, k: int) -> list[SegmentPoint]:
         """What is solved of segment k, in order; its two ends at least."""
@@ -252,7 +264,7 @@ class PeakSearch:
         tangent, metric = Tangent(*direction), self.curve[low.segment].metric
         point = CurvePoint(correction.evaluation, tangent, metric, correction.iterations, factors.size, 0.0)
         found = self._place(low.segment, fraction, point, condition, span)
-        insort(self.solved[low.segment], found, key=lambda place: place.fraction)
+        insort(self.solved[low.segment], found, key=_fraction)
         return found
 
 
