@@ -91,6 +91,8 @@ def test_clamped_body_names_nodes_by_place():
         body.named({"root": (0.0, 0.0, 0.0)})
     with pytest.raises(InputError, match="must hold nodes of the mesh"):
         body.clamp(lambda points: points[:, 1] > 1.0)
+    with pytest.raises(InputError, match=r"must have the shape \(\d+,\), one for each node, but is \(3,\)"):
+        body.clamp(lambda points: points[2] < 0.0)
 
 
 @pytest.mark.parametrize("far", [0.012, 0.03])

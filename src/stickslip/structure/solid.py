@@ -67,6 +67,9 @@ class Solid:
     def clamp(self, where: Callable[[Array], NDArray[np.bool_]]) -> Solid:
         """A copy that is fixed at all nodes for which `where(points)` holds; points is (nodes, 3)."""
         fixed = np.asarray(where(self.points), dtype=bool)
+        if fixed.shape != (len(self.points),):
+            what = "The value of `where`"
+            raise fault(what, f"must have the shape ({len(self.points)},), one for each node", fixed.shape, "x is points[:, 0].")
         if not fixed.any():
             raise fault("The clamped face", "must hold nodes of the mesh", "none", "Check the coordinates and their unit (m).")
         free = np.setdiff1d(np.arange(self.size), self.numbers[fixed])
