@@ -246,7 +246,7 @@ def _held_by_friction_alone(problem: Problem) -> bool:
     held = problem.structure.K + problem.mean_stiffness
     held = held + (np.trace(held) or 1.0) * (normal.T @ normal) if normal.size else held
     eigenvalues = np.linalg.eigvalsh(held)
-    return bool(eigenvalues.min() < FREE * eigenvalues.max())
+    return bool(eigenvalues.min() <= FREE * eigenvalues.max())
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:
