@@ -4,6 +4,9 @@ MKL PARDISO and METIS are tested where they are installed.
 """
 
 import logging
+import os
+import subprocess
+import sys
 from importlib import util
 
 import numpy as np
@@ -132,6 +135,30 @@ def test_the_environment_is_not_searched_for_the_library(monkeypatch):
     monkeypatch.setattr("glob.glob", lambda *arguments, **options: pytest.fail("a search"))
     assert pardiso.usable()
     assert pardiso.Pardiso(sparse.csc_array(np.eye(2))).negative == 0
+
+
+TWICE = """
+import hashlib
+import numpy as np
+from stickslip.structure.craig_bampton import craig_bampton
+from stickslip.structure.solid import box_mesh, solid
+body = solid(box_mesh(*(np.linspace(0.0, size, 1 + cells) for size, cells in ((0.02, 4), (0.05, 6), (0.15, 16)))))
+body = body.clamp(lambda points: points[:, 2] < 1e-9)
+found = craig_bampton(body.M, body.K, body.named({"tip": (0.02, 0.0, 0.15), "end": (0.0, 0.05, 0.15)}), 20)
+print(hashlib.md5(found.transformation.tobytes()).hexdigest())
+"""
+
+
+@needs_mkl
+def test_two_runs_with_several_threads_give_the_same_bits():
+    """Sums of threads that come in any order differed in the last digits."""
+    environment = os.environ | {"MKL_NUM_THREADS": "2", "OMP_NUM_THREADS": "2"}
+    environment.pop(pardiso.REPRODUCIBILITY, None)
+    runs = [
+        subprocess.run([sys.executable, "-c", TWICE], check=True, capture_output=True, text=True, env=environment)
+        for _ in range(3)
+    ]
+    assert len({run.stdout for run in runs}) == 1
 
 
 @needs_mkl

@@ -24,6 +24,8 @@ from stickslip.structure.sparse import Report, Sparse
 PACKAGE = "pypardiso"
 PATH_OF_MKL = "PYPARDISO_MKL_RT"
 """The environment variable that gives the package the path of MKL."""
+REPRODUCIBILITY = "MKL_CBWR"
+"""MKL's variable for conditional numerical reproducibility; without it two runs of one study differ in their last digits."""
 SYMMETRIC_INDEFINITE = -2
 SMALLEST_PIVOT = 13
 """Pivots below 1e-13 of the norm of the matrix are raised to it and counted."""
@@ -40,7 +42,7 @@ def usable() -> bool:
     """Whether the package is there and finds its library; a warning where only the package is."""
     if util.find_spec(PACKAGE) is None:
         return False
-    _set_path_of_mkl()
+    _set_environment_of_mkl()
     try:
         _ = import_module(f"{PACKAGE}.pardiso_wrapper").PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE)._call_pardiso
     except Exception as error:  # whatever a broken installation raises
@@ -53,8 +55,11 @@ def usable() -> bool:
     return True
 
 
-def _set_path_of_mkl() -> None:
-    """Set the path of the library in the wheel of MKL; else the package searches the environment for every matrix."""
+def _set_environment_of_mkl() -> None:
+    """Let threads add up in the same order in each run, and name the path of the library in the wheel of MKL, without which the
+    package searches the environment for every matrix; unless the user has set these.
+    """
+    os.environ.setdefault(REPRODUCIBILITY, "AUTO")
     with suppress(metadata.PackageNotFoundError):
         for file in metadata.files("mkl") or ():
             path = Path(file.locate()).resolve()
