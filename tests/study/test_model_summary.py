@@ -1,4 +1,4 @@
-"""What a check says of the model: implausible amplitudes."""
+"""What a check says of the model: implausible amplitudes, and bodies that friction alone holds."""
 
 import pytest
 
@@ -26,3 +26,11 @@ def test_no_template_warns(tmp_path):
         write_new(kind, tmp_path / f"{kind}.toml")
         study = job((tmp_path / f"{kind}.toml").read_text(), tmp_path, "study")
         assert not any("Warning" in sentence for sentence in model_summary(study.sweep))
+
+
+@pytest.mark.parametrize(("kind", "held"), [("forced_response", True), ("lumped", False), ("blisk", False)])
+def test_a_body_that_friction_alone_holds_is_named(tmp_path, kind, held):
+    """The dampers of the single blade move along their axes against friction only."""
+    write_new(kind, tmp_path / "study.toml")
+    study = job((tmp_path / "study.toml").read_text(), tmp_path, "study")
+    assert any("held by friction alone" in sentence for sentence in model_summary(study.sweep)) == held

@@ -32,6 +32,8 @@ UNDAMPED = "The structure has no damping: where contacts take no energy its resp
 AT_THE_END, PASSED = 1e-4, 0.9
 """Relative distance in frequency from where a curve was lost, within which a peak counts only if the curve then fell so far."""
 
+HELD_BY_FRICTION = "A body is held by friction alone: where it slips, its mean position is not determined."
+
 LISTED = 4
 """Frequencies named in a message."""
 
@@ -224,14 +226,10 @@ def _causes(balance: HarmonicBalance) -> list[str]:
 
 
 def held_by_friction(problem: Problem, harmonics: Harmonics) -> str:
-    """That friction alone holds a body, whose mean position is not determined where it slips; empty where that is not so, and
-    where the mean is not balanced."""
-    if type(problem) is not Problem or orders(harmonics)[0] != 0 or not _held_by_friction_alone(problem):
+    """That friction alone holds a body, and what to do; empty where that is not so, and where the mean is not balanced."""
+    if orders(harmonics)[0] != 0 or not held_by_friction_alone(problem):
         return ""
-    return (
-        "A body is held by friction alone: where it slips, its mean position is not determined. Hold it by mean_springs of the "
-        "problem (in Python), or leave harmonic 0 out."
-    )
+    return f"{HELD_BY_FRICTION} Hold it by mean_springs of the problem (in Python), or leave harmonic 0 out."
 
 
 def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
@@ -240,8 +238,10 @@ def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
     return f"{', '.join(listed[:LISTED])}{', ...' if len(listed) > LISTED else ''} Hz"
 
 
-def _held_by_friction_alone(problem: Problem) -> bool:
-    """Whether structure, mean springs and normal directions of contacts leave a motion free."""
+def held_by_friction_alone(problem: Problem) -> bool:
+    """Whether structure, mean springs and normal directions of contacts leave a motion free; not asked of disks."""
+    if type(problem) is not Problem:
+        return False
     normal = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
     held = problem.structure.K + problem.mean_stiffness
     held = held + (np.trace(held) or 1.0) * (normal.T @ normal) if normal.size else held

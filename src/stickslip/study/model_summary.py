@@ -1,10 +1,11 @@
-"""What a check says of the model of a study: natural frequencies and the loads of its contacts at rest."""
+"""What a check says of the model of a study: natural frequencies, what holds it, and the loads of its contacts at rest."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from stickslip.checks import Array, counted, first_of
+from stickslip.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.study.analysis import Sweep
@@ -26,8 +27,8 @@ LARGE_WITHOUT_SIZE = 1e3
 
 
 def model_summary(sweep: Sweep) -> list[str]:
-    """Natural frequencies without contacts and with all stuck, which of them the band holds, normal loads at rest, and a warning
-    of implausible amplitudes.
+    """Natural frequencies without contacts and with all stuck, which of them the band holds, whether friction alone holds a body,
+    normal loads at rest, and a warning of implausible amplitudes.
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     lines = [
@@ -38,6 +39,8 @@ def model_summary(sweep: Sweep) -> list[str]:
     inside = [f for stuck in (False, True) for f in sweep.problem.systems.met(stuck) if low <= f <= high]
     if not inside:
         lines.append(f"None of them lies between {low:.6g} and {high:.6g} Hz, where the response is computed.")
+    if held_by_friction_alone(sweep.problem):
+        lines.append(HELD_BY_FRICTION)
     return lines + _loads(sweep.problem) + _amplitudes(sweep, low, high)
 
 
