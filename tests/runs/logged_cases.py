@@ -70,6 +70,19 @@ class Unprepared(LoggedCases):
 
 
 @dataclass(frozen=True)
+class SlowToArrive(LoggedCases):
+    """Takes a minute to come to another process."""
+
+    def __reduce__(self):
+        return _arrived_after_a_minute, (self.log, self.count, self.seconds)
+
+
+def _arrived_after_a_minute(*arguments):
+    time.sleep(60.0)
+    return SlowToArrive(*arguments)
+
+
+@dataclass(frozen=True)
 class Deadly(LoggedCases):
     """Case 1 ends the process that computes it."""
 

@@ -7,7 +7,7 @@ from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from runs.logged_cases import Broken, KilledWhileItAnswers, LoggedCases, Unprepared
+from runs.logged_cases import Broken, KilledWhileItAnswers, LoggedCases, SlowToArrive, Unprepared
 
 import stickslip as ss
 from stickslip.checks import Faults
@@ -30,7 +30,7 @@ def whole():
 def until_two_compute(text):
     """Halts the hand-out of cases, as progress of it, until another process computes too."""
     if "2 at once" not in text:
-        time.sleep(1.0)
+        time.sleep(2.0)
 
 
 def test_workers_change_nothing(whole):
@@ -72,8 +72,9 @@ def test_a_process_that_ends_before_it_begins_is_no_loss(tmp_path):
 
 
 def test_cases_do_not_wait_for_processes_that_start(tmp_path):
-    work = LoggedCases(str(tmp_path / "log"), 3, 0.0)
+    began, work = time.monotonic(), SlowToArrive(str(tmp_path / "log"), 3, 0.0)
     all_cases(work, workers=3)
+    assert time.monotonic() - began < 30.0
     assert {process for _, process in work.lines("began")} == {os.getpid()}
     assert not active_children()
 

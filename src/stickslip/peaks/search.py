@@ -106,13 +106,14 @@ class PeakSearch:
         self.failed: set[tuple[int, float]] = set()
         self.solves = 0
         self.planes: dict[int, tuple[PathCondition, float]] = {}
-        self.samples: dict[tuple[int, Measure], dict[SegmentPoint, Sample]] = {}
+        self.samples: dict[SegmentPoint, Sample] = {}
 
     def peaks(self, output: int, measure: Measure = DISPLACEMENT_AMPLITUDE, least: float = 0.0) -> Peaks:
         """All peaks of a measure of an output; those below the share `least` of the highest point are left out unsolved."""
         row = self.balance.rows + output
         if not self.curve or self.moving[row] <= ROUNDING * self.moving.max():
             return Peaks((), (), ())
+        self.samples.clear()
         measured = [slope_along(measure, p, row, p.tangent.motion, p.tangent.parameter) for p in self.curve]
         sizes = np.array([size for size, _ in measured])
         slopes = [slope for _, slope in measured]
@@ -208,10 +209,9 @@ class PeakSearch:
         return intervals_between(self._samples(self._places(k), row, measure))
 
     def _samples(self, places: Sequence[SegmentPoint], row: int, measure: Measure) -> list[Sample]:
-        """The size of an output at places, found once: a top is compared with all that lies between it and the highest."""
-        known = self.samples.setdefault((row, measure), {})
-        known.update((place, sampled(place, row, measure)) for place in places if place not in known)
-        return [known[place] for place in places]
+        """The size of an output at places, found once a search: a top is compared with all between it and the highest."""
+        self.samples.update((place, sampled(place, row, measure)) for place in places if place not in self.samples)
+        return [self.samples[place] for place in places]
 
     def _places(self, k: int) -> list[SegmentPoint]:
         """What is solved of segment k, in order; its two ends at least."""

@@ -41,10 +41,9 @@ MET = 1e-7
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
-    """A solved point at a frequency and level: Newton from the stuck state by descent, else a ramp of the force level from
-    almost none, as a machine is loaded, else Newton with the patience to cross kinks.
+    """A solved point at a frequency and level: Newton from the stuck state by descent, else a ramp of the force level from a
+    thousandth of it, else Newton with the patience to cross kinks, which costs more than the ramp and fails more often.
 
-    Of the blades with dampers every ramp arrives where descent fails, and patience never does, at four times the cost.
     Where the balance holds an amplitude, the level is the one that holds it.
     """
     if balance.control is not None:
@@ -56,7 +55,7 @@ def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correct
     if ramped is not None and ramped.converged:
         return ramped
     patient = _patient(balance, omega, level)
-    return patient if patient.converged else ramped or descent
+    return patient if patient.converged else descent
 
 
 def solve_cold(balance: HarmonicBalance, omega: float, level: float) -> Correction:
