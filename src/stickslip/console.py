@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import _thread
 import os
-import signal
-import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
-from types import FrameType
 from typing import Any
 
 from rich.console import Console
@@ -19,13 +13,11 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from stickslip.checks import Faults, InputError
 from stickslip.compilation import NOTICE
+from stickslip.interrupts import deferred
 from stickslip.notebook_bar import NotebookBar, in_notebook
 
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
-
-RETRY_SECONDS = 0.05
-"""After which a Ctrl-C that could not be passed on comes again."""
 
 WRONG_INPUT, FAILED, INTERRUPTED, TERMINATED, INCOMPLETE = 2, 1, 130, 143, 3
 """Exit codes: wrong use or input; internal error; Ctrl-C; SIGTERM; computed, but a curve is incomplete."""
@@ -74,7 +66,7 @@ def progress_bar(title: str) -> Iterator[Report]:
     A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, there is none.
     """
     console = _console(stderr=True)
-    with _deferred_interrupts():
+    with deferred():
         if not in_notebook() and not console.is_terminal:
             yield lambda fraction, text: None
             return
@@ -106,54 +98,6 @@ def _terminal_bar(console: Console) -> Progress:
     return Progress(*columns, console=console, transient=True)
 
 
-def _in_compiler(frame: FrameType | None) -> bool:
-    """Whether a frame was called by the compiler, whose callbacks cannot pass an exception on."""
-    while frame is not None:
-        if "llvmlite" in frame.f_code.co_filename:
-            return True
-        frame = frame.f_back
-    return False
-
-
-@contextmanager
-def _deferred_interrupts() -> Iterator[None]:
-    """Ctrl-C that cannot be passed on comes again a moment later, till it can.
-
-    Callbacks of the compiler must not raise at all; from finalizers and callbacks of weak references Python drops an exception
-    and reports it to `sys.unraisablehook` alone.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    report_dropped = sys.unraisablehook
-
-    def interrupt_later() -> None:
-        # On Windows `os.kill` ends the process, whatever the signal; elsewhere it alone wakes a thread that waits.
-        send = _thread.interrupt_main if os.name == "nt" else partial(os.kill, os.getpid(), signal.SIGINT)
-        again = threading.Timer(RETRY_SECONDS, send)
-        again.daemon = True
-        again.start()
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        if not _in_compiler(frame):
-            raise KeyboardInterrupt
-        interrupt_later()
-
-    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
-        if issubclass(unraisable.exc_type, KeyboardInterrupt):
-            interrupt_later()
-        else:
-            report_dropped(unraisable)
-
-    before = signal.signal(signal.SIGINT, handle)
-    sys.unraisablehook = dropped
-    try:
-        yield
-    finally:
-        sys.unraisablehook = report_dropped
-        signal.signal(signal.SIGINT, before)
-
-
 @contextmanager
 def plain_warnings() -> Iterator[None]:
     """Warnings while the block runs as one sentence on the error stream, without their place in the program."""
@@ -164,32 +108,6 @@ def plain_warnings() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.showwarning = show
         yield
-
-
-@contextmanager
-def termination_as_interrupt() -> Iterator[threading.Event]:
-    """SIGTERM, which batch systems, containers and `timeout` send, acts as Ctrl-C while the block runs; whether it came.
-
-    It does so too where SIGINT is ignored, as in the background of a shell script.
-    """
-    received = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield received
-        return
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        received.set()
-        as_ctrl_c = signal.getsignal(signal.SIGINT)
-        if callable(as_ctrl_c):
-            as_ctrl_c(signal.SIGINT, frame)
-        else:
-            raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, handle)
-    try:
-        yield received
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def report_fault(error: BaseException) -> int:

@@ -1,13 +1,19 @@
-"""Atomic file writes."""
+"""Files written whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.interrupts import held_back
 
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.[a-z]+")
 
@@ -41,6 +47,14 @@ def write_text(path: str | Path, text: str) -> Path:
     """Write `text` as UTF-8, whole or not at all; returns the path."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+    return Path(path)
+
+
+def write_arrays(path: str | Path, arrays: Mapping[str, ArrayLike], compressed: bool = False) -> Path:
+    """Write a NumPy archive, whole or not at all; returns the path. Ctrl-C waits for it: `zipfile` takes no interruption."""
+    write: Any = np.savez_compressed if compressed else np.savez
+    with held_back(), replacing(path) as temporary, temporary.open("wb") as file:
+        write(file, **arrays)
     return Path(path)
 
 

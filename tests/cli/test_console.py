@@ -7,9 +7,12 @@ import time
 import warnings
 from contextlib import nullcontext
 
+import numpy as np
 import pytest
 
-from stickslip.console import plain_warnings, progress_bar, termination_as_interrupt
+from stickslip.console import plain_warnings, progress_bar
+from stickslip.files import write_arrays
+from stickslip.interrupts import termination_as_interrupt
 
 
 class InterruptedWhenDeleted:
@@ -33,6 +36,28 @@ def test_an_interrupt_that_python_drops_comes_again(capfd):
     with pytest.raises(KeyboardInterrupt):
         work_interrupted()
     assert (sys.unraisablehook, signal.getsignal(signal.SIGINT)) == (hook, handler)
+    assert capfd.readouterr().err == ""
+
+
+class InterruptedWhenRead:
+    """An array during whose writing Ctrl-C is pressed, or the system sends SIGTERM."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def __array__(self, dtype=None, copy=None):
+        os.kill(os.getpid(), self.number)
+        return np.arange(3.0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_waits_until_arrays_are_written(tmp_path, capfd, number):
+    """Struck in the middle, `zipfile` puts an error of its own in the place of the interruption."""
+    with pytest.raises(KeyboardInterrupt), termination_as_interrupt():
+        write_arrays(tmp_path / "kept.npz", {"u": InterruptedWhenRead(number)})
+    with np.load(tmp_path / "kept.npz") as kept:
+        assert kept["u"].tolist() == [0.0, 1.0, 2.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.npz"]
     assert capfd.readouterr().err == ""
 
 

@@ -15,8 +15,8 @@ ROOT = Path(stickslip.__file__).parent
 
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
-    ("checks", "machine", "outcome", "files", "notebook_bar", "renamed"),
-    ("compilation",),
+    ("checks", "machine", "outcome", "interrupts", "notebook_bar", "renamed"),
+    ("compilation", "files"),
     ("kernels",),
     ("units",),
     ("structure", "contact", "loads"),

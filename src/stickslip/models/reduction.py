@@ -14,7 +14,7 @@ import numpy as np
 
 import stickslip
 from stickslip.checks import Array, InputError, fault
-from stickslip.files import replacing
+from stickslip.files import write_arrays
 from stickslip.models.describe import indefinite_mass
 from stickslip.models.limits import within_memory
 from stickslip.models.model import Model
@@ -128,8 +128,7 @@ def _from_cache(file: Path) -> dict[str, Array] | None:
 def _to_cache(file: Path, matrices: dict[str, Array]) -> None:
     """Keep a reduction; without a folder to write to, nothing is kept."""
     try:
-        with replacing(file) as temporary:
-            np.savez(temporary, **matrices)  # type: ignore[arg-type]
+        write_arrays(file, matrices)
     except OSError:
         return
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.checks import InputError
-from stickslip.files import replacing, write_text
+from stickslip.files import write_arrays, write_text
 
 ABOUT = "about.json"
 _NAME = "__name__"
@@ -80,8 +80,7 @@ class CheckpointFolder:
         about = self.folder / ABOUT
         if not about.exists():
             write_text(about, json.dumps(self.about, indent=1))
-        with replacing(self._path(name)) as temporary, temporary.open("wb") as file:
-            np.savez(file, **{_NAME: np.array(name)}, **dict(arrays))  # type: ignore[arg-type]
+        write_arrays(self._path(name), {_NAME: np.array(name), **arrays})
 
     @staticmethod
     def remove(folder: Path) -> None:

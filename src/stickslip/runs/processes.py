@@ -18,13 +18,14 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import connection, get_context, reduction, resource_tracker
+from multiprocessing import connection, get_context, reduction
 from os import _exit
 from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
 from stickslip.checks import fault
+from stickslip.interrupts import for_this_process_only
 from stickslip.runs.work import Arrays, Keep, Progress, Work
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connecti
     data = reduction.ForkingPickler.dumps(work)
     with ExitStack() as ends:
         pipes = []
-        with _interrupts_for_this_process_only():
+        with for_this_process_only():
             for _ in range(count):
                 here, there = context.Pipe()
                 process = context.Process(target=_serve, args=(fractions, there))
@@ -173,30 +174,6 @@ def _ended(process: SpawnProcess, pipe: connection.Connection) -> None:
     if process.pid is not None:
         process.terminate()  # it may still be importing
         process.join()
-
-
-@contextmanager
-def _interrupts_for_this_process_only() -> Iterator[None]:
-    """Ctrl-C reaches every process of a terminal; those started in this block leave it to this one, which waits until they are.
-
-    The mask alone would not do: a signal that another thread receives is handled in the main one all the same.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # it lets the signal through again when it starts
-    here = threading.current_thread() is threading.main_thread()
-    met = threading.Event()
-    handler = signal.signal(signal.SIGINT, lambda number, frame: met.set()) if here else None
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        if here:
-            signal.signal(signal.SIGINT, handler)
-        if met.is_set():
-            signal.raise_signal(signal.SIGINT)
 
 
 def _serve(fractions: Any, pipe: connection.Connection) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.analyses.forced_response import forced_response
 from stickslip.dampers.platform_motion import in_phase, out_of_phase
-from stickslip.files import replacing, write_text
+from stickslip.files import write_arrays, write_text
 from stickslip.measurement.records import write_record
 from stickslip.measurement.rig_errors import RigErrors
 from stickslip.measurement.synthetic import loop_of, synthetic_record, true_cycle
@@ -20,8 +20,7 @@ from stickslip.rigs.laboratory_damper import laboratory_damper
 def wedge_matrices(study: Path) -> tuple[dict[str, str], list[Path]]:
     """M, K and C of the three-mass wedge."""
     structure, file = three_mass_wedge().structure, study.with_suffix(".npz")
-    with replacing(file) as temporary:
-        np.savez(temporary, M=structure.M, K=structure.K, C=np.asarray(structure.C))
+    write_arrays(file, {"M": structure.M, "K": structure.K, "C": np.asarray(structure.C)})
     return {"matrices": file.name}, [file]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.checks import Array
-from stickslip.files import replacing, write_text
+from stickslip.files import write_arrays, write_text
 from stickslip.structure.solid import Solid, box_mesh, solid
 
 MM = 1e-3
@@ -82,9 +82,8 @@ def _write_matrices(file: Path, body: Solid) -> Path:
     }
     nodes = np.column_stack([np.arange(1, len(body.points) + 1), body.points / MM])
     dofs = [names[row] for row in range(body.size)]
-    with replacing(file) as temporary:
-        np.savez_compressed(temporary, M=1e-3 * body.M.toarray(), K=1e-3 * body.K.toarray(), dofs=dofs, nodes=nodes)
-    return file
+    matrices = {"M": 1e-3 * body.M.toarray(), "K": 1e-3 * body.K.toarray(), "dofs": dofs, "nodes": nodes}
+    return write_arrays(file, matrices, compressed=True)
 
 
 def _write_nodes(file: Path, body: Solid, sets: Mapping[str, Where]) -> Path:

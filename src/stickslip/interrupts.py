@@ -1,0 +1,125 @@
+"""Ctrl-C and SIGTERM: passed on where they can be, held back where they must not strike, never lost."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing import resource_tracker
+from types import FrameType
+
+RETRY_SECONDS = 0.05
+"""After which a Ctrl-C that could not be passed on comes again."""
+
+
+def _in_compiler(frame: FrameType | None) -> bool:
+    """Whether a frame was called by the compiler, whose callbacks cannot pass an exception on."""
+    while frame is not None:
+        if "llvmlite" in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """Ctrl-C that cannot be passed on comes again a moment later, till it can.
+
+    Callbacks of the compiler must not raise at all; from finalizers and callbacks of weak references Python drops an exception
+    and reports it to `sys.unraisablehook` alone.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    report_dropped = sys.unraisablehook
+
+    def interrupt_later() -> None:
+        # On Windows `os.kill` ends the process, whatever the signal; elsewhere it alone wakes a thread that waits.
+        send = _thread.interrupt_main if os.name == "nt" else partial(os.kill, os.getpid(), signal.SIGINT)
+        again = threading.Timer(RETRY_SECONDS, send)
+        again.daemon = True
+        again.start()
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if not _in_compiler(frame):
+            raise KeyboardInterrupt
+        interrupt_later()
+
+    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            interrupt_later()
+        else:
+            report_dropped(unraisable)
+
+    before = signal.signal(signal.SIGINT, handle)
+    sys.unraisablehook = dropped
+    try:
+        yield
+    finally:
+        sys.unraisablehook = report_dropped
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Ctrl-C in the block acts at its end: for short work that is to be done whole or whose libraries take no interruption."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # which signals do not reach
+        return
+    met = threading.Event()
+    before = signal.signal(signal.SIGINT, lambda number, frame: met.set())
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if met.is_set():
+            signal.raise_signal(signal.SIGINT)
+
+
+@contextmanager
+def for_this_process_only() -> Iterator[None]:
+    """Ctrl-C reaches every process of a terminal; those started in this block leave it to this one, which waits until they are.
+
+    The mask alone would not do: a signal that another thread receives is handled in the main one all the same.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # it lets the signal through again when it starts
+    with held_back():
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def termination_as_interrupt() -> Iterator[threading.Event]:
+    """SIGTERM, which batch systems, containers and `timeout` send, acts as Ctrl-C while the block runs; whether it came.
+
+    It does so too where SIGINT is ignored, as in the background of a shell script.
+    """
+    received = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield received
+        return
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        received.set()
+        as_ctrl_c = signal.getsignal(signal.SIGINT)
+        if callable(as_ctrl_c):
+            as_ctrl_c(signal.SIGINT, frame)
+        else:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, handle)
+    try:
+        yield received
+    finally:
+        signal.signal(signal.SIGTERM, before)
