@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stickslip.interrupts import held_back
 
@@ -50,7 +49,7 @@ def write_text(path: str | Path, text: str) -> Path:
     return Path(path)
 
 
-def write_arrays(path: str | Path, arrays: Mapping[str, ArrayLike], compressed: bool = False) -> Path:
+def write_arrays(path: str | Path, arrays: Mapping[str, Any], compressed: bool = False) -> Path:
     """Write a NumPy archive, whole or not at all; returns the path. Ctrl-C waits for it: `zipfile` takes no interruption."""
     write: Any = np.savez_compressed if compressed else np.savez
     with held_back(), replacing(path) as temporary, temporary.open("wb") as file:
