@@ -61,8 +61,9 @@ class Together:
         return [f"{label} {self.works[label].words[case]}".strip() for label, case in self.places]
 
     def prepare(self) -> None:
-        """As the first work does."""
-        next(iter(self.works.values())).prepare()
+        """As every work does."""
+        for work in self.works.values():
+            work.prepare()
 
     def solve(self, case: int, report: Report) -> Arrays:
         label, own = self.places[case]

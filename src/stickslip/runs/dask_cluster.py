@@ -65,10 +65,11 @@ class DaskCluster:
             _wait_for_workers(client, self.address, progress)
             made = client.submit(_as_it_is, work, pure=False)
             prepared = client.submit(_prepare, made, stickslip.__version__, pure=False)
+            ready = client.submit(_is_ready, prepared, pure=False)
             preparing = "preparing (the first run on a machine compiles the kernels)"
-            for _ in self._as_they_come(client, {prepared: "the preparation"}, lambda: progress(0.0, preparing)):
+            for _ in self._as_they_come(client, {ready: "the preparation"}, lambda: progress(0.0, preparing)):
                 pass
-            futures = {client.submit(_solve, made, case, stickslip.__version__, pure=False): case for case in cases}
+            futures = {client.submit(_solve, prepared, case, stickslip.__version__, pure=False): case for case in cases}
             done = 0
 
             def report() -> None:
@@ -181,10 +182,15 @@ def _as_it_is(work: Work) -> Work:
     return work
 
 
-def _prepare(work: Work, version: str) -> Arrays:
-    """On one worker: what the others of the same files then load."""
+def _prepare(work: Work, version: str) -> Work:
+    """On one worker: the work with all that is done once, whose kernels workers of the same files then load."""
     _same_version(version)
     work.prepare()
+    return work
+
+
+def _is_ready(work: Work) -> Arrays:
+    """On a worker: says that the work is prepared, which stays there."""
     return {}
 
 

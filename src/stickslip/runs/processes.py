@@ -145,11 +145,10 @@ def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connecti
     """Fresh processes that solve the cases sent to them, as the pipes to them. Each sends None when it has begun.
 
     They end when the block does or this process, whatever ends it, since each then finds its pipe closed. Each first receives the
-    class of the work, whose modules it imports while this process compiles. The work follows when all have begun: a process takes
-    large data only after its own start, for which the next one would have to wait.
+    class of the work, whose modules it imports while this one prepares the work. That follows when all have begun: a process
+    takes large data only after its own start, for which the next one would have to wait.
     """
     context = get_context("spawn")
-    data = reduction.ForkingPickler.dumps(work)
     with ExitStack() as ends:
         pipes = []
         with for_this_process_only():
@@ -163,6 +162,7 @@ def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connecti
                 with suppress(OSError):
                     here.send(type(work))
         work.prepare()
+        data = reduction.ForkingPickler.dumps(work)
         for pipe in pipes:
             with suppress(OSError):
                 pipe.send_bytes(data)

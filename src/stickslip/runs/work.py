@@ -32,7 +32,7 @@ class Work(Protocol):
         """Names of the cases, for messages."""
 
     def prepare(self) -> None:
-        """Compile what the processes then load, once."""
+        """What is done once, before the work travels: compile what processes then load, find what all cases share."""
 
     def solve(self, case: int, report: Report) -> Arrays:
         """The result of a case."""

@@ -72,6 +72,12 @@ class StartSpace:
         return np.asarray(np.bincount(self.group[elements], self.scale[elements] * slopes, minlength=self.size), dtype=float)
 
 
+def number_of_variables(balance: HarmonicBalance, rule: Rules = "slider_offset", share: Sharing = "element") -> int:
+    """How many variables the start states of a problem have, which no solution is needed for."""
+    kind, group = _variables(balance, rule, share)
+    return StartSpace(kind, group, np.zeros(kind.size)).size
+
+
 def start_space(
     balance: HarmonicBalance, virgin: Evaluation, rule: Rules = "slider_offset", share: Sharing = "element"
 ) -> StartSpace:
@@ -79,6 +85,15 @@ def start_space(
 
     An offset beyond max|u| + max L/kt is clipped; a mean traction beyond max L too.
     """
+    kind, group = _variables(balance, rule, share)
+    reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
+    space = StartSpace(kind, group, reach)
+    return replace(space, scale=space.by_rule(slider_offset=reach, traction_ratio=np.ones_like(reach), mean_traction=limit))
+
+
+def _variables(balance: HarmonicBalance, rule: Rules, share: Sharing) -> tuple[Index, Index]:
+    """Code of the rule and variable of each element."""
+    refuse_forgetful(balance.problem)
     rules = rules_of(rule)
     coupled = any(contact.law.couples_directions for contact in balance.problem.contacts)
     if coupled and (len(set(rules)) > 1 or "mean_traction" in rules):
@@ -91,9 +106,7 @@ def start_space(
     varied = np.array([name != "virgin" for name in names], dtype=bool)
     if names and not varied.any():
         raise fault("rule", "must vary some start state", rule_words(rule), 'Take another rule than "virgin" for one direction.')
-    reach, limit = friction_reach(virgin.table, balance.tables, virgin.w)
-    space = StartSpace(kind, _groups(row, contact, kind, varied, share), reach)
-    return replace(space, scale=space.by_rule(slider_offset=reach, traction_ratio=np.ones_like(reach), mean_traction=limit))
+    return kind, _groups(row, contact, kind, varied, share)
 
 
 def refuse_forgetful(problem: Problem) -> None:

@@ -31,7 +31,7 @@ from stickslip.rigs import single_mass
 from stickslip.runs.cases import all_cases
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Report, Workers
 from stickslip.starts.solutions import StartSolutions, UnsolvedError
-from stickslip.starts.space import Rules, Sharing, StartSpace, rule_words
+from stickslip.starts.space import Rules, Sharing, StartSpace, number_of_variables, rule_words
 from stickslip.starts.states import explored_space
 from stickslip.units import Band, listed
 
@@ -104,7 +104,7 @@ def response_samples(
     frequencies = (band.start, band.stop) if isinstance(band, Band) else tuple(listed(band))
     settings = (levels, rule, share, checked_harmonics(harmonics), samples)
     work = SamplesWork(problem, frequencies, not isinstance(band, Band), *settings, np.empty((0, 0)), size)
-    work = work.of(draw(work.space_at(levels[0]).size, starts, method, seed, distribution))
+    work = work.of(draw(work.size, starts, method, seed, distribution))
     curves = all_cases(work, checkpoint, workers, progress)
     return work.gathered(curves, {"rule": rule_words(rule), "share": share, "seed": seed, "method": method})
 
@@ -129,6 +129,11 @@ class SamplesWork(OneBalance):
     def of(self, variables: Array) -> SamplesWork:
         """The same work on other start states."""
         return replace(self, variables=variables)
+
+    @property
+    def size(self) -> int:
+        """Number of variables of a start state."""
+        return number_of_variables(self.balance, self.rule, self.share)
 
     def space_at(self, level: float) -> StartSpace:
         """The start states at a level."""
@@ -157,7 +162,9 @@ class SamplesWork(OneBalance):
         return tuple(f"force {level:g}, start state {k + 1}" for level, k in self.cases)
 
     def prepare(self) -> None:
-        """Compile the kernels, or load them from disk, with the smallest problem there is."""
+        """Load the kernels and explore the start states, once for all processes."""
+        for level in self.levels:
+            self.space_at(level)
         forced_response(single_mass(), [0.1], harmonics=1, samples=8)
 
     def solve(self, case: int, report: Report) -> Arrays:

@@ -88,8 +88,7 @@ def samples_work(base: ForcedResponseWork, table: SamplesTable) -> SamplesWork:
     where = (spread(base.frequencies, table.points), True) if table.points else (base.frequencies, base.exactly)
     settings = (base.problem, *where, base.levels, table.rule, table.share, base.harmonics, base.samples)
     work = SamplesWork(*settings, np.empty((0, 0)), base.measure)
-    size = work.space_at(base.levels[0]).size
-    return work.of(draw(size, table.count, table.method, table.seed, law_of(table)))
+    return work.of(draw(work.size, table.count, table.method, table.seed, law_of(table)))
 
 
 def spread(ends: Sequence[float], points: int) -> tuple[float, ...]:
