@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
+from datetime import date, time
 from itertools import islice
 from numbers import Complex
 from pathlib import Path
@@ -49,7 +50,7 @@ class Faults(InputError):
 def fault(what: str, rule: str, value: Any, remedy: str = "") -> InputError:
     """The error for `what`, which `rule` ("must be positive") but is `value`."""
     huge = isinstance(value, int) and abs(value) > LARGEST  # Python does not even write one of many thousand digits
-    shown = "a huge integer" if huge else repr(value)
+    shown = "a huge integer" if huge else f"the date or time {value}" if isinstance(value, date | time) else repr(value)
     return InputError(f"{what} {rule}, but is {shown}." + (f" {remedy}" if remedy else ""))
 
 

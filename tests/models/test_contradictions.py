@@ -7,6 +7,7 @@ from scipy import io, sparse
 
 import stickslip as ss
 from stickslip.checks import InputError
+from stickslip.models import describe
 from stickslip.study import job
 
 
@@ -42,6 +43,15 @@ def test_repeated_entries_of_other_formats_are_refused(chain, tmp_path):
         nastran_files.dmig(chain._named, "large") + "DMIG    KAA     2       1               1       1       2.0\n"
     )
     assert_refused(tmp_path / "a.pch", "must hold each entry once, but is 'row 2, column 1 and its mirror image'")
+
+
+def test_a_deck_without_nodes_and_nodes_at_one_point_are_said(chain, tmp_path):
+    path = chain.save(tmp_path, "abaqus")
+    (tmp_path / "job.inp").write_text("")
+    assert "job.inp holds no nodes." in ss.read_model(path).notes
+    (tmp_path / "job.inp").write_text("*NODE\n" + "".join(f"{k}, 1.0, 2.0, 3.0\n" for k in (1, 2, 3)))
+    (one,) = [line for line in describe.lines(describe.describe(ss.read_model(path))) if "lie at one point" in line]
+    assert "All 3 nodes" in one
 
 
 def test_two_headers_of_a_dmig(chain, tmp_path):

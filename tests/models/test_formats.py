@@ -239,6 +239,9 @@ def test_an_empty_and_a_wrong_dmig(tmp_path):
     for text, said in (
         ("$ nothing\n", "must hold square DMIG entries"),
         ("DMIG,KAA,0,7,2\n", "must be 1 .square., 2, 9 .rectangular. or 6 .symmetric., but is 7"),
+        ("DMIG,KAA,0,6,9\n", "TIN of KAA must be 1, 2 .real, single or double., 3 or 4 .complex., but is 9"),
+        ("DMIG,KAA,0,6,2\nDMIG,KAA,1,1,,-1,1,2.0\n", "The number of a grid point must be positive, but is -1"),
+        ("GRID,-3,,0.,0.,0.\n", "The number of a grid point must be positive, but is -3"),
         ("DMIG,PAX,0,9,2\n", "must hold square DMIG entries"),
         ("DMIG,KAA,1,1,,1,1,2.0\n", "must begin with its header"),
         ("DMIG,KAA,0,6,2\nDMIG,KAA,x,1,,1,1,2.0\n", "must be a whole number, but is 'x'"),

@@ -51,6 +51,7 @@ ONE_CHANGE = [
     ('between = ["1.x", "ground"]', 'between = ["1.x"]', "between must have 2 entries or more, but is ['1.x']"),
     ("kt = 0.5", "kt = -0.5", "[[contact]] 1: kt must be above 0, but is -0.5"),
     ("kt = 0.5", 'kt = "0.5"', "kt must be a number, but is '0.5'"),
+    ("kt = 0.5", "kt = 2026-01-02", "kt must be a number, but is the date or time 2026-01-02."),
     ("kt = 0.5", "kt = true", "kt must be a number, but is true."),
     ("kt = 0.5", "kt = nan", "kt must be"),
     ("kt = 0.5", "kt = 0.5\nktt = 1", "key must be a known one, but is 'ktt'. Did you mean 'kt'?"),
@@ -239,7 +240,7 @@ def test_one_entry_is_singular(tmp_path):
 def test_matrices_that_are_a_folder_or_hold_texts(tmp_path):
     text = GOOD.replace("matrices = {", 'matrices = "a.npz" # {')
     (tmp_path / "a.npz").mkdir()
-    with pytest.raises(InputError, match=r"must be a file that exists, but is .*It is a folder"):
+    with pytest.raises(InputError, match=r"must be a file, but is .*, a folder"):
         job(text, tmp_path, "study")
     (tmp_path / "a.npz").rmdir()
     np.savez(tmp_path / "a.npz", M=np.eye(2), K=np.array([["2", "0"], ["0", "2"]]))

@@ -112,7 +112,7 @@ def check(
     job = read_job(study)
     _ = job.plan.works  # reads the files that the study names
     say(f"{study} is valid: {job.plan.summary}.")
-    for sentence in model_summary(job.sweep) if job.sweep else []:
+    for sentence in model_summary(job.sweep, job.plan.condition) if job.sweep else []:
         say(sentence)
     if time := run_time(job):
         say(time)

@@ -61,6 +61,8 @@ def read_deck(path: Path) -> Deck:
                 )
             elif keyword == "NSET" and "NSET" in options:
                 _add(members, options["NSET"], _members(data, "GENERATE" in options, members))
+    if not nodes and not deck.notes:
+        deck.notes = (f"{path.name} holds no nodes.",)
     deck.nodes, deck.cells, deck.notes = located(nodes), found.cells, (*deck.notes, *found.notes(path.name))
     deck.sets = {name: tuple(nodes) for name, nodes in members.items()}
     return deck

@@ -92,6 +92,8 @@ def implausible(model: Model) -> tuple[str, ...]:
 
 
 def _oddities(model: Model, mass: Array, box: Array | None) -> Iterator[str]:
+    if box is not None and box.max() == 0.0:
+        yield f"All {len(model.nodes)} nodes lie at one point: coordinates are missing in the file, or cut off."
     yield from _density(mass, box)
     yield from _spectrum(model)
     yield from _rows(model)
@@ -105,7 +107,7 @@ def _odd_modes(box: Array | None, modes: LowestModes | None) -> Iterator[str]:
     if modes.negative:
         yield f"K has {counted(modes.negative, 'motion')} of negative stiffness: check its sign, or a prestress beyond buckling."
     elastic = modes.frequencies[modes.rigid :]
-    if box is not None and elastic.size and not SLOWEST <= elastic[0] * box.max() <= FASTEST:
+    if box is not None and box.max() > 0.0 and elastic.size and not SLOWEST <= elastic[0] * box.max() <= FASTEST:
         yield f"The first elastic mode at {elastic[0]:.4g} Hz of a body of {box.max():.4g} m is implausible: check the units."
 
 

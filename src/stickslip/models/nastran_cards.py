@@ -50,6 +50,14 @@ def integer(word: str) -> int:
     return int(word)
 
 
+def positive_integer(word: str) -> int:
+    """The number of a grid point."""
+    value = integer(word)
+    if value < 1:
+        raise fault("The number of a grid point", "must be positive", value)
+    return value
+
+
 def number(word: str) -> float:
     """A number as Nastran writes it: 1.0+5 and 1.0D+5 are 1e5, a blank is 0."""
     text = EXPONENT.sub(r"\1E\2", word.upper().replace("D", "E"))

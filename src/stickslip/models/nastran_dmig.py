@@ -18,13 +18,14 @@ from stickslip.checks import fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck
 from stickslip.models.limits import within_memory
-from stickslip.models.nastran_cards import entries, integer, number
+from stickslip.models.nastran_cards import entries, integer, number, positive_integer
 from stickslip.models.nastran_grid import Grid
 from stickslip.structure.sparse import both_triangles
 
 SYMMETRIC, SQUARE = 6, 1
 RECTANGULAR = (2, 9)
 COMPLEX = (3, 4)
+TYPES = (1, 2, *COMPLEX)
 GridComponent = tuple[int, int]
 
 
@@ -87,6 +88,8 @@ def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
         form, kind = integer(entry[3]), integer(entry[4])
         if form not in (SYMMETRIC, SQUARE, *RECTANGULAR):
             raise fault(f"IFO of {name}", "must be 1 (square), 2, 9 (rectangular) or 6 (symmetric)", form)
+        if kind not in TYPES:
+            raise fault(f"TIN of {name}", "must be 1, 2 (real, single or double), 3 or 4 (complex)", kind)
         matrices[name] = Matrix(form, kind)
         return
     if name not in matrices:
@@ -94,11 +97,11 @@ def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
     matrix = matrices[name]
     if matrix.form in RECTANGULAR:
         return
-    column = integer(entry[2]), _component(entry[3])
+    column = positive_integer(entry[2]), _component(entry[3])
     for start in range(5, len(entry), 4):
         grid, component, real, imaginary = (*entry[start : start + 4], "", "", "")[:4]
         if grid:
-            matrix.rows.append((integer(grid), _component(component)))
+            matrix.rows.append((positive_integer(grid), _component(component)))
             matrix.columns.append(column)
             matrix.values.append(complex(number(real), number(imaginary)))
 

@@ -19,7 +19,7 @@ from stickslip.models.cells import FoundCells
 from stickslip.models.content import located
 from stickslip.models.deck import Deck
 from stickslip.models.limits import within_memory
-from stickslip.models.nastran_cards import entries, integer, number
+from stickslip.models.nastran_cards import entries, integer, number, positive_integer
 from stickslip.structure.matrices import Point
 
 ELEMENTS = {
@@ -88,7 +88,7 @@ class Grid:
         if name == "GRID":
             system, motion = (own or default for own, default in zip((entry[2], entry[6]), self.default, strict=True))
             x, y, z = map(number, entry[3:6])
-            self.points.append((integer(entry[1]), integer(system or "0"), (x, y, z)))
+            self.points.append((positive_integer(entry[1]), integer(system or "0"), (x, y, z)))
             self.turned += integer(motion or "0") > BASIC
         elif name in ELEMENTS:
             self.elements.add(ELEMENTS[name], [word for word in entry[3:] if word])

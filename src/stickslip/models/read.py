@@ -175,9 +175,10 @@ def format_of(path: Path) -> Format:
     """The format of a file, by its ending and first bytes."""
     endings = sorted({ending for form in FORMATS for ending in form.endings})
     fitting = [form for form in FORMATS if path.suffix.lower() in form.endings]
+    if path.exists() and not path.is_file():
+        raise fault("A model", "must be a file", f"{path}, a {'folder' if path.is_dir() else 'device or pipe'}")
     if not path.is_file():
-        remedy = "It is a folder." if path.is_dir() else similar_file(path)
-        raise fault("A model", "must be a file that exists", str(path), remedy)
+        raise fault("A model", "must be a file that exists", str(path), similar_file(path))
     if path.suffix.lower() in PACKED:
         remedy = f"Unpack it first, with {PACKED[path.suffix.lower()]}, beside the other files of the model."
         raise fault("A model", "must be unpacked", path.name, remedy)

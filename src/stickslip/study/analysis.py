@@ -44,6 +44,11 @@ class Plan(Protocol):
         """Identifies the content of the files that its tables name; "" where they name none."""
         return ""
 
+    @property
+    def condition(self) -> str:
+        """When the structure of the study is as it is given: "at 6000 rev/min"; "" where that does not change."""
+        return ""
+
 
 @runtime_checkable
 class SearchingPlan(Plan, Protocol):

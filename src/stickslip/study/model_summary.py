@@ -26,13 +26,14 @@ LARGE_WITHOUT_SIZE = 1e3
 """The same in m where no coordinates are known: models of a few masses are often stated without dimensions."""
 
 
-def model_summary(sweep: Sweep) -> list[str]:
+def model_summary(sweep: Sweep, condition: str = "") -> list[str]:
     """Natural frequencies without contacts and with all stuck, which of them the band holds, whether friction alone holds a body,
-    normal loads at rest, and a warning of implausible amplitudes.
+    normal loads at rest, and a warning of implausible amplitudes. condition: when all that holds, "at 6000 rev/min".
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
+    when = f" {condition}" if condition else ""
     lines = [
-        f"Natural frequencies in Hz, without contacts: {_listed(free, stuck[0])}; all contacts stuck: {_listed(stuck, stuck[0])}."
+        f"Natural frequencies in Hz{when}, without contacts: {_listed(free, stuck[0])}; all contacts stuck: {_listed(stuck, stuck[0])}."
     ]
     given = sweep.frequencies
     low, high = (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
@@ -41,7 +42,7 @@ def model_summary(sweep: Sweep) -> list[str]:
         lines.append(f"None of them lies between {low:.6g} and {high:.6g} Hz, where the response is computed.")
     if held_by_friction_alone(sweep.problem):
         lines.append(HELD_BY_FRICTION)
-    return lines + _loads(sweep.problem) + _amplitudes(sweep, low, high)
+    return lines + _loads(sweep.problem, when) + _amplitudes(sweep, low, high)
 
 
 def _amplitudes(sweep: Sweep, low: float, high: float) -> list[str]:
@@ -78,17 +79,17 @@ def _listed(frequencies: Array, smallest: float) -> str:
     return first_of([*rigid, *(f"{f:.5g}" for f in moving)], SHOWN)
 
 
-def _loads(problem: Problem) -> list[str]:
+def _loads(problem: Problem, when: str) -> list[str]:
     """Normal loads at rest of contacts where they vary; those that are open by name."""
     loads = normal_loads_at_rest(problem)
     if not loads:
         if not any(contact.normal is not None for contact in problem.contacts):
             return []
         held = ", and does friction hold them" if any(contact.law.rubs for contact in problem.contacts) else ""
-        return [f"Normal loads at rest: none found. Do the static loads press the contacts on{held}?"]
+        return [f"Normal loads at rest{when}: none found. Do the static loads press the contacts on{held}?"]
     open_ = [name for name, load in loads.items() if load == 0.0]
     closed = [f"{name} {load:.4g}" for name, load in loads.items() if load > 0.0]
     return [
-        *([f"Normal loads at rest in N: {first_of(closed, SHOWN)}."] if closed else []),
-        *([f"Open at rest: {first_of(open_, SHOWN)}."] if open_ else []),
+        *([f"Normal loads at rest in N{when}: {first_of(closed, SHOWN)}."] if closed else []),
+        *([f"Open at rest{when}: {first_of(open_, SHOWN)}."] if open_ else []),
     ]

@@ -78,6 +78,15 @@ def test_each_engine_order_of_a_disk_meets_its_own_nodal_diameter():
             assert float(one) == pytest.approx(exact, rel=1e-9)
 
 
+def test_progress_names_what_is_computed():
+    met = []
+    ss.campbell(PAIR, (0.0, 1500.0), [1, 2], points=2, progress=lambda share, words: met.append((share, words)))
+    shares = [share for share, _ in met]
+    assert shares == sorted(shares)
+    assert met[0] == (0.0, "free, engine order 1, 0 rev/min")
+    assert shares[-1] < 1.0
+
+
 @pytest.mark.parametrize(
     ("models", "given", "words"),
     [

@@ -16,6 +16,7 @@ from stickslip.checks import Array, InputError, between, fault, finite, positive
 from stickslip.disks.tuned import TunedDisk
 from stickslip.problem import Problem
 from stickslip.results.result import Result
+from stickslip.runs.work import Progress, checked_progress
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,6 +53,7 @@ def campbell(
     amplitude: float | tuple[float, float] | None = None,
     harmonics: int | Sequence[int] = 3,
     samples: int = 256,
+    progress: Progress = lambda fraction, text: None,
 ) -> Campbell:
     """Natural frequencies over the rotor speed with engine-order lines EO Ω, where they cross, and margins at a speed.
 
@@ -60,7 +62,7 @@ def campbell(
     are not rigid; of a `TunedDisk` at the nodal diameter of each engine order. force_level: with it the resonance peak of that
     level from the nonlinear mode (`nonlinear_modes`, whose arguments amplitude, harmonics and samples are), and its amplitude.
     operating_speed: for margins, rev/min. points: speeds of the curves. Crossings are solved at their own speed, not
-    interpolated. Coriolis terms are neglected.
+    interpolated. Coriolis terms are neglected. progress: called with the share done and what is computed.
     """
     low, high = vector("speed", speed, 2).tolist()
     if not 0.0 <= low < high:
@@ -77,8 +79,9 @@ def campbell(
     resonance = _Resonance(
         problem_at(models), mode, force_level, {"amplitude": amplitude, "harmonics": harmonics, "samples": samples}
     )
+    checked_progress(progress)
     with threadpool_limits(1, user_api="blas"):
-        return Campbell(_dataset(resonance, speeds, orders, operating_speed))
+        return Campbell(_dataset(resonance, speeds, orders, operating_speed, progress))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,21 +123,25 @@ class _Resonance:
         return np.nan, np.nan
 
 
-def _dataset(resonance: _Resonance, speeds: Array, orders: tuple[int, ...], operating: float | None) -> xr.Dataset:
+def _dataset(
+    resonance: _Resonance, speeds: Array, orders: tuple[int, ...], operating: float | None, progress: Progress
+) -> xr.Dataset:
     import xarray as xr
 
     shape = len(STATES), len(orders), speeds.size
     frequencies, amplitudes, messages = np.full(shape, np.nan), np.full(shape[1:], np.nan), np.full(shape[1:], "", dtype=object)
     crossings, margins = np.full((2, *shape[:2]), np.nan), np.full(shape[:2], np.nan)
-    for s, state in enumerate(STATES):
-        for o, order in enumerate(orders):
-            for k, speed in enumerate(speeds.tolist()):
-                frequencies[s, o, k], size, message = resonance.at(state, order, speed)
-                if state == "nonlinear":
-                    amplitudes[o, k], messages[o, k] = size, message
-            crossings[:, s, o] = resonance.crossing(state, order, speeds, frequencies[s, o])
-            if operating is not None:
-                margins[s, o] = resonance.at(state, order, operating)[0] / (order * operating / 60.0) - 1.0
+    for done, (s, o, k) in enumerate(np.ndindex(shape)):
+        speed = float(speeds[k])
+        progress(done / frequencies.size, f"{STATES[s]}, engine order {orders[o]}, {speed:.5g} rev/min")
+        frequencies[s, o, k], size, message = resonance.at(STATES[s], orders[o], speed)
+        if STATES[s] == "nonlinear":
+            amplitudes[o, k], messages[o, k] = size, message
+    for s, o in np.ndindex(shape[:2]):
+        state, order = STATES[s], orders[o]
+        crossings[:, s, o] = resonance.crossing(state, order, speeds, frequencies[s, o])
+        if operating is not None:
+            margins[s, o] = resonance.at(state, order, operating)[0] / (order * operating / 60.0) - 1.0
     both, curve = ("state", "engine_order"), ("engine_order", "speed")
     data: dict[str, Any] = {
         "frequency": (

@@ -94,6 +94,10 @@ class SpeedSweepPlan(Plan):
     def content(self) -> str:
         return self.problem.fingerprint
 
+    @property
+    def condition(self) -> str:
+        return f"at {self.table.reference_speed:g} rev/min"
+
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
         return self.work.gathered(results[""]).dataset
 
