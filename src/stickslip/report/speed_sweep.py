@@ -24,9 +24,13 @@ MOST = 12
 
 
 def sentences(dataset: xr.Dataset) -> list[str]:
-    """The highest peak of the first output for each engine order and force level."""
+    """The highest peak of the first output: of all curves, and for each engine order and force level."""
     places = list(np.ndindex(dataset["outcome"].shape[:2]))
     lines = [_highest(dataset, e, case) for e, case in places[:MOST]]
+    peaks = dataset["peak_amplitude"].values[..., 0] if dataset.sizes["peak"] else np.array([np.nan])
+    if len(places) > 1 and np.isfinite(peaks).any():
+        e, case, _ = np.unravel_index(np.nanargmax(peaks), peaks.shape)
+        lines = [f"highest peak: {_highest(dataset, int(e), int(case))}", *lines]
     return [*lines, *([f"{MOST} of {len(places)} curves; all stand in the report"] if len(places) > MOST else [])]
 
 

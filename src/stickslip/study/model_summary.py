@@ -32,9 +32,8 @@ def model_summary(sweep: Sweep, condition: str = "") -> list[str]:
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     when = f" {condition}" if condition else ""
-    lines = [
-        f"Natural frequencies in Hz{when}, without contacts: {_listed(free, stuck[0])}; all contacts stuck: {_listed(stuck, stuck[0])}."
-    ]
+    listed = f"without contacts: {_listed(free, stuck[0])}; all contacts stuck: {_listed(stuck, stuck[0])}"
+    lines = [f"Natural frequencies in Hz{when}, {listed}."]
     given = sweep.frequencies
     low, high = (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
     inside = [f for stuck in (False, True) for f in sweep.problem.systems.met(stuck) if low <= f <= high]
