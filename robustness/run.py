@@ -20,6 +20,8 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from robustness.ill_posed import ILL_POSED
+from robustness.one_slider import RATIOS as SLIDER_RATIOS
+from robustness.one_slider import HighestResult, drawn
 from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.resonances import RATIOS, STUCK, Tally, linear_peaks, solved_peaks
@@ -58,12 +60,16 @@ def main(count: int) -> None:
             cases = max(round(count / share), 1)
             compute = partial(of_ratio, kind, ratio, cases)
             resonances.append(kept(f"{kind}, {ratio:g}, {cases}", compute, ResonanceResult.restored))
+        highest = [
+            kept(f"one slider, {ratio:g}, {count}", partial(of_slider, ratio, count), lambda stored: HighestResult(**stored))
+            for ratio in SLIDER_RATIOS
+        ]
         ill_posed = tell_ill_posed()
     if count >= ENOUGH:
-        write_text(ROOT / "docs" / "robustness.md", page(results, resonances, ill_posed, when()))
+        write_text(ROOT / "docs" / "robustness.md", page(results, resonances, highest, ill_posed, when()))
 
 
-Result = TypeVar("Result", ClassResult, ResonanceResult)
+Result = TypeVar("Result", ClassResult, ResonanceResult, HighestResult)
 
 
 def kept(name: str, compute: Callable[[], Result], restored: Callable[[dict[str, Any]], Result]) -> Result:
@@ -109,6 +115,19 @@ def of_ratio(kind: str, ratio: float, count: int) -> ResonanceResult:
     for cause in (*stuck.wrong, *slipping.wrong):
         print(f"    {cause}")
     return ResonanceResult(kind, ratio, stuck, slipping)
+
+
+def of_slider(ratio: float, count: int) -> HighestResult:
+    """Compare the highest responses of those among the first `count` cases of one slider on modes that have a damping ratio."""
+    result = HighestResult(ratio)
+    for seed in range(count):
+        if drawn(seed).ratio == ratio:
+            result.add(seed)
+    words = f"{result.cases} cases, {result.arrived} arrived, {len(result.wrong)} with another highest response"
+    print(f"one slider, damping ratio {ratio:g}: {words}", flush=True)
+    for cause in result.wrong:
+        print(f"    {cause}")
+    return result
 
 
 def cause_of(message: str) -> str:
