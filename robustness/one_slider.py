@@ -164,7 +164,7 @@ def drawn(seed: int) -> Modes:
 
 @dataclass
 class HighestResult:
-    """Sweeps of one damping ratio: how many, how many arrived, and those whose highest response is not that of the closed form."""
+    """Sweeps of one damping ratio: how many, how many arrived, and those whose highest response is not the closed form's."""
 
     ratio: float
     cases: int = 0
