@@ -74,10 +74,11 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Ar
     by_harmonics = change_by(finer, balance, point.evaluation, counted)
     by_harmonics[:, : by_samples.shape[1]] -= by_samples
     errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
-    large = errors[0] > ALLOWED
-    if large.any():
-        solved = solved_change(finer, balance, point.evaluation, counted, by_samples)
-        errors[0] = np.where(large & np.isfinite(solved), solved, errors[0])
+    for k, (more, before) in enumerate([(finer, by_samples), (sampled, np.zeros_like(by_samples))]):
+        large = errors[k] > ALLOWED
+        if large.any():
+            solved = solved_change(more, balance, point.evaluation, counted, before)
+            errors[k] = np.where(large & np.isfinite(solved), solved, errors[k])
     return errors
 
 
