@@ -1,6 +1,24 @@
-"""Entry point of `python -m stickslip`, the command line."""
+"""Entry point of the command line, as `stickslip` and as `python -m stickslip`."""
 
-from stickslip.cli import main
+import sys
+
+INTERRUPTED = 130
+"""Exit code, as of `stickslip.console`, which is not yet there."""
+
+
+def main() -> None:
+    """The command line. Ctrl-C while its modules load ends without a traceback, as it does later."""
+    try:
+        from stickslip.cli import main as command_line
+    except BaseException as error:
+        from stickslip.interrupts import is_behind
+
+        if not is_behind(error):
+            raise
+        sys.stderr.write("Interrupted; no file is incomplete.\n")
+        sys.exit(INTERRUPTED)
+    command_line()
+
 
 if __name__ == "__main__":
     main()

@@ -265,7 +265,7 @@ def similar(word: str, known: Iterable[str], likeness: float = 0.5) -> str:
 def similar_file(path: Path) -> str:
     """A remedy that names the file beside a missing one whose name is nearest to it, empty where none is near."""
     try:
-        names = [each.name for each in islice(path.parent.iterdir(), MOST)]
+        names = [each.name for each in islice(path.parent.iterdir(), MOST) if each.name != path.name]
     except OSError:
         return "" if path.parent.is_dir() else f"The folder {str(path.parent)!r} does not exist."
     return similar(path.name, names, 0.7)
@@ -285,6 +285,8 @@ def existing(what: str, paths: Sequence[Path]) -> None:
     for path in paths:
         if path.is_dir():
             raise fault(what, "must be a file", f"{path}, a folder", f"Name the files in it, such as {path}/*.csv.")
+        if path.exists() and not path.is_file():
+            raise fault(what, "must be a file", f"{path}, a device or pipe")
     if missing := [str(path) for path in paths if not path.is_file()]:
         raise fault(what, "must be a file that exists", ", ".join(missing), similar_file(Path(missing[0])))
 

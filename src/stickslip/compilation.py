@@ -49,7 +49,7 @@ class CompilationNotice:
 
     def _show(self) -> None:
         if self.command_bar is None and not _bar_is_seen():
-            if not self._said:
+            if not self._said and multiprocessing.parent_process() is None:
                 logging.getLogger("stickslip").warning(SENTENCE)
             self._said = True
             return

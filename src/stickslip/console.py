@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from stickslip.checks import Faults, InputError
 from stickslip.compilation import NOTICE
-from stickslip.interrupts import deferred
+from stickslip.interrupts import deferred, is_behind
 from stickslip.notebook_bar import NotebookBar, in_notebook
 
 Report = Callable[[float, str], None]
@@ -54,6 +54,11 @@ def _console(stderr: bool) -> _Console:
     return _Console(stderr=stderr)
 
 
+def progress_is_seen() -> bool:
+    """Whether anybody sees a bar: in the cell of a notebook, or on a terminal."""
+    return in_notebook() or _console(stderr=True).is_terminal
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
     """A bar with the remaining time, as long as a `with` block runs: in the cell of a notebook, or on a terminal's error stream.
@@ -67,7 +72,7 @@ def progress_bar(title: str) -> Iterator[Report]:
     """
     console = _console(stderr=True)
     with deferred():
-        if not in_notebook() and not console.is_terminal:
+        if not progress_is_seen():
             yield lambda fraction, text: None
             return
         bar = NotebookBar() if in_notebook() else _terminal_bar(console)
@@ -134,6 +139,8 @@ def report_fault(error: BaseException) -> int:
         case MemoryError():
             warn("Error: out of memory. Reduce the number of harmonics, samples, points, draws or degrees of freedom.")
             return FAILED
+        case _ if is_behind(error):
+            return report_fault(KeyboardInterrupt())
         case _:
             what = f"{type(error).__name__}: {error}"
             warn(f"Error inside stickslip ({what}). Please report it with the output of `stickslip --debug ...`.")

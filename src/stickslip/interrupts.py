@@ -65,6 +65,17 @@ def deferred() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+def is_behind(error: BaseException) -> bool:
+    """Whether Ctrl-C led to an error: Python 3.11 makes a `RuntimeError` of it in `__set_name__`, where classes are made."""
+    met: list[BaseException] = []
+    while error not in met:
+        met.append(error)
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__ or error
+    return False
+
+
 @contextmanager
 def held_back() -> Iterator[None]:
     """Ctrl-C in the block acts at its end: for short work that is to be done whole or whose libraries take no interruption."""

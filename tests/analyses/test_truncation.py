@@ -68,6 +68,18 @@ def test_a_linear_structure_leaves_nothing_out_and_an_output_at_rest_has_no_erro
     assert str(found.dataset.case_message.values[0]) == "The curve reached the end of the band."
 
 
+def test_an_output_that_moves_by_rounding_alone_has_no_error():
+    """Only an open contact, at an angle, joins the two directions."""
+    structure = ss.Structure(np.eye(2), np.diag([1.0, 2.0]), ("1.x", "1.y"), C=0.02 * np.eye(2))
+    along, normal = {"1.x": np.cos(0.7), "1.y": np.sin(0.7)}, {"1.x": -np.sin(0.7), "1.y": np.cos(0.7)}
+    apart = ss.Contact("apart", ss.Macroslip(kt=10.0, kn=1.0, mu=0.5, preload=-0.5), (along,), normal)
+    problem = ss.Problem(structure, (apart,), (ss.Force("1.x", 1.0),), ("1.y",))
+    found = ss.forced_response(problem, ss.radians_per_second(0.5, 2.0), [1e-3, 1e-2]).dataset
+    assert float(found.amplitude.max()) < 1e-12
+    assert np.all(found.sampling_error == 0.0)
+    assert not [words for words in found.case_message.values if "would change" in words]
+
+
 def test_too_few_harmonics_are_a_warning():
     problem, band, _, _ = CASES["one mass"]
     found = ss.forced_response(problem, band, [1.0, 1.3, 100.0], harmonics=1).dataset

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
 import warnings
@@ -10,7 +11,7 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
-from stickslip.console import plain_warnings, progress_bar
+from stickslip.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault
 from stickslip.files import write_arrays
 from stickslip.interrupts import termination_as_interrupt
 
@@ -59,6 +60,31 @@ def test_an_interrupt_waits_until_arrays_are_written(tmp_path, capfd, number):
         assert kept["u"].tolist() == [0.0, 1.0, 2.0]
     assert [path.name for path in tmp_path.iterdir()] == ["kept.npz"]
     assert capfd.readouterr().err == ""
+
+
+class InterruptedWhileMade:
+    """A descriptor during whose `__set_name__` Ctrl-C is pressed."""
+
+    def __set_name__(self, owner, name):
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_that_python_turns_into_another_error_is_one(capfd):
+    with pytest.raises((RuntimeError, KeyboardInterrupt)) as raised:
+        type("Made", (), {"entry": InterruptedWhileMade()})
+    assert report_fault(raised.value) == INTERRUPTED
+    assert report_fault(RuntimeError("another")) == FAILED
+    assert capfd.readouterr().err.startswith(
+        "Interrupted; no file is incomplete.\nError inside stickslip (RuntimeError: another)"
+    )
+
+
+def test_ctrl_c_while_modules_load_ends_without_a_traceback(tmp_path):
+    """A module of the name of one that loads first presses Ctrl-C."""
+    (tmp_path / "typer.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    ended = subprocess.run([sys.executable, "-m", "stickslip"], env=environment, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (INTERRUPTED, "Interrupted; no file is incomplete.\n")
 
 
 def test_a_warning_is_a_sentence_without_its_place_in_the_program(capfd):

@@ -209,7 +209,7 @@ def test_a_mass_with_fewer_rows_than_the_stiffness(chain, tmp_path):
     """Abaqus leaves out what is zero: rows are put together by their names."""
     chain.save(tmp_path, "abaqus")
     lines = (tmp_path / "job_MASS1.mtx").read_text().splitlines()
-    (tmp_path / "job_MASS1.mtx").write_text("\n".join(line for line in lines if not line.startswith("4,")))
+    (tmp_path / "job_MASS1.mtx").write_text("".join(f"{line}\n" for line in lines if not line.startswith("4,")))
     model = ss.read_model(tmp_path / "job_STIF1.mtx")
     expected = chain.M.copy()
     expected[3, 3] = 0.0
@@ -242,6 +242,12 @@ def test_an_empty_and_a_wrong_dmig(tmp_path):
         ("DMIG,KAA,0,6,9\n", "TIN of KAA must be 1, 2 .real, single or double., 3 or 4 .complex., but is 9"),
         ("DMIG,KAA,0,6,2\nDMIG,KAA,1,1,,-1,1,2.0\n", "The number of a grid point must be positive, but is -1"),
         ("GRID,-3,,0.,0.,0.\n", "The number of a grid point must be positive, but is -3"),
+        ("DMIG,KAA,0,6,2\nDMIG,KAA,1,1,,1,1\n", "A term of DMIG KAA must have a grid point and a value, but is .*was cut short"),
+        ("DMIG,KAA,0,6,2\nDMIG,KAA,1,1,,1,1,2.5", "must end with a whole line, but is 'cut off'"),
+        (
+            "DMIG,KAA,0,6,2\nDMIG,KAA,1,7,,1,7,2.5\n",
+            "The component of a grid point must be 1 to 6, or 0 for scalar points, but is 7",
+        ),
         ("DMIG,PAX,0,9,2\n", "must hold square DMIG entries"),
         ("DMIG,KAA,1,1,,1,1,2.0\n", "must begin with its header"),
         ("DMIG,KAA,0,6,2\nDMIG,KAA,x,1,,1,1,2.0\n", "must be a whole number, but is 'x'"),

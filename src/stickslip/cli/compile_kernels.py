@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from stickslip.cli.app import guarded
-from stickslip.console import progress_bar, say
+from stickslip.console import progress_bar, progress_is_seen, say
 
 if TYPE_CHECKING:
     from stickslip.problem import Problem
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @guarded
 def compile_kernels(ctx: typer.Context) -> None:
-    """Compile all numerical kernels now and keep them on disk, instead of at their first use."""
+    """Compile all numerical kernels now and keep them on disk, instead of at their first use: some minutes."""
     import time
 
     began = time.monotonic()
@@ -29,10 +29,12 @@ def compile_kernels(ctx: typer.Context) -> None:
 
 def compile_all() -> None:
     """Run the smallest cases of each analysis."""
-    cases = small_cases()
+    cases, logged = small_cases(), not progress_is_seen()
     with progress_bar("Compiling") as report:
         for number, (name, case) in enumerate(cases.items()):
             report(number / len(cases), name)
+            if logged:
+                say(f"Compiling {number + 1} of {len(cases)}: {name} ...")
             case()
 
 

@@ -53,6 +53,11 @@ def difference(a: Direction, b: Direction) -> dict[str, float]:
 
 def between(a: str, b: str) -> dict[str, float]:
     """The displacement of degree of freedom `a` relative to `b`; one of them may be "ground"."""
+    for name in (a, b):
+        if not isinstance(name, str):
+            raise fault(
+                "A place of a pair", 'must be a name, say "1.x"', name, "A dictionary of coefficients is a direction itself."
+            )
     if a == b:
         raise fault("A pair [A, B]", "must join two different places", [a, b])
     sides = [{} if dof == GROUND else {dof: 1.0} for dof in (a, b)]

@@ -16,7 +16,7 @@ import numpy as np
 from stickslip.checks import Array, Index, fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck, cards, fields, read_deck
-from stickslip.models.limits import within_file, within_memory
+from stickslip.models.limits import refuse_cut, within_file, within_memory
 from stickslip.models.numbers import numbers_in, table, triplets, whole
 from stickslip.structure.sparse import Sparse, both_triangles
 
@@ -25,6 +25,7 @@ JOB = re.compile(r"(.+)_(?:STIF|MASS|DMPV|DMPS)\d*", re.IGNORECASE)
 
 def read(path: Path) -> Content:
     """A matrix or a substructure; coordinates and sets from JOB.inp where that stands beside."""
+    refuse_cut(path)
     deck = _deck(path)
     with path.open(encoding="ascii", errors="replace") as file:
         head = file.read(1 << 16).upper()

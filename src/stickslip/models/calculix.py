@@ -13,10 +13,12 @@ import numpy as np
 from stickslip.checks import Array, fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck, read_deck
+from stickslip.models.limits import refuse_cut
 from stickslip.models.numbers import table, triplets, whole
 from stickslip.structure.sparse import Sparse, both_triangles
 
 ENDINGS = (".sti", ".mas", ".dof")
+DIRECTIONS = ("1", "2", "3", "4", "5", "6")
 CUT_SHORT = "One of the two files was cut short: copy them again."
 WRITE_THEM = "*FREQUENCY, SOLVER=MATRIXSTORAGE in the deck writes it."
 
@@ -46,10 +48,7 @@ def _entries(path: Path) -> Array:
     """Lines "row column value", (entries, 3); the last one whole."""
     if not path.stat().st_size:
         raise fault(path.name, "must hold a matrix", "empty", WRITE_THEM)
-    with path.open("rb") as file:
-        file.seek(-1, 2)
-        if file.read() != b"\n":
-            raise fault(path.name, "must end with a whole line", "cut off", CUT_SHORT)
+    refuse_cut(path, CUT_SHORT)
     return table(path, 3)
 
 
@@ -66,9 +65,9 @@ def _names(path: Path) -> tuple[str, ...]:
     found = []
     for line in path.read_text(encoding="ascii", errors="replace").split():
         node, dot, direction = line.partition(".")
-        if not (dot and node.isdecimal() and direction.isdecimal()):
-            raise fault(f"A line of {path.name}", "must be NODE.DIRECTION", line[:40])
-        found.append(dof(node, int(direction[:3])))
+        if not (dot and node.isdecimal() and direction in DIRECTIONS):
+            raise fault(f"A line of {path.name}", "must be NODE.DIRECTION with a direction of 1 to 6", line[:40])
+        found.append(dof(node, int(direction)))
     if not found:
         raise fault(path.name, "must hold a line NODE.DIRECTION for each row", "empty", WRITE_THEM)
     return tuple(found)

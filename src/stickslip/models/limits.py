@@ -1,12 +1,15 @@
-"""Limits on untrusted files: a header is accepted only if file size and memory support it."""
+"""Limits on untrusted files: a header is accepted only if file size and memory support it, a last line only if it is whole."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 from stickslip import machine
 from stickslip.checks import fault
 
 MOST_DEFLATED = 1100
 """No deflate stream unpacks to more than 1032 times its size."""
+CUT_SHORT = "The file was cut short: copy it again."
 EMPTY_ROWS = 1000
 """Rows that a matrix may have beyond two for each of its entries."""
 
@@ -14,6 +17,14 @@ EMPTY_ROWS = 1000
 def memory() -> int:
     """Half of the machine's memory, bytes: more is not spent on one model."""
     return machine.memory() // 2
+
+
+def refuse_cut(path: Path, remedy: str = CUT_SHORT) -> None:
+    """Refuse a file of lines, not empty, whose last one has no end: a number there may have lost digits."""
+    with path.open("rb") as file:
+        file.seek(-1, 2)
+        if file.read() != b"\n":
+            raise fault(path.name, "must end with a whole line", "cut off", remedy)
 
 
 def within_file(what: str, claimed: int, file_size: int, smallest: float) -> None:

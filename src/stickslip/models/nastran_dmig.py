@@ -17,7 +17,7 @@ from scipy import sparse
 from stickslip.checks import fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck
-from stickslip.models.limits import within_memory
+from stickslip.models.limits import CUT_SHORT, refuse_cut, within_memory
 from stickslip.models.nastran_cards import entries, integer, number, positive_integer
 from stickslip.models.nastran_grid import Grid
 from stickslip.structure.sparse import both_triangles
@@ -59,12 +59,14 @@ def read(path: Path) -> Content:
 def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
     """The matrices by name, and the grid points."""
     matrices: dict[str, Matrix] = {}
-    grid = Grid()
+    grid, entry = Grid(), list[str]()
     with path.open(encoding="ascii", errors="replace") as file:
         for entry in entries(file):
             if entry[0] == "DMIG":
                 _take(entry, matrices)
             grid.take(entry)
+    if entry and entry[0] == "DMIG":
+        refuse_cut(path)
     return matrices, grid.deck(path.name)
 
 
@@ -100,6 +102,8 @@ def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
     column = positive_integer(entry[2]), _component(entry[3])
     for start in range(5, len(entry), 4):
         grid, component, real, imaginary = (*entry[start : start + 4], "", "", "")[:4]
+        if any(entry[start : start + 4]) and not (grid and (real or imaginary)):
+            raise fault(f"A term of DMIG {name}", "must have a grid point and a value", entry[start : start + 4], CUT_SHORT)
         if grid:
             matrix.rows.append((positive_integer(grid), _component(component)))
             matrix.columns.append(column)
@@ -108,4 +112,7 @@ def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
 
 def _component(word: str) -> int:
     """The component of a grid point; scalar and extra points have none, or 0."""
-    return integer(word) if word else 0
+    component = integer(word) if word else 0
+    if component not in range(7):
+        raise fault("The component of a grid point", "must be 1 to 6, or 0 for scalar points", component)
+    return component

@@ -23,6 +23,7 @@ from stickslip.results.view import (
     converged_points,
     higher_end,
     highest_peak,
+    is_listed,
     level_text,
     levels_in_newtons,
     linear_peak,
@@ -113,7 +114,9 @@ def _comparison(dataset: xr.Dataset, peaks: dict[int, Peak], output: int, which:
     per_force = "/N" if levels_in_newtons(dataset) else " per unit level"
     several = "curves" if "start" in dataset.coords else "force levels"
     response = _size_of(dataset) or "response"
-    lowest = f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest largest {response} per force"
+    lowest = (
+        f"the lowest {response} per force at its peak" if peaks[best].local else f"the lowest maximum of the {response} per force"
+    )
     reductions = "" if best in ends else _reductions(dataset, best, peaks[best], output)
     sentence = (
         f"Of {which} {len(peaks)} {several}, {level_text(dataset, best)} has {lowest}: "
@@ -132,11 +135,10 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     name, unit, size = dataset.output.values[output], peak_unit(dataset), _size_of(dataset)
     if peak is None:
         return f"{level_text(dataset, case)}: no point converged."
-    what = (
-        f"{name} peaks at" if peak.local else f"no peak inside the band; the largest computed {size or 'amplitude'} of {name} is"
-    )
+    where = "of the listed frequencies the" if is_listed(dataset) else "no peak inside the band; the"
+    what = f"{name} peaks at" if peak.local else f"{where} largest computed {size or 'amplitude'} of {name} is"
     what = what.replace("peaks", f"peaks in {size}") if size else what
-    if _incomplete(dataset, case) and not peak.local and not dataset.attrs.get("listed_frequencies"):
+    if _incomplete(dataset, case) and not peak.local and not is_listed(dataset):
         last = hertz(float(dataset["frequency"].values[case, converged_points(dataset, case)[-1]]))
         largest = f"{number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         return (

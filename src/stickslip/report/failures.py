@@ -11,7 +11,7 @@ from stickslip.checks import counted
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, percent
 from stickslip.results.stability import is_unstable
-from stickslip.results.view import higher_end, highest_peak, level_text, points
+from stickslip.results.view import higher_end, highest_peak, is_listed, level_text, points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,7 +77,7 @@ def warnings_of(dataset: xr.Dataset) -> list[str]:
             sentences.append(f"{level_text(dataset, case)}: {more}")
         for output, name in enumerate(dataset.output.values):
             peak = highest_peak(dataset, case, output)
-            if peak is not None and not peak.local:
+            if peak is not None and not peak.local and not is_listed(dataset):
                 sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
             if peak is not None and is_unstable(dataset, case, peak.point):
                 sentences.append(

@@ -26,7 +26,7 @@ from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
 from stickslip.results.stability import has_stability, is_unstable, stability_sentences
-from stickslip.results.view import higher_end, highest_peak, measure_in
+from stickslip.results.view import higher_end, highest_peak, is_listed, measure_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -155,7 +155,8 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
     measure, units = measure_in(dataset), dataset["peak_amplitude"].attrs["units"]
     size = highest.amplitude / measure.per(float(dataset["force_level"][case]))
     if not highest.local:
-        return f"no peak; largest at {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
+        what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
+        return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
     words += ", unstable" if is_unstable(dataset, case, highest.point) else ""
     end = higher_end(dataset, case)

@@ -30,6 +30,7 @@ from stickslip.results.view import (
     energy_text,
     has_linear_curves,
     highest_peak,
+    is_listed,
     largest_loops,
     length_unit,
     level_text,
@@ -286,7 +287,10 @@ def _peak_rows(label: str, dataset: xr.Dataset, several: bool, unit: Length) -> 
             for rank, values in _ranked(dataset, case, output):
                 force = float(dataset.force_level[case])
                 result = cell(label) if several else ""
-                words = f"{rank}" if rank else "no peak inside the band; the largest point"
+                largest = (
+                    "largest of the listed frequencies" if is_listed(dataset) else "no peak inside the band; the largest point"
+                )
+                words = f"{rank}" if rank else largest
                 yield (
                     f'<tr data-case="{case}" data-rank="{rank}">{result}{cell(level_text(dataset, case), force)}{cell(str(name))}'
                     f"<td>{text(words)}</td>{_peak_cells(values, force, unit, levels_in_newtons(dataset))}</tr>"

@@ -220,6 +220,11 @@ HIGHER = 1.001
 """Ratio to the highest peak from which the end of a curve is higher."""
 
 
+def is_listed(dataset: xr.Dataset) -> bool:
+    """Whether responses are those at listed frequencies, without peaks between them."""
+    return bool(dataset.attrs.get("listed_frequencies")) or "wanted" in dataset.variables
+
+
 def higher_end(dataset: xr.Dataset, case: int, output: int = 0) -> Peak | None:
     """The first or last point of a curve where it is higher than its highest peak: a higher peak may lie beyond. None without a
     peak, at which `highest_peak` is the largest point already."""

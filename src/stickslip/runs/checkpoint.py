@@ -42,7 +42,7 @@ class CheckpointFolder:
         if changed:
             raise InputError(
                 f"The checkpoint in {str(self.folder)!r} must belong to this run, but {' and '.join(changed)} changed since. "
-                "Compute from the start (on the command line without --resume), or use another folder."
+                "Compute from the start (on the command line with --overwrite instead of --resume), or use another folder."
             )
 
     def _changed(self) -> list[str]:

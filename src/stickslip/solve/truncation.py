@@ -18,8 +18,9 @@ from stickslip.solve.sensitivity import respond, solved_factors
 MARGIN = 16
 """Harmonics beyond H that are estimated, at least; up to 2H if that is more."""
 
-AT_REST = 1e-6
-"""Amplitude of an output, relative to the largest, below which it counts as being at rest."""
+AT_REST, ROUNDING = 1e-6, 1e-10
+"""Amplitudes of an output, relative to the largest output and to the largest motion of all, below which it counts as being at
+rest."""
 
 
 def enough_beyond(harmonics: int) -> int:
@@ -70,7 +71,8 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
     change = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None]).motion[0]
     size = np.linalg.norm(evaluation.w[rows, counted], axis=1)
-    moving = size > AT_REST * np.linalg.norm(evaluation.w[rows, 1:], axis=1).max(initial=0.0)
+    whole = np.linalg.norm(evaluation.w[:, 1:], axis=1)
+    moving = size > max(AT_REST * whole[rows].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
     relative = np.zeros((size.size, finer.columns))
     relative[moving, counted] = change[rows, counted][moving] / size[moving, None]
     return relative

@@ -14,7 +14,7 @@ from pydantic import Field, Tag
 
 from stickslip.analyses.speed.models import at_reference_speed
 from stickslip.analyses.speed.speed_sweep import SpeedSweepWork
-from stickslip.checks import Array, InputError, counted, fault, unique
+from stickslip.checks import Array, InputError, counted, fault, positive, unique
 from stickslip.disks.tuned import TunedDisk
 from stickslip.models.read import read_content
 from stickslip.problem import Problem
@@ -70,6 +70,7 @@ class SpeedSweepPlan(Plan):
     def of(cls, asked: Asked) -> SpeedSweepPlan:
         """The plan of a study."""
         sweep, table = sweep_of(asked), SpeedSweepTable.model_validate(asked.tables["speed_sweep"])
+        positive("[speed_sweep]: reference_speed", table.reference_speed)
         at_rest = _stiffness_at_rest(table, sweep.problem, asked)
         problem = at_reference_speed(sweep.problem, 2.0 * pi * table.reference_speed / 60.0, at_rest)
         return cls(sweep, table, problem)
