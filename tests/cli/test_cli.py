@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import stickslip
 from stickslip import console
-from stickslip.cli import app
+from stickslip.cli import app, studies
 from stickslip.cli.places import claimed
 from stickslip.report.responses import PRESENTATION
 from stickslip.results.files import open_results
@@ -376,6 +376,25 @@ def test_whatever_computes_long_can_go_on(command):
     shown = stickslip_command(command, "--help").output
     assert "--resume" in shown
     assert "--overwrite" in shown
+
+
+def test_interrupted_while_the_report_is_written(one_mass, tmp_path, monkeypatch):
+    """The results are complete and kept nowhere else; `--resume` writes the report."""
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as context:
+        context.setattr(studies, "write_reports", interrupted)
+        stopped = stickslip_command("run", one_mass, "--out", out)
+    assert stopped.exit_code == console.INTERRUPTED
+    assert f"The results in {out} are complete; `stickslip report {out}` writes the report." in stopped.output
+    assert [path.name for path in out.iterdir()] == ["results.nc"]
+    resumed = stickslip_command("run", one_mass, "--out", out, "--resume")
+    assert resumed.exit_code == 0
+    assert "Nothing to compute" in resumed.output
+    assert (out / "report.html").is_file()
 
 
 def test_interrupted_from_the_keyboard(one_mass, tmp_path):

@@ -208,7 +208,7 @@ def read_job(path: Path) -> Job:
 
 
 def carry_out(run: Run, figures: bool = False) -> None:
-    """Compute the missing cases, write everything, then remove the checkpoint."""
+    """Compute the missing cases and write everything; the checkpoint goes as soon as the results are on the disk."""
     try:
         with claimed(run.folder):
             broken = computed_and_written(run, figures)
@@ -229,9 +229,9 @@ def computed_and_written(run: Run, figures: bool) -> list[str]:
         else:
             say_kept(run, len(kept))
             datasets = computed(run, kept)
-        broken = finish(datasets, run.folder, figures)
     kept.remove(kept.folder)
-    return broken
+    with hint_at_the_report(run.folder):
+        return finish(datasets, run.folder, figures)
 
 
 def computed(run: Run, kept: CheckpointFolder) -> dict[str, xr.Dataset]:
@@ -267,6 +267,16 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
         if len(kept):
             curves = counted(len(kept), "completed curve")
             warn(f"Kept {curves} in {kept.folder}; run the same command with --resume to continue.")
+        raise
+
+
+@contextmanager
+def hint_at_the_report(folder: Path) -> Iterator[None]:
+    """Whatever stops the block, say that only the report may be missing."""
+    try:
+        yield
+    except (KeyboardInterrupt, OSError, MemoryError):
+        warn(f"The results in {folder} are complete; `stickslip report {folder}` writes the report.")
         raise
 
 
