@@ -1,6 +1,8 @@
 """Cases computed by processes, kept and given back: the same results whoever computes them."""
 
 import os
+import subprocess
+import sys
 import time
 import warnings
 from multiprocessing import active_children
@@ -69,6 +71,21 @@ def test_a_process_that_ends_before_it_begins_is_no_loss(tmp_path):
     with pytest.warns(RuntimeWarning, match="A process ended while it started"):
         results = all_cases(work, workers=2, progress=lambda fraction, text: [child.kill() for child in active_children()])
     assert [int(arrays["square"]) for arrays in results] == [0, 1, 4, 9, 16]
+
+
+def test_a_script_without_the_guard_computes_with_one_warning(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import stickslip as ss\n"
+        "band = ss.radians_per_second(0.5, 2.0)\n"
+        "levels = [1.0 + 0.02 * k for k in range(100)]\n"
+        "found = ss.forced_response(ss.rigs.single_mass(), band, levels, harmonics=3, workers=2)\n"
+        "print(found.dataset.sizes['case'])\n"
+    )
+    ended = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout) == (0, "100\n")
+    assert "Traceback" not in ended.stderr
+    assert ended.stderr.count("A process ended while it started") <= 1
 
 
 def test_cases_do_not_wait_for_processes_that_start(tmp_path):

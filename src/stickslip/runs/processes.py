@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import connection, get_context, reduction
+from multiprocessing import connection, current_process, get_context, reduction
 from os import _exit
 from typing import TYPE_CHECKING, Any
 
@@ -148,6 +148,8 @@ def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connecti
     class of the work, whose modules it imports while this one prepares the work. That follows when all have begun: a process
     takes large data only after its own start, for which the next one would have to wait.
     """
+    if getattr(current_process(), "_inheriting", False):
+        raise SystemExit  # a process that imports a script without the guard; the one that started it says so
     context = get_context("spawn")
     with ExitStack() as ends:
         pipes = []
