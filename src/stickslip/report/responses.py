@@ -159,6 +159,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
     words += ", unstable" if is_unstable(dataset, case, highest.point) else ""
+    words += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)
     if end is None:
         return words
