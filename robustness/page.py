@@ -49,7 +49,7 @@ $wrong
 One slider on 1 to 40 modes, closely spaced ones among them, stiffness, limit and force over many decades, solved with one
 harmonic and 1024 samples. The closed form of that is solved at the resonances which every amplitude of the slider makes, and
 beside them. The highest response of a curve that arrives must be that of the closed form to 0.2 %. Without any damping a
-response may grow without bound, and a peak may be narrower than frequencies can be told apart; such a curve ends, and says so.
+response may grow without bound, and a peak may be narrower than frequencies can be distinguished; such a curve ends, and says so.
 
 | damping ratio | cases | arrived | highest response right |
 | --- | --- | --- | --- |

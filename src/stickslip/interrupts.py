@@ -78,18 +78,24 @@ def is_behind(error: BaseException) -> bool:
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Ctrl-C in the block acts at its end: for short work that is to be done whole or whose libraries take no interruption."""
+    """Ctrl-C and SIGTERM in the block act at its end, where they raise an exception: for short work that is to be done whole or
+    whose libraries take no interruption.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield  # which signals do not reach
         return
-    met = threading.Event()
-    before = signal.signal(signal.SIGINT, lambda number, frame: met.set())
+    met: list[int] = []
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    held = {number: handler for number, handler in handlers.items() if callable(handler)}
+    for number in held:
+        signal.signal(number, lambda number, frame: met.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-        if met.is_set():
-            signal.raise_signal(signal.SIGINT)
+        for number, handler in held.items():
+            signal.signal(number, handler)
+        if met:
+            signal.raise_signal(met[-1])
 
 
 @contextmanager

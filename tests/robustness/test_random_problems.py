@@ -10,6 +10,7 @@ import pytest
 import stickslip as ss
 from robustness import limits, run
 from robustness.ill_posed import ILL_POSED, IllPosed, respond
+from robustness.one_slider import HighestResult
 from robustness.page import ClassResult, ResonanceResult, page
 from robustness.problems import CLASSES, random_case
 from robustness.resonances import Tally
@@ -168,12 +169,15 @@ def test_the_page_says_what_a_run_found():
     failed = {"The curve turned back.": [3], "Too many points.": [5, 9]}
     results = [ClassResult(kind, 20, 0.3, failed if kind == "lift-off" else {}) for kind in CLASSES]
     right, wrong = Tally(cases=2, peaks=12), Tally(cases=2, peaks=11, missing=1, wrong=["chain 1: 1 missing"])
-    text = page(results, [ResonanceResult("chain", 1e-3, right, wrong)], "31 of 31 recognised", "Measured today")
+    highest = [HighestResult(1e-3, 4, 3, ["one slider 7"])]
+    text = page(results, [ResonanceResult("chain", 1e-3, right, wrong)], highest, "31 of 31 recognised", "Measured today")
+    assert "| 0.001 | 4 | 3 | 2 |" in text
+    assert "* one slider 7" in text
     assert "| chain | 0.001 | 2 | 12 | 0 | 0 | 11 | 1 | 0 |" in text
     assert "* chain 1: 1 missing" in text
     assert "| lift-off | the same with preload 0 to 2, and gaps | 17 of 20 (85.0 %) | 0.30 s |" in text
     assert text.index("2 of lift-off: Too many points. (numbers 5, 9)") < text.index("1 of lift-off: The curve turned back.")
-    assert "No problem failed." in page(results[:1], [], "", "")
+    assert "No problem failed." in page(results[:1], [], [], "", "")
 
 
 @pytest.mark.parametrize(
