@@ -49,7 +49,8 @@ $wrong
 One slider on 1 to 40 modes, closely spaced ones among them, stiffness, limit and force over many decades, solved with one
 harmonic and 1024 samples. The closed form of that is solved at the resonances which every amplitude of the slider makes, and
 beside them. The highest response of a curve that arrives must be that of the closed form to 0.2 %. Without any damping a
-response may grow without bound, and a peak may be narrower than frequencies can be distinguished; such a curve ends, and says so.
+response may grow without bound, or its peak be narrower than the spacing of floating-point numbers; such a curve ends and
+says so.
 
 | damping ratio | cases | arrived | highest response right |
 | --- | --- | --- | --- |
@@ -154,7 +155,7 @@ def page(
     other = [f"* {cause}" for result in highest for cause in result.wrong]
     found = {
         "highest": "\n".join(result.row for result in highest),
-        "wrong_highest": "\n".join(["Others:", "", *other]) if other else "No other response is higher.",
+        "wrong_highest": "\n".join(["Curves with another highest response:", "", *other]) if other else "All curves that arrived are right.",
         "resonances": "\n".join(result.row for result in resonances),
         "wrong": "\n".join(["Cases with a peak missing or wrong:", "", *wrong]) if wrong else "No peak is missing or wrong.",
     }

@@ -84,10 +84,8 @@ def _looks(dataset: xr.Dataset) -> dict[tuple[int, int], dict[str, Any]]:
 def _linear(dataset: xr.Dataset, e: int, output: int, unit: Length) -> Iterator[Layer]:
     at = f", {level_text(dataset, 0)}" if dataset.sizes["case"] > 1 else ""
     for name, words, style in (("free", "no contacts", FREE), ("stuck", "contacts stuck", STUCK)):
-        values, look = (
-            dataset[f"{name}_amplitude"].values[e, 0, :, output] / unit.metres,
-            replace(style, colour="grey", opacity=0.6),
-        )
+        values = dataset[f"{name}_amplitude"].values[e, 0, :, output] / unit.metres
+        look = replace(style, colour="grey", opacity=0.6)
         yield Line(dataset["linear_speed"].values[e], values, look, f"{words}{at}", listed=e == 0)
 
 
