@@ -155,7 +155,9 @@ def page(
     other = [f"* {cause}" for result in highest for cause in result.wrong]
     found = {
         "highest": "\n".join(result.row for result in highest),
-        "wrong_highest": "\n".join(["Curves with another highest response:", "", *other]) if other else "All curves that arrived are right.",
+        "wrong_highest": "\n".join(["Curves with another highest response:", "", *other])
+        if other
+        else "All curves that arrived are right.",
         "resonances": "\n".join(result.row for result in resonances),
         "wrong": "\n".join(["Cases with a peak missing or wrong:", "", *wrong]) if wrong else "No peak is missing or wrong.",
     }
