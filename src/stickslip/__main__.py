@@ -21,4 +21,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    if not sys.flags.safe_path:
+        del sys.path[0]  # by `python -m` the working folder, which may be that of a model
     main()

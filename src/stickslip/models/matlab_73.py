@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import fault
+from stickslip.hdf5 import refuse_data_elsewhere, refuse_other_files
 from stickslip.models.limits import MOST_DEFLATED, rows_with_entries, within_file, within_memory
 
 
@@ -17,6 +18,7 @@ def arrays(path: Path) -> dict[str, Any]:
     import h5py
 
     with h5py.File(path, "r") as file:
+        refuse_other_files(file)
         return {name: value for name in file if not name.startswith("#") and (value := _item(file, name)) is not None}
 
 
@@ -64,4 +66,11 @@ def _hdf5_names(file: Any, item: Any) -> list[str]:
         return ["".join(map(chr, row)).strip() for row in np.atleast_2d(item[()].T)]
     if item.dtype != h5py.ref_dtype:
         raise fault("dofs", "must hold text", str(item.dtype), 'A cell array of names such as "17.x", one for each row.')
-    return ["".join(map(chr, file[reference][()].ravel())) for reference in item[()].T.ravel()]
+    return [_text(file[reference]) for reference in item[()].T.ravel()]
+
+
+def _text(cell: Any) -> str:
+    """The characters that a reference leads to, which no link need lead to."""
+    refuse_data_elsewhere(cell.id)
+    _bounded("dofs", cell)
+    return "".join(map(chr, cell[()].ravel()))

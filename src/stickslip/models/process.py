@@ -1,7 +1,7 @@
 """Readers of other packages in a process of their own: their compiled code can end a process on a damaged file.
 
 `python -m stickslip.models.process MODULE SOURCE TARGET` calls `arrays(path)` of a reader's module on the file SOURCE and writes
-what it returns to the NumPy archive TARGET.
+what it returns to the NumPy archive TARGET. The folder in which it runs may be that of the model: `-P` keeps it off the import path.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def arrays_of(path: Path, reader: str) -> dict[str, Any]:
     """Arrays and sparse matrices by name, as `arrays(path)` of the module `reader` returns them."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "arrays.npz"
-        command = [sys.executable, "-m", __name__, reader, os.fspath(path.absolute()), os.fspath(target)]
+        command = [sys.executable, "-P", "-m", __name__, reader, os.fspath(path.absolute()), os.fspath(target)]
         limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
         threads = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
         try:

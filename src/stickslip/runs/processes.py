@@ -9,6 +9,7 @@ leaves half a message there, and the pool waits for the other half for ever.
 from __future__ import annotations
 
 import ctypes
+import os
 import queue
 import signal
 import threading
@@ -19,7 +20,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import connection, current_process, get_context, reduction
-from os import _exit
 from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
@@ -33,6 +33,10 @@ if TYPE_CHECKING:
 
 POLL = 0.1
 """Seconds between two looks at the progress of the processes."""
+
+_SAFE_PATH = "PYTHONSAFEPATH"
+"""The variable by which a process of Python keeps the folder in which it starts off its import path."""
+_STARTING = threading.Lock()
 
 _KILLED = "A process was killed while it computed {words}, which is computed again. If memory ran out, take fewer workers."
 _NOT_STARTED = (
@@ -153,7 +157,7 @@ def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connecti
     context = get_context("spawn")
     with ExitStack() as ends:
         pipes = []
-        with for_this_process_only():
+        with _safe_paths(), for_this_process_only():
             for _ in range(count):
                 here, there = context.Pipe()
                 process = context.Process(target=_serve, args=(fractions, there))
@@ -169,6 +173,25 @@ def _processes(work: Work, count: int, fractions: Any) -> Iterator[list[connecti
             with suppress(OSError):
                 pipe.send_bytes(data)
         yield pipes
+
+
+@contextmanager
+def _safe_paths() -> Iterator[None]:
+    """Processes of Python that are started in this block import nothing from the working folder, which may be that of a model.
+
+    Multiprocessing starts them and its resource tracker by `python -c`, which has the working folder first on the import path
+    until the path of this process arrives. One thread at a time: another's end would take the variable away.
+    """
+    with _STARTING:
+        before = os.environ.get(_SAFE_PATH)
+        try:
+            os.environ[_SAFE_PATH] = "1"
+            yield
+        finally:
+            if before is None:
+                os.environ.pop(_SAFE_PATH, None)
+            else:
+                os.environ[_SAFE_PATH] = before
 
 
 def _ended(process: SpawnProcess, pipe: connection.Connection) -> None:
@@ -199,7 +222,7 @@ def _receive(pipe: connection.Connection, cases: queue.Queue[int]) -> None:
     with suppress(EOFError, OSError):
         while True:
             cases.put(pipe.recv())
-    _exit(1)
+    os._exit(1)
 
 
 def _answer(work: Work, case: int, fractions: Any) -> Arrays | Exception:

@@ -1,0 +1,180 @@
+"""Code that lies beside a model or a study is not run, whatever it is named, by no process of a command or of a script."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from importlib import metadata
+from pathlib import Path
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+from models.conftest import Chain
+
+from stickslip.runs import dask_cluster
+from stickslip.runs.processes import _safe_paths
+
+COMMAND = Path(sys.executable).with_name("stickslip")
+NAMES = {
+    *sys.stdlib_module_names,
+    *(name for name in metadata.packages_distributions() if name.isidentifier()),
+    *("stickslip", "sitecustomize", "usercustomize", "lazy_loader", "mkl_rt", "chain", "study"),
+}
+STUDY = """
+[study]
+analysis = "forced_response"
+[structure]
+model = "chain.mat"
+keep = ["1"]
+modes = 2
+[[contact]]
+law = "macroslip"
+between = ["1.x", "ground"]
+kt = 1e5
+mu = 0.3
+normal_load = 10.0
+[[force]]
+direction = "1.x"
+amplitude = 1.0
+[sweep]
+frequency = [50.0, 60.0]
+force_levels = [0.1, 0.2]
+harmonics = 1
+samples = 16
+outputs = ["1.x"]
+"""
+SCRIPT = """
+import stickslip as ss
+import beside
+
+if __name__ == "__main__":
+    answer = ss.forced_response(ss.rigs.single_mass(), beside.BAND, [0.5, 1.0], harmonics=1, samples=16, workers=2)
+    print(answer.dataset.sizes["case"], ss.read_model("chain.mat").size)
+"""
+
+
+class Folder:
+    """A working folder that holds a module of every name, each of which leaves a mark when it is run."""
+
+    def __init__(self, place):
+        self.place, self.marks = place, place / "marks"
+        place.mkdir()
+        for name in NAMES:
+            (place / f"{name}.py").write_text(f"open({str(self.marks)!r}, 'a').write(__name__ + '\\n')\n")
+
+    def run(self, *command):
+        """What a command prints that is run here; nothing has been run from here."""
+        ended = subprocess.run([*map(str, command)], cwd=self.place, env=plain(), capture_output=True, text=True, check=False)
+        self.assert_unmarked()
+        assert ended.returncode == 0, ended.stderr
+        return ended.stdout
+
+    def assert_unmarked(self):
+        assert not self.marks.exists(), self.marks.read_text()
+
+
+def plain(**more):
+    """The environment without anything that says where modules are."""
+    return {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONSAFEPATH")} | more
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return Folder(tmp_path / "models")
+
+
+def test_the_marks_are_left_by_what_is_run(folder):
+    """As any Python process does that is started by `python -c`."""
+    subprocess.run([sys.executable, "-c", "import numpy"], cwd=folder.place, env=plain(), capture_output=True, check=False)
+    assert "numpy" in folder.marks.read_text().split()
+
+
+@pytest.mark.parametrize("kind", ["mat", "mat73", "matrix_market", "harwell_boeing"])
+def test_reading_a_model_in_a_process(folder, kind):
+    path = Chain().save(folder.place, kind)
+    assert "6" in folder.run(COMMAND, "info", path.name)
+
+
+@pytest.mark.slow
+def test_a_study_on_a_model(folder):
+    Chain().save(folder.place, "mat")
+    (folder.place / "own.toml").write_text(STUDY)
+    folder.run(COMMAND, "check", "own.toml")
+    folder.run(COMMAND, "run", "own.toml", "--out", "out", "--workers", "2")
+    folder.run(COMMAND, "run", "own.toml", "--out", "out", "--workers", "2", "--resume")
+    folder.run(COMMAND, "export", "out", "--out", "curves.csv")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not dask_cluster.installed(), reason='needs distributed: pip install "stickslip[dask]"')
+def test_a_cluster_whose_processes_take_safe_paths(folder):
+    """Dask starts its processes itself: PYTHONSAFEPATH, as the page on clusters says, keeps them and their nannies safe."""
+    Chain().save(folder.place, "mat")
+    (folder.place / "own.toml").write_text(STUDY)
+    dask, safe = Path(sys.executable).with_name("dask"), plain(PYTHONSAFEPATH="1")
+    quiet = {"cwd": folder.place, "env": safe, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    local = ("--host", "127.0.0.1", "--no-dashboard")
+    processes = [subprocess.Popen([dask, "scheduler", "--port", "0", "--scheduler-file", "dask.json", *local], **quiet)]
+    try:
+        file = folder.place / "dask.json"
+        ends = time.monotonic() + 120.0
+        while not file.exists():
+            assert time.monotonic() < ends
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        processes.append(subprocess.Popen([dask, "worker", address, "--nthreads", "1", *local], **quiet))
+        folder.run(COMMAND, "run", "own.toml", "--out", "out", "--scheduler", address)
+    finally:
+        for process in reversed(processes):
+            process.send_signal(signal.SIGINT)
+            process.wait(timeout=60)
+    folder.assert_unmarked()
+
+
+@pytest.mark.slow
+def test_the_explorer(folder):
+    pytest.importorskip("dash")
+    Chain().save(folder.place, "mat")
+    (folder.place / "own.toml").write_text(STUDY)
+    command = [COMMAND, "explore", "own.toml", "--no-browser"]
+    process = subprocess.Popen(command, cwd=folder.place, env=plain(PYTHONUNBUFFERED="1"), stdout=subprocess.PIPE, text=True)
+    try:
+        address = process.stdout.readline().split()[-1]
+        assert urlopen(address, timeout=60).status == 200
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    folder.assert_unmarked()
+
+
+def test_a_script_in_another_folder(folder, tmp_path):
+    """Its own folder stays importable, in its processes too."""
+    scripts = tmp_path / "scripts"
+    scripts.mkdir()
+    (scripts / "work.py").write_text(SCRIPT)
+    (scripts / "beside.py").write_text("BAND = [0.1, 0.3]\n")
+    Chain().save(folder.place, "mat")
+    assert folder.run(sys.executable, scripts / "work.py").split() == ["2", "6"]
+
+
+@pytest.mark.parametrize("before", [None, "", "yes"])
+def test_the_environment_is_as_it_was_once_processes_have_started(monkeypatch, before):
+    if before is None:
+        monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    else:
+        monkeypatch.setenv("PYTHONSAFEPATH", before)
+    with pytest.raises(KeyboardInterrupt), _safe_paths():
+        assert os.environ["PYTHONSAFEPATH"] == "1"
+        raise KeyboardInterrupt
+    assert os.environ.get("PYTHONSAFEPATH") == before
+
+
+def test_as_a_module_of_python(folder):
+    """`python -m` puts the working folder on the path of its own process; it is not there once the command begins."""
+    for name in NAMES - {"numpy", "scipy", "h5py", "xarray", "multiprocessing", "socket", "subprocess"}:
+        (folder.place / f"{name}.py").unlink()
+    path = Chain().save(folder.place, "mat73")
+    assert "6" in folder.run(sys.executable, "-m", "stickslip", "info", path.name)
