@@ -89,7 +89,7 @@ def test_a_name_that_only_a_reference_leads_to(chain, others, said):
         del file["dofs"]
         file["dofs"] = np.array([[file["hidden/door"].ref] * 6], dtype=h5py.ref_dtype).T
     content = path.read_bytes()
-    assert (node := content.rfind(b"SNOD\x01\0\x01\0")) > 0
+    node = content.rindex(b"SNOD\x01\0\x01\0")
     path.write_bytes(content[: node + 6] + b"\0\0" + content[node + 8 :])
     with h5py.File(path) as file:
         assert list(file["hidden"]) == []

@@ -1,7 +1,7 @@
 """Readers of other packages in a process of their own: their compiled code can end a process on a damaged file.
 
 `python -m stickslip.models.process MODULE SOURCE TARGET` calls `arrays(path)` of a reader's module on the file SOURCE and writes
-what it returns to the NumPy archive TARGET. The folder in which it runs may be that of the model: `-P` keeps it off the import path.
+what it returns to the NumPy archive TARGET. Its folder may be that of the model: `-P` keeps it off the import path.
 """
 
 from __future__ import annotations
