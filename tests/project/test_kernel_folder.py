@@ -87,7 +87,8 @@ def test_kernels_of_a_user_without_a_home_go_there(own, monkeypatch):
     monkeypatch.setattr("stickslip.kernels.cache._PACKAGE", own.parent / "package")
     monkeypatch.setattr("stickslip.kernels.cache._digest", lambda: "digest")
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
-    monkeypatch.chdir(own.parent)
+    (own.parent / "model").mkdir()
+    monkeypatch.chdir(own.parent / "model")
     assert _cache_folder() == own / "kernels-digest"
     assert not Path("relative").exists()
 

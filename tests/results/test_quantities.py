@@ -1,11 +1,16 @@
 """Velocities, accelerations and receptances of a result, against the linear single mass and against time."""
 
+import csv
+
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import app
+from stickslip.cli.results import without_formulas
+from stickslip.results.files import save
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +89,12 @@ def test_tables(response, tmp_path):
         ss.quantity_table(response.dataset, "speed")
 
 
-def test_export(tmp_path):
-    swept = ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), force=[0.5], harmonics=1)
+@pytest.fixture(scope="module")
+def swept():
+    return ss.forced_response(ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), force=[0.5], harmonics=1)
+
+
+def test_export(swept, tmp_path):
     for name in ("a", "b"):
         swept.save(tmp_path / "results" / name / "results.nc")
     arguments = [
@@ -99,8 +108,6 @@ def test_export(tmp_path):
     ]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
-    import pandas as pd
-
     curves, peaks = pd.read_csv(tmp_path / "t.csv"), pd.read_csv(tmp_path / "t_peaks.csv")
     assert set(curves["result"]) == {"a", "b"}
     peak = swept.peaks().iloc[0]
@@ -117,3 +124,28 @@ def test_export(tmp_path):
     refused = CliRunner().invoke(app, ["export", str(tmp_path / "results"), "--out", str(tmp_path / "t.txt")])
     assert refused.exit_code == 2
     assert "--out must end in .csv" in refused.output
+
+
+@pytest.mark.parametrize("begin", [*"=+-@\t\r\n＝＋－＠"])
+def test_a_name_in_an_exported_table_is_no_formula_of_a_spreadsheet(swept, tmp_path, begin):
+    """Neither that of an output nor that of a result, whose folder has it."""
+    name = f'{begin}HYPERLINK("http://evil.example")'
+    folder = f"{begin}cmd" if begin not in "\t\r\n" else "b"
+    for place in ("a", folder):
+        save(swept.dataset.assign_coords(output=[name]), tmp_path / "results" / place / "results.nc")
+    result = CliRunner().invoke(app, ["export", str(tmp_path / "results"), "--out", str(tmp_path / "t.csv")])
+    assert result.exit_code == 0, result.output
+    for file in ("t.csv", "t_peaks.csv"):
+        with (tmp_path / file).open(newline="", encoding="utf-8") as table:
+            rows = list(csv.DictReader(table))
+        assert {row["output"] for row in rows} == {f"'{name}"}
+        assert {row["result"] for row in rows} == {"a", folder if folder == "b" else f"'{folder}"}
+        assert all(row[key].lstrip("-")[0].isdigit() for row in rows for key in row if "[" in key)
+
+
+def test_numbers_and_harmless_names_stay_as_they_are():
+    table = pd.DataFrame({"a [Hz]": [-3.0, np.nan], "b": ["-3.0", "+1e-5"], "c": ["1.x", "a=b"], "d": [-1, 2], "e": [None, True]})
+    pd.testing.assert_frame_equal(without_formulas(table), table)
+    formulas = pd.DataFrame({"=a": ["-3.0+cmd", "-x", "+1e-5\n"]})
+    assert without_formulas(formulas).to_dict("list") == {"'=a": ["'-3.0+cmd", "'-x", "'+1e-5\n"]}
+    assert list(without_formulas(formulas[:0]).columns) == ["'=a"]

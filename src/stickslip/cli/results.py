@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
     from stickslip.report.presentation import Presentation
 
+FORMULA = re.compile(r"(?![+-]?[\d.]+(e[+-]?\d+)?\Z)[=+\-@\t\r\n＝＋－＠]", re.IGNORECASE)
+"""A text that a spreadsheet may take for a formula, and no number; the last four signs are wide ones."""
 FIGURES = "figures"
 """Where figures go beside results."""
 FORMATS, OF_FIGURES, OF_MOTION = ("png", "svg", "gif"), ("png", "svg", "pdf"), ("gif", "mp4", "webp", "html")
@@ -114,7 +117,7 @@ def export(
         files, notes = captioned({name: presentation_of(dataset).tables(dataset) for name, dataset in datasets.items()}, out), {}
     refuse_existing(files, overwrite)
     for path, table in files.items():
-        write_text(path, table.to_csv(index=False))
+        write_text(path, without_formulas(table).to_csv(index=False))
         say(f"Wrote {path}")
     for sentence in notes:
         say(sentence)
@@ -154,6 +157,16 @@ def table_of(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     return pd.concat(
         table.assign(result=name)[["result", *table.columns]] if several else table for name, table in tables.items()
     )
+
+
+def without_formulas(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with an apostrophe before each text that a spreadsheet would take for a formula, in cells and titles; numbers
+    stay. Source: OWASP, CSV Injection."""
+
+    def plain(value: Any) -> Any:
+        return f"'{value}" if isinstance(value, str) and FORMULA.match(value) else value
+
+    return table.map(plain).rename(columns=plain)
 
 
 def refuse_existing(files: Iterable[Path], overwrite: bool) -> None:
