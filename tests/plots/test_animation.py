@@ -98,6 +98,16 @@ def test_without_ffmpeg_a_film_is_refused_with_the_remedy(animation, tmp_path, m
     assert not list(tmp_path.iterdir())
 
 
+def test_a_program_in_the_working_folder_is_not_run(animation, tmp_path, monkeypatch):
+    """On Windows a search for ffmpeg begins there, and finds it by a path without a root."""
+    (tmp_path / "ffmpeg.bat").write_text("echo ran > marks")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(shutil, "which", lambda name: "./ffmpeg.bat")
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(InputError, match=r"stickslip\[film\]"):
+        animation.save("x.mp4")
+
+
 def test_blades_of_a_mistuned_wheel_have_amplitudes_and_colours_of_their_own():
     """The amplitudes are half the travel of each blade's own output; blades of one colour are within an eighth of the largest."""
     deviation = [0.02, -0.03, 0.01, 0.0, 0.025, -0.015]

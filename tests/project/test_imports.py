@@ -16,7 +16,7 @@ ROOT = Path(stickslip.__file__).parent
 # From the bottom up. A module imports from its own component and from the rows above its own; never sideways or downwards.
 LAYERS = (
     ("checks", "machine", "outcome", "interrupts", "notebook_bar", "renamed"),
-    ("compilation", "files", "hdf5"),
+    ("compilation", "files"),
     ("kernels",),
     ("units",),
     ("structure", "contact", "loads"),

@@ -209,3 +209,13 @@ def test_labelled_refuses_missing_attributes(variables_coords_attrs):
     variables, coords, attrs = variables_coords_attrs
     with pytest.raises(Faults, match="'harmonics' must be there"):
         labelled(variables, coords, {key: value for key, value in attrs.items() if key != "harmonics"})
+
+
+@pytest.mark.parametrize("compression", [None, "gzip"])
+def test_a_file_that_claims_what_it_does_not_hold_is_refused_unread(dataset, tmp_path, compression):
+    """A hundred gigabytes of fill values, of which the file holds none."""
+    path = save(dataset, tmp_path / "results.nc")
+    with h5py.File(path, "r+") as file:
+        file.create_dataset("zeros", (10**5, 10**5), "f8", chunks=(1000, 1000), compression=compression)
+    with pytest.raises(InputError, match=r"results\.nc: zeros, entries must fit into a file of 1 bytes, but is 10000000000"):
+        open_results(path)

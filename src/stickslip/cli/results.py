@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
     from stickslip.report.presentation import Presentation
 
-FORMULA = re.compile(r"(?![+-]?[\d.]+(e[+-]?\d+)?\Z)[=+\-@\t\r\n＝＋－＠]", re.IGNORECASE)
-"""A text that a spreadsheet may take for a formula, and no number; the last four signs are wide ones."""
+FORMULA = re.compile(r"^(?![+-]?[\d.]+(e[+-]?\d+)?\Z)(?=[=+\-@\t\r\n＝＋－＠])|(?<=[;\t\r\n])(?=[=+\-@＝＋－＠])", re.IGNORECASE)
+"""Where a spreadsheet may see a formula begin: at the start of a text that is no number, or behind what it may take for the end
+of a cell, as it does with semicolons where commas are decimal. The last four signs are wide ones."""
 FIGURES = "figures"
 """Where figures go beside results."""
 FORMATS, OF_FIGURES, OF_MOTION = ("png", "svg", "gif"), ("png", "svg", "pdf"), ("gif", "mp4", "webp", "html")
@@ -164,7 +165,7 @@ def without_formulas(table: pd.DataFrame) -> pd.DataFrame:
     stay. Source: OWASP, CSV Injection."""
 
     def plain(value: Any) -> Any:
-        return f"'{value}" if isinstance(value, str) and FORMULA.match(value) else value
+        return FORMULA.sub("'", value) if isinstance(value, str) else value
 
     return table.map(plain).rename(columns=plain)
 

@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 
 from stickslip.checks import fault
-from stickslip.hdf5 import refuse_data_elsewhere, refuse_other_files
-from stickslip.models.limits import MOST_DEFLATED, rows_with_entries, within_file, within_memory
+from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_other_files, refuse_too_much
+from stickslip.models.limits import rows_with_entries
 
 
 def arrays(path: Path) -> dict[str, Any]:
@@ -36,14 +36,9 @@ def _item(file: Any, name: str) -> Any:
 
 def _dense(name: str, item: Any) -> Any:
     """A stored array, columns first as MATLAB keeps it; {real, imag} becomes complex."""
-    _bounded(name, item)
+    refuse_too_much(name, item)
     values = item[()]
     return values["real"] + 1j * values["imag"] if item.dtype.names else values
-
-
-def _bounded(name: str, item: Any) -> None:
-    within_file(f"{name}, entries", int(item.size), max(item.id.get_storage_size(), 1), 1.0 / MOST_DEFLATED)
-    within_memory(name, int(item.size) * item.dtype.itemsize)
 
 
 def _sparse_group(name: str, group: Any) -> Any:
@@ -61,7 +56,7 @@ def _hdf5_names(file: Any, item: Any) -> list[str]:
     """Names from rows of characters, or from a cell array: references to character arrays."""
     import h5py
 
-    _bounded("dofs", item)
+    refuse_too_much("dofs", item)
     if item.dtype.kind in "ui":
         return ["".join(map(chr, row)).strip() for row in np.atleast_2d(item[()].T)]
     if item.dtype != h5py.ref_dtype:
@@ -72,5 +67,5 @@ def _hdf5_names(file: Any, item: Any) -> list[str]:
 def _text(cell: Any) -> str:
     """The characters that a reference leads to, which no link need lead to."""
     refuse_data_elsewhere(cell.id)
-    _bounded("dofs", cell)
+    refuse_too_much("dofs", cell)
     return "".join(map(chr, cell[()].ravel()))

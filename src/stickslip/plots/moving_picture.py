@@ -130,11 +130,14 @@ class MovingPicture(ABC):
 
 
 def _ffmpeg() -> str:
-    """Where the program ffmpeg is: of the system, else of the package imageio-ffmpeg."""
+    """Where the program ffmpeg is: of the system, else of the package imageio-ffmpeg.
+
+    On Windows the search begins in the working folder, which may be that of a model; what is found there has no absolute path.
+    """
     from matplotlib import rcParams
 
     found = shutil.which(rcParams["animation.ffmpeg_path"])
-    if found is None:
+    if found is None or not Path(found).is_absolute():
         try:
             from imageio_ffmpeg import get_ffmpeg_exe
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Faults, InputError, fault, similar_file
 from stickslip.files import replacing
-from stickslip.hdf5 import refuse_other_files
+from stickslip.models.hdf5 import refuse_other_files, refuse_too_much
 from stickslip.results.schema import FILE_FORMAT, RENAMED_VARIABLES, SCHEMA, check_results, labelled, stamped, with_frequency
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     path = path / "results.nc" if (path / "results.nc").is_file() else path
     _refuse_foreign(path)
     try:
-        _refuse_other_files(path)
+        _refuse_what_is_not_in_it(path)
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
             _check_format(opened, path)
             dataset = _plain(_verified(opened.load(), path))
@@ -140,12 +140,15 @@ def _refuse_foreign(path: Path) -> None:
         raise fault("A results file", f"must be NetCDF-4 as written by stickslip ({what})", str(path))
 
 
-def _refuse_other_files(path: Path) -> None:
+def _refuse_what_is_not_in_it(path: Path) -> None:
     import h5py
 
     try:
         with h5py.File(path) as file:
             refuse_other_files(file)
+            for name, item in file.items():
+                if isinstance(item, h5py.Dataset):
+                    refuse_too_much(name, item)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

@@ -1,10 +1,12 @@
-"""HDF5 files of unknown origin: what would have other files of the machine read is refused before anything is read."""
+"""HDF5 files of unknown origin: what would have other files of the machine read, or more than a file can hold, is refused
+before it is read."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from stickslip.checks import InputError, fault
+from stickslip.models.limits import MOST_DEFLATED, within_file, within_memory
 
 
 def refuse_other_files(file: Any) -> None:
@@ -34,6 +36,12 @@ def refuse_data_elsewhere(item: Any, name: bytes = b"") -> None:
             raise _elsewhere(name, "a virtual dataset")
         if created.get_external_count():
             raise _elsewhere(name, "external storage")
+
+
+def refuse_too_much(name: str, item: Any) -> None:
+    """Refuse an `h5py.Dataset` that claims more than its bytes can hold, or half of the memory."""
+    within_file(f"{name}, entries", int(item.size), max(item.id.get_storage_size(), 1), 1.0 / MOST_DEFLATED)
+    within_memory(name, int(item.size) * item.dtype.itemsize)
 
 
 def _elsewhere(name: bytes, how: str) -> InputError:
