@@ -19,6 +19,8 @@ from stickslip.notebook_bar import NotebookBar, in_notebook
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
 
+CONTROLS = {code: "\ufffd" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
+"""Characters that command a terminal, which titles and names of a foreign file may hold, and what is printed in their place."""
 WRONG_INPUT, FAILED, INTERRUPTED, TERMINATED, INCOMPLETE = 2, 1, 130, 143, 3
 """Exit codes: wrong use or input; internal error; Ctrl-C; SIGTERM; computed, but a curve is incomplete."""
 
@@ -35,6 +37,7 @@ def warn(message: str) -> None:
 
 def _print(message: str, stderr: bool) -> None:
     console = _console(stderr)
+    message = message.translate(CONTROLS)
     try:
         console.print(message, markup=False, highlight=False, soft_wrap=True)
     except BrokenPipeError:  # of releases of rich that do not ask the console

@@ -11,7 +11,7 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
-from stickslip.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault
+from stickslip.console import FAILED, INTERRUPTED, plain_warnings, progress_bar, report_fault, say, warn
 from stickslip.files import write_arrays
 from stickslip.interrupts import termination_as_interrupt
 
@@ -135,3 +135,10 @@ def test_other_dropped_exceptions_are_reported(monkeypatch):
     with progress_bar("work"):
         FailsWhenDeleted()
     assert reported == ["dropped"]
+
+
+@pytest.mark.parametrize("show", [say, warn])
+def test_a_title_does_not_command_the_terminal(capsys, show):
+    """ESC, and its one-character form CSI, begin what would set the title of the window or hide a line."""
+    show("a\x1b]0;evil\x07b\x9b2Jc\rd\ne")
+    assert "".join(capsys.readouterr()) == "a\ufffd]0;evil\ufffdb\ufffd2Jc\ufffdd\ne\n"

@@ -1,5 +1,7 @@
 """Files of names: coordinates and sets of nodes from a deck of the program or a table, beside a file of matrices."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -121,7 +123,7 @@ def test_nodes_need_names_of_rows(tmp_path):
         ("wide.cdb", ARCHIVE.replace("(3i9,6e21.13e3)", "(3i9)"), "without those of coordinates"),
         ("text.cdb", ARCHIVE.replace("(3i9,6e21.13e3)", "free"), "must be stated as (3i9,6e21.13e3)"),
         ("large.cdb", ARCHIVE.replace("        -4", "-999999999"), "must have at most"),
-        ("missing.cdb", None, "must exist"),
+        ("missing.cdb", None, "must be a file that exists"),
     ],
 )
 def test_wrong_files_of_names(tmp_path, name, text, words):
@@ -130,6 +132,14 @@ def test_wrong_files_of_names(tmp_path, name, text, words):
     with pytest.raises(InputError) as raised:
         ss.read_model(Chain().save(tmp_path, "npz"), names=tmp_path / name)
     assert words in str(raised.value)
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no such devices")
+def test_a_device_is_no_file_of_names(tmp_path):
+    """A study may name one; this has no end."""
+    (tmp_path / "names.csv").symlink_to("/dev/zero")
+    with pytest.raises(InputError, match="The file of names must be a file, but is .* a device or pipe"):
+        ss.read_model(Chain().save(tmp_path, "npz"), names=tmp_path / "names.csv")
 
 
 @pytest.mark.parametrize(("name", "text"), [("blade.cdb", ARCHIVE), ("blade.bdf", BULK)])

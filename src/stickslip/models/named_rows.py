@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.checks import InputError, counted, fault, first_of, nearest, similar_file
+from stickslip.checks import InputError, counted, existing, fault, first_of, nearest
 from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
 from stickslip.models.deck import Deck, read_deck
@@ -76,6 +76,7 @@ def _nodes(array: Any) -> dict[str, Point]:
 
 def with_names(content: Content, path: Path) -> Content:
     """The content with the names, coordinates and sets of a file of names."""
+    existing("The file of names", [path])
     reader = DECKS.get(path.suffix.lower())
     if reader is not None:
         return with_nodes(content, _deck(reader, path), path.name)
@@ -126,8 +127,6 @@ def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
         return reader(path)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
-    except FileNotFoundError:
-        raise fault("The file of names", "must exist", str(path), similar_file(path)) from None
     except (OSError, ValueError, IndexError) as error:
         raise fault("The file of names", "must be readable", path.name, f"It is damaged ({str(error)[:200]}).") from None
 
@@ -138,8 +137,6 @@ def _table(path: Path) -> list[dict[str, str]]:
             reader = csv.DictReader(file, skipinitialspace=True, restval="", restkey="more")
             rows = list(reader)
             columns = list(reader.fieldnames or ())
-    except FileNotFoundError:
-        raise fault("The file of names", "must exist", str(path), similar_file(path)) from None
     except (UnicodeDecodeError, csv.Error, OSError) as error:
         raise fault("The file of names", "must be a table in UTF-8", f"{path.name} ({error})") from None
     for column in columns:
