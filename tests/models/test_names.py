@@ -138,7 +138,7 @@ def test_wrong_files_of_names(tmp_path, name, text, words):
 def test_a_device_is_no_file_of_names(tmp_path):
     """A study may name one; this has no end."""
     (tmp_path / "names.csv").symlink_to("/dev/zero")
-    with pytest.raises(InputError, match="The file of names must be a file, but is .* a device or pipe"):
+    with pytest.raises(InputError, match=r"The file of names must be a file, but is .* a device or pipe"):
         ss.read_model(Chain().save(tmp_path, "npz"), names=tmp_path / "names.csv")
 
 

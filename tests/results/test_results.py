@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from results.conftest import parts
 
 from stickslip.checks import Faults, InputError
 from stickslip.files import replacing
@@ -209,6 +210,12 @@ def test_labelled_refuses_missing_attributes(variables_coords_attrs):
     variables, coords, attrs = variables_coords_attrs
     with pytest.raises(Faults, match="'harmonics' must be there"):
         labelled(variables, coords, {key: value for key, value in attrs.items() if key != "harmonics"})
+
+
+def test_a_long_axis_without_a_coordinate_is_read(tmp_path):
+    """For its length the file holds something of that size without any values."""
+    dataset = labelled(*parts(sample=4096))
+    xr.testing.assert_identical(open_results(save(dataset, tmp_path / "results.nc")), dataset)
 
 
 @pytest.mark.parametrize("compression", [None, "gzip"])

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 __all__ = ["SCHEMA", "labelled", "open_results", "save", "stamped"]
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_LENGTH_ALONE = b"This is a netCDF dimension but not a netCDF variable."
+"""How NetCDF marks what gives an axis its length and holds nothing."""
 CHECKSUM = "crc32"
 """Attribute of each variable, and of the file for its own attributes."""
 
@@ -147,7 +149,7 @@ def _refuse_what_is_not_in_it(path: Path) -> None:
         with h5py.File(path) as file:
             refuse_other_files(file)
             for name, item in file.items():
-                if isinstance(item, h5py.Dataset):
+                if isinstance(item, h5py.Dataset) and not bytes(item.attrs.get("NAME", b"")).startswith(_LENGTH_ALONE):
                     refuse_too_much(name, item)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
