@@ -76,7 +76,8 @@ def deformed_shape(dataset: xr.Dataset, problem: Problem, case: int, point: int,
     points, periods = SolvedPoints(dataset, problem), periods_of(dataset)
     harmonics = complex_harmonics(points.whole_motion(case, point))
     if harmonic is None:
-        harmonic = 1 + int(np.argmax(np.abs(problem.output_rows[0] @ harmonics[:, periods::periods])))
+        first = points.kept["response"][case, point, 0, periods::periods]
+        harmonic = 1 + int(np.argmax(np.linalg.norm(first, axis=-1)))
     q = harmonics[:, periods * between("harmonic", harmonic, 1, (harmonics.shape[1] - 1) // periods)]
     hertz = float(dataset["frequency"].values[case, point])
     title = f"{problem.heading}, {level_text(dataset, case)}, {hertz:.6g} Hz"

@@ -33,9 +33,18 @@ from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
-from stickslip.analyses.truncation import SAMPLING_ERROR, TRUNCATION_ERROR, discretisation_errors, truncation_warning
+from stickslip.analyses.truncation import (
+    MODAL_ERROR,
+    SAMPLING_ERROR,
+    TRUNCATION_ERROR,
+    discretisation_errors,
+    modal_errors,
+    modal_warning,
+    truncation_warning,
+)
 from stickslip.analyses.work_parts import OneBalance
-from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique, whole
+from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique
+from stickslip.checks import whole as whole_number
 from stickslip.curves.curve import Curve, solve_curve
 from stickslip.curves.refine import refined
 from stickslip.harmonic.balance import HarmonicBalance
@@ -46,6 +55,7 @@ from stickslip.harmonic.orders import MOST_SAMPLES, Harmonics, attribute, harmon
 from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
+from stickslip.problem.truncation import on_few_coordinates
 from stickslip.renamed import renamed_arguments
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
@@ -393,9 +403,16 @@ def forced_response(
     return work.gathered(curves)
 
 
+AUTOMATIC = 9
+"""Harmonics up to which modes are kept where their number is still to be chosen."""
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedResponseWork(OneBalance):
-    """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel."""
+    """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel.
+
+    whole: the problem on all its modes, where `problem` is truncated.
+    """
 
     problem: Problem
     frequencies: tuple[float, ...]
@@ -407,6 +424,7 @@ class ForcedResponseWork(OneBalance):
     peak_tolerance: float = TOLERANCE
     measure: Measure = DISPLACEMENT_AMPLITUDE
     periods: int = 1
+    whole: Problem | None = None
 
     @classmethod
     def of(
@@ -427,17 +445,20 @@ class ForcedResponseWork(OneBalance):
         Nt = _with_whole_delays(between("samples", samples, 1, MOST_SAMPLES), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
-        sentence = ""
+        sentence, whole = "", problem
+        reach = AUTOMATIC if isinstance(harmonics, str) else highest(harmonics_for(problem, harmonics, 'Or write "auto".'))
+        problem = on_few_coordinates(problem, reach * max(frequencies))
         if isinstance(harmonics, str) and harmonics == "auto":
             choice = sufficient_harmonics(problem, frequencies, levels, tolerance, Nt)
             harmonics, Nt, sentence = choice.harmonics, _with_whole_delays(choice.samples, problem), choice.sentence
         H = harmonics_for(problem, harmonics, 'Or write "auto".')
         fourier(highest(H), Nt)
-        over_periods(problem, whole("periods", periods))
+        over_periods(problem, whole_number("periods", periods))
         highest(in_fractions(H, periods))
         if not exactly:
             refuse_unexcited(problem, measure)
-        return cls(problem, tuple(frequencies), exactly, levels, H, Nt, sentence, peak_tolerance, measure, int(periods))
+        settings = (H, Nt, sentence, peak_tolerance, measure, int(periods))
+        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if whole is problem else whole)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -464,6 +485,14 @@ class ForcedResponseWork(OneBalance):
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
 
+    @cached_property
+    def on_all_modes(self) -> HarmonicBalance | None:
+        """The balance on all modes, where that of the curves is on fewer coordinates."""
+        if self.whole is None:
+            return None
+        held = replace(self.whole, mean_springs=self.problem.mean_springs)
+        return HarmonicBalance(held, self.harmonics, self.samples, self.periods)
+
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
@@ -472,14 +501,19 @@ class ForcedResponseWork(OneBalance):
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
+        by_modes = np.zeros(len(names))
+        if self.on_all_modes is not None:
+            by_modes = modal_errors(self.on_all_modes, self.balance, curve, self.measure.over(self.periods))
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),
+            modal_warning(names, by_modes),
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        return arrays | {"truncation_error": by_harmonics, "sampling_error": by_samples, "case_message": message}
+        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "modal_error": by_modes}
+        return arrays | errors | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
@@ -498,7 +532,11 @@ class ForcedResponseWork(OneBalance):
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
-        for name, attributes in (("truncation_error", TRUNCATION_ERROR), ("sampling_error", SAMPLING_ERROR)):
+        kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR}
+        if self.problem.modes_to is not None:
+            kept["modal_error"] = MODAL_ERROR
+            dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.structure.size}
+        for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes
         return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)

@@ -70,7 +70,7 @@ class SolvedCurve:
         if whole("periods", longer) != 1:
             periods = periods_of(dataset) * longer
             harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
-            balance = HarmonicBalance(problem, harmonics, samples, periods)
+            balance = HarmonicBalance(solved.problem, harmonics, samples, periods)
             points = [expanded(point, longer, balance.columns) for point in points]
         hertz = dataset["linear_frequency"].values[[0, -1]]
         low, high = 2.0 * np.pi * hertz / balance.periods

@@ -14,6 +14,7 @@ from stickslip.harmonic.fourier import real_harmonics
 from stickslip.harmonic.orders import of_attribute
 from stickslip.outcome import Outcome
 from stickslip.problem import Problem
+from stickslip.problem.truncation import on_few_coordinates
 from stickslip.results.view import periods_of
 from stickslip.solve.newton import correct, fixed
 
@@ -51,6 +52,9 @@ class SolvedPoints:
             kept = [str(name) for name in dataset[what].to_numpy()]
             if kept != own:
                 raise fault(f"The {what}s of the problem", f"must be those of the results, {kept}", own, REMEDY)
+        if "modes_to" in dataset.attrs:
+            problem = on_few_coordinates(problem, 0.0, float(dataset.attrs["modes_to"]))
+        self.problem = problem
         self.kept = {name: dataset[name].to_numpy() for name in KEPT}
         self.rows = ContactRows(problem)
         harmonics, samples = of_attribute(dataset.attrs["harmonics"]), int(dataset.attrs["samples"])
@@ -111,7 +115,8 @@ class SolvedPoints:
     def whole_motion(self, case: int, point: int) -> Array:
         """Displacement of every degree of freedom, (n, 2H+1), m."""
         solved = self.point(case, point)
-        return self.balance.linear.whole_motion(solved.forces, solved.omega, solved.level)
+        y = self.balance.linear.whole_motion(solved.forces, solved.omega, solved.level)
+        return self.balance.problem.structure.motion(y)
 
     def _place(self, case: int, point: int) -> tuple[int, int]:
         """The two numbers, checked."""

@@ -1,4 +1,4 @@
-"""Errors of truncation and sampling at the highest peaks of a curve: estimates for every result, and the warning of the first."""
+"""Errors of harmonics, samples and modes at the highest peaks of a curve: numbers for every result, and their warnings."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.balance import HarmonicBalance, PathCondition
 from stickslip.harmonic.measure import Measure
 from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
+from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.newton import fixed
 from stickslip.solve.truncation import change_by, enough_beyond, solved_change
 
 ALLOWED = 0.004
@@ -26,6 +28,11 @@ TRUNCATION_ERROR = {
 SAMPLING_ERROR = {
     "units": "1",
     "long_name": "change of the output at its highest peak by more samples, estimated",
+}
+
+MODAL_ERROR = {
+    "units": "1",
+    "long_name": "relative change of the output at its highest peak when it is solved on all modes of the structure",
 }
 
 SAMPLES_PER_HARMONIC = 8
@@ -46,14 +53,8 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
 
     Of the first harmonic where peaks are of its amplitude, else of all harmonics of the motion together.
     """
-    outputs = range(len(balance.problem.outputs))
-    errors, known = np.full((2, len(outputs)), np.nan), dict[float, Array]()
-    for output in outputs:
-        points = (curve.peaks and curve.peaks[output]) or curve.points
-        if not points:
-            continue
-        row = balance.rows + output
-        highest = max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega))
+    errors, known = np.full((2, len(balance.problem.outputs)), np.nan), dict[float, Array]()
+    for output, highest in highest_points(balance, curve, measure).items():
         omega = highest.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
@@ -62,9 +63,40 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
     return errors[0], errors[1]
 
 
+def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[int, CurvePoint]:
+    """The highest peak of each output, else the largest point; outputs without a point are left out."""
+    found = {}
+    for output in range(len(balance.problem.outputs)):
+        points, row = (curve.peaks and curve.peaks[output]) or curve.points, balance.rows + output
+        if points:
+            found[output] = max(points, key=lambda point: measure.size(point.evaluation.w[row], point.point.omega))
+    return found
+
+
+def modal_errors(whole: HarmonicBalance, few: HarmonicBalance, curve: Curve, measure: Measure) -> Array:
+    """The relative change of each output (outputs,) at its highest peak on all modes; few: the balance of the curve.
+
+    The peak of all modes is a little beside that of the few. There the phase of the output is the same in the first order, while
+    its amplitude is at its maximum; so the output is solved at the phase it had, with the frequency as an unknown. Outputs whose
+    curve has no peak are solved at the frequency of their largest point. NaN where Newton's method does not arrive.
+    """
+    errors = np.full(len(few.problem.outputs), np.nan)
+    for output, highest in highest_points(few, curve, measure).items():
+        point, w, row = highest.point, highest.evaluation.w, few.rows + output
+        condition = fixed("omega", point.omega)
+        if curve.peaks and curve.peaks[output]:
+            weight, (a, b) = np.zeros_like(w), w[row, few.first]
+            weight[row, few.first] = np.array([-b, a]) / (a * a + b * b)
+            condition = PathCondition("omega", weight, 0.0, 0.0)
+        solution = solved_on_all_modes(whole, few, point, condition)
+        if solution is not None:
+            errors[output] = measure.size(solution.w[row], solution.point.omega) / measure.size(w[row], point.omega) - 1.0
+    return errors
+
+
 def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Array:
     """By harmonics and by samples, (2, outputs), with the same many samples, so that neither counts the other."""
-    rows = max(point.active / balance.kept.size, 1.0)
+    rows = min(max(point.active / balance.kept.size, 1.0), balance.problem.structure.size)
     beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
     if beyond < balance.highest + 2:
         return np.full((2, len(balance.problem.outputs)), np.nan)
@@ -96,3 +128,13 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
     much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "by more than can be estimated"
     return f'{more} would change {outputs[worst]} at its highest peak {much}: take more, or harmonics = "auto".'
+
+
+def modal_warning(outputs: tuple[str, ...], errors: Array) -> str:
+    """What to say where all modes change a highest peak, or where it was not solved on them; empty where neither is so."""
+    if np.isnan(errors).all():
+        return "The highest peak could not be solved on all modes of the structure: the effect of those left out is unknown."
+    worst = int(np.nanargmax(np.abs(errors)))
+    if not abs(errors[worst]) > ALLOWED:
+        return ""
+    return f"All modes of the structure change {outputs[worst]} at its highest peak by {100.0 * errors[worst]:.1f} %."

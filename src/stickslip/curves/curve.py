@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from stickslip.checks import counted
 from stickslip.harmonic.balance import HarmonicBalance, Point
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure
@@ -14,6 +12,7 @@ from stickslip.harmonic.orders import Harmonics, orders
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import TOLERANCE, Peaks, PeakSearch
 from stickslip.problem import Problem
+from stickslip.problem.loose_motions import loose_motions
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.steps import StepControl
@@ -36,9 +35,6 @@ HELD_BY_FRICTION = "A body is held by friction alone: where it slips, its mean p
 
 LISTED = 4
 """Frequencies named in a message."""
-
-FREE = 1e-10
-"""Ratio of the smallest to the largest stiffness below which a motion counts as free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,13 +236,7 @@ def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
 
 def held_by_friction_alone(problem: Problem) -> bool:
     """Whether structure, mean springs and normal directions of contacts leave a motion free; not asked of disks."""
-    if type(problem) is not Problem:
-        return False
-    normal = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None])
-    held = problem.structure.K + problem.mean_stiffness
-    held = held + (np.trace(held) or 1.0) * (normal.T @ normal) if normal.size else held
-    eigenvalues = np.linalg.eigvalsh(held)
-    return bool(eigenvalues.min() <= FREE * eigenvalues.max())
+    return type(problem) is Problem and len(loose_motions(problem)) > 0
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

@@ -90,7 +90,7 @@ class LinearPart:
         return _pulled(self.modes, omega, weighted, columns)
 
     def whole_motion(self, forces: Array, omega: float, level: float) -> Array:
-        """q of every degree of freedom (n, 2H+1), m."""
+        """Motion of every coordinate of the structure (n, 2H+1), m: of every degree of freedom, unless these are more."""
         return _motion(self._whole, self.highest, forces, omega, level)
 
     def whole_change(self, forces: Array, omega: float) -> Array:

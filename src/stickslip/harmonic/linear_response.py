@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import HarmonicBalance
+
+Complex = NDArray[np.complex128]
 
 POINTS = 400
 RESOLUTION = np.concatenate([-np.geomspace(30.0, 0.05, 20), [0.0], np.geomspace(0.05, 30.0, 20)])
@@ -26,23 +31,48 @@ def linear_frequencies(balance: HarmonicBalance, low: float, high: float) -> Arr
 def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Array, Array]:
     """|X_1| per unit force level of every output, free and stuck: two arrays (frequencies, outputs), m.
 
-    Free means F = λ + K_c w = 0, so w = e' + G'K_c w. NaN at an undamped resonance met exactly.
+    Free means F = λ + K_c w = 0, so w = e' + G'K_c w. Where contact rows are more than coordinates of the structure, its own
+    equation without contacts is solved in place of that. NaN at an undamped resonance met exactly.
     """
     rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
     free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
-    everything, contacts = np.arange(rows + outputs), np.arange(rows)
+    released = _without_contacts(balance) if rows > balance.problem.structure.size else _on_contact_rows(balance)
     none = np.zeros((rows, balance.columns))
     for k, frequency in enumerate(frequencies):
         omega = 2.0 * np.pi * frequency
         by_level = balance.linear.slope(none, omega, 0.0, by_level=True)
         motion = by_level[:, 1] - 1j * by_level[:, 2]
-        real, imaginary = balance.linear.receptance(omega, 1, everything, contacts)[:, 1]
-        softened = (real + 1j * imaginary) * balance.stiffness
         stuck[k] = np.abs(motion[rows:])
         try:
-            moving = np.linalg.solve(np.eye(rows) - softened[:rows], motion[:rows])
+            free[k] = np.abs(released(omega, motion))
         except np.linalg.LinAlgError:
             free[k] = np.nan
-        else:
-            free[k] = np.abs(motion[rows:] + softened[rows:] @ moving)
     return free, stuck
+
+
+def _on_contact_rows(balance: HarmonicBalance) -> Callable[[float, Complex], Complex]:
+    """Outputs (outputs,) without contacts at ω, from the motion of the stuck structure, by the contact rows."""
+    rows = balance.rows
+    everything, contacts = np.arange(rows + balance.problem.output_rows.shape[0]), np.arange(rows)
+
+    def released(omega: float, motion: Complex) -> Complex:
+        real, imaginary = balance.linear.receptance(omega, 1, everything, contacts)[:, 1]
+        softened = (real + 1j * imaginary) * balance.stiffness
+        moving = np.linalg.solve(np.eye(rows) - softened[:rows], motion[:rows])
+        return np.asarray(motion[rows:] + softened[rows:] @ moving)
+
+    return released
+
+
+def _without_contacts(balance: HarmonicBalance) -> Callable[[float, Complex], Complex]:
+    """The same by the coordinates of the structure."""
+    M, C, stuck, B, outputs = balance.problem.systems.at(1)
+    K = stuck - B.conj().T @ (balance.stiffness[:, None] * B)
+    powers = balance.problem.load_powers(balance.highest)
+    loads = powers[:, :, 1] - 1j * powers[:, :, 2]
+
+    def released(omega: float, motion: Complex) -> Complex:
+        load = omega ** np.arange(len(loads)) @ loads
+        return np.asarray(outputs @ np.linalg.solve(K + 1j * omega * C - omega**2 * M, load))
+
+    return released

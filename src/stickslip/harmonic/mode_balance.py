@@ -17,7 +17,7 @@ from stickslip.contact.period import HELD
 from stickslip.contact.table import contact_table
 from stickslip.harmonic import newton_parts
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point, constant_size
-from stickslip.harmonic.decoupling import DIAGONAL, stuck_modes
+from stickslip.harmonic.decoupling import is_diagonal, stuck_modes
 from stickslip.harmonic.extended_structure import ExtendedStructure, coordinates_called, coordinates_slope
 from stickslip.harmonic.fourier import fourier, real_harmonics
 from stickslip.harmonic.mode_iteration import ModeSystem
@@ -198,9 +198,5 @@ def _modes(system: LinearSystem) -> tuple[Array, Array, Array, Array]:
 
 def _damping(matrices: Sequence[Array], used: Index) -> Array:
     """Modal damping of each structure, (keys, m, m); its diagonal (keys, 1, m) where those that vibrate are uncoupled."""
-    coupled = False
-    for k in set(used[used >= 0].tolist()):
-        diagonal = np.diag(matrices[k])
-        coupling = np.abs(matrices[k] - np.diag(diagonal)).max(initial=0.0)
-        coupled = coupled or bool(coupling > DIAGONAL * np.abs(diagonal).max(initial=1e-300))
+    coupled = any(not is_diagonal(matrices[k]) for k in set(used[used >= 0].tolist()))
     return np.array(matrices) if coupled else np.array([np.diag(matrix)[None] for matrix in matrices])

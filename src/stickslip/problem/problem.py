@@ -20,6 +20,7 @@ from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
 from stickslip.problem.speed import SpeedDependence
 from stickslip.problem.systems import HarmonicSystems
+from stickslip.problem.truncation import truncated
 from stickslip.problem.warnings import warnings_of
 from stickslip.renamed import renamed_property
 from stickslip.structure.assembly import Spring
@@ -39,7 +40,8 @@ class Problem:
     outputs: names of degrees of freedom, or `Output`s. mean_springs: springs that act on the mean (harmonic 0) alone, for
     motions that only friction restrains: once the contacts slip, their mean could be anything. dashpots: viscous dampers, and gas
     forces that feed the motion (`AerodynamicDamping`). speed: how stiffness and constant loads go with the rotor speed, which an
-    engine order excites along; the frequency of the excitation then stands for the speed.
+    engine order excites along; the frequency of the excitation then stands for the speed. modes_to: natural frequency [Hz] up to
+    which the structure has the modes of the stuck structure, where it is on few coordinates (`truncated`).
     """
 
     structure: Structure
@@ -50,6 +52,7 @@ class Problem:
     mean_springs: tuple[Spring, ...] = ()
     dashpots: tuple[Dashpot | AerodynamicDamping, ...] = field(default=(), kw_only=True)
     speed: SpeedDependence | None = field(default=None, kw_only=True)
+    modes_to: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         for key in ("contacts", "forces", "outputs", "mean_springs", "dashpots"):
@@ -103,6 +106,8 @@ class Problem:
         self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 
     def _check_held(self) -> None:
+        if is_definite(self.stuck_stiffness, 1e-13):
+            return
         eigenvalues, vectors = linalg.eigh(self.stuck_stiffness)
         low, high = float(eigenvalues[0]), float(eigenvalues[-1])
         scale = max(abs(low), high, SMALLEST)
@@ -196,9 +201,11 @@ class Problem:
         """The viscous damping matrix of damping rule and dashpots, (n, n)."""
         rows = self.structure.rows([dashpot.direction for dashpot in self.dashpots])
         sizes = np.array([dashpot.c for dashpot in self.dashpots])
-        return np.asarray(self._structural_damping() + rows.T @ (sizes[:, None] * rows))
+        return np.asarray(self.structural_damping + rows.T @ (sizes[:, None] * rows))
 
-    def _structural_damping(self) -> Array:
+    @property
+    def structural_damping(self) -> Array:
+        """The damping matrix of the structure without dashpots, (n, n)."""
         structure = self.structure
         if structure.C is not None:
             return structure.C
@@ -293,7 +300,7 @@ class Problem:
         return self.structure.K
 
     def _stiffened(self, added: NDArray[Any]) -> Structure:
-        return replace(self.structure, K=self.structure.K + added, C=self._structural_damping(), damping=None)
+        return replace(self.structure, K=self.structure.K + added, C=self.structural_damping, damping=None)
 
     def load_powers(self, harmonics: int) -> Array:
         """Harmonic loads at force level one as a polynomial in ω, Σ_k ω^k powers[k]: (powers, n, 2H+1) in real storage."""
@@ -336,9 +343,30 @@ class Problem:
         """A copy with other loads."""
         return replace(self, forces=tuple(forces))
 
+    def truncated(self, modes_to: float) -> Problem:
+        """The problem on few coordinates: the modes of the stuck structure up to a natural frequency [Hz], and of those above the
+        shapes that contacts, loads and outputs feel. All contacts stay.
+
+        `forced_response` does so by itself where contacts are many. Source: R. H. MacNeal, Comput. Struct. 1 (1971) 581-601, for
+        residual flexibility; the choice of the shapes is ours (`problem/truncation.py`).
+        """
+        return truncated(self, modes_to)
+
     def with_damping(self, damping: Damping | Array | None) -> Problem:
         """A copy with another damping."""
         return self.with_structure(self.structure.with_damping(damping))
+
+
+def is_definite(matrix: Array, least: float) -> bool:
+    """Whether all eigenvalues are larger than a share of the largest: a Cholesky factorisation, much faster than eigenvalues.
+
+    The largest is bounded by the sum of sizes in a row, so that a matrix that just passes may be refused.
+    """
+    bound = float(np.abs(matrix).sum(axis=1).max(initial=0.0))
+    if not np.isfinite(bound):
+        return False
+    shifted = matrix - np.diag(np.full(len(matrix), least * bound))
+    return bool(linalg.lapack.dpotrf(shifted, overwrite_a=True)[1] == 0)
 
 
 def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:

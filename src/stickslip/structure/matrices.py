@@ -41,6 +41,8 @@ class Structure:
     mesh_points: coordinates of all nodes of the mesh behind a reduced model, (points, 3) [m], for drawings only.
     surfaces: outer surfaces of meshed bodies with their motion, for deformed shapes only.
     outlines: sections of rigid bodies by the node at their mass centre, corners (k, 3) [m], for drawings only.
+    shapes: where M, C, K are (m, m), of m coordinates y fewer than degrees of freedom, the motion q = shapes y, (n, m);
+    `Problem.truncated` makes such structures.
     """
 
     M: Array
@@ -53,10 +55,11 @@ class Structure:
     mesh_points: Array = field(default_factory=lambda: np.zeros((0, 3)), kw_only=True)
     outlines: Mapping[str, Array] = field(default_factory=dict, kw_only=True)
     surfaces: tuple[MeshSurface, ...] = field(default=(), kw_only=True)
+    shapes: Array | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dofs", several("dofs", self.dofs))
-        size = len(self.dofs)
+        size = self.size
         check_names(self.dofs)
         object.__setattr__(self, "M", symmetric("M", self.M, size))
         object.__setattr__(self, "K", symmetric("K", self.K, size))
@@ -80,7 +83,12 @@ class Structure:
 
     @property
     def size(self) -> int:
-        return len(self.dofs)
+        """The number of coordinates: the degrees of freedom, or fewer (`shapes`)."""
+        return len(self.dofs) if self.shapes is None else int(self.shapes.shape[1])
+
+    def motion(self, y: Array) -> Array:
+        """q (n, ...) [m] of every degree of freedom for a motion of the coordinates y (m, ...)."""
+        return y if self.shapes is None else np.asarray(self.shapes @ y)
 
     def index(self, dof: str) -> int:
         """Position of a degree of freedom."""
@@ -90,15 +98,16 @@ class Structure:
             raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest(dof, self.dofs)}") from None
 
     def row(self, direction: Mapping[str, float]) -> Array:
-        """The coefficients of a direction as a row vector (n,)."""
-        row = np.zeros(self.size)
-        for dof, coefficient in direction.items():
-            row[self.index(dof)] += coefficient
-        return row
+        """The coefficients of a direction as a row vector over the coordinates, (m,)."""
+        return np.asarray(self.rows([direction])[0])
 
     def rows(self, directions: Sequence[Mapping[str, float]]) -> Array:
-        """The coefficients of several directions, (len(directions), n)."""
-        return np.array([self.row(direction) for direction in directions]).reshape(len(directions), self.size)
+        """The coefficients of several directions over the coordinates, (len(directions), m)."""
+        rows = np.zeros((len(directions), len(self.dofs)))
+        for row, direction in zip(rows, directions, strict=True):
+            for dof, coefficient in direction.items():
+                row[self.index(dof)] += coefficient
+        return rows if self.shapes is None else np.asarray(rows @ self.shapes)
 
     def shifted(self, by: Sequence[float]) -> Structure:
         """A copy whose nodes stand elsewhere, `by` (x, y, z) [m]: the same blade again beside it."""

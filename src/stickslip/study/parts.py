@@ -9,6 +9,7 @@ from typing import Any
 
 from stickslip.checks import InputError, fault
 from stickslip.loads import Force
+from stickslip.models.model import Model
 from stickslip.models.reduction import Progress
 from stickslip.structure.assembly import assemble
 from stickslip.structure.damping import Damping
@@ -44,6 +45,7 @@ def structures_of(
 ) -> dict[str, Structure]:
     """The structures that could be made, by name, "" for one alone; each keeps those `surfaces` that are its own."""
     made: dict[str, Structure] = {}
+    models: dict[str, Model] = {}
     progress, notes = messages
     for number, table in enumerate(tables, start=1):
         place = f"[[structure]] {number}" if several else "[structure]"
@@ -51,7 +53,7 @@ def structures_of(
         if name is None:
             continue
         own = [surface.removeprefix(f"{name}/") for surface in surfaces if not name or surface.startswith(f"{name}/")]
-        built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own)
+        built = found.attempt(place, structure_of_table, table, damping, folder, units, progress, own, models)
         if built:
             made[name] = built[0]
             notes += built[1]

@@ -30,14 +30,17 @@ def structure(
     folder: Path,
     units: Units,
     progress: Progress,
-    surfaces: Sequence[str] = (),
+    surfaces: Sequence[str],
+    models: dict[str, Model],
 ) -> tuple[Structure, tuple[str, ...]]:
     """The structure of a model with notes on it: where places were found, and what is implausible.
 
-    surfaces: sets of nodes that contacts speak of; those that the model has are kept too.
+    surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were read
+    already, to which this one is added: equal blades are read once.
     """
     own = SYSTEMS[table.units] if table.units is not None else units
-    model = _model(table, folder, own)
+    key = table.model_dump_json(exclude={"name", "keep", "modes", "shift"})
+    model = models[key] = models.get(key) or _model(table, folder, own)
     keep = {} if table.keep is None else table.keep
     besides = [name for name in surfaces if name in model.sets and name not in keep]
     reduced = table.keep is not None or (table.modes is not None and besides)

@@ -1,0 +1,60 @@
+"""Motions that friction alone restrains: the axial position of a wedge between two platforms, the roll of a cylinder.
+
+While some contact sticks, friction holds their mean. Where every contact slips or opens at some time of the period, the forces are
+the same wherever the body lies along such a motion: its mean position is not determined, and Newton's method may take it anywhere. A
+spring that acts on the mean alone, far softer than the sticking contacts, holds it and leaves the vibration as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import linalg
+
+from stickslip.checks import Array
+from stickslip.structure.assembly import Spring
+
+if TYPE_CHECKING:
+    from stickslip.problem.problem import Problem
+
+LOOSE, PRESSING = 1e-9, 1e-6
+"""Shares that are rounding: of the structure in the energy of a stuck motion, and of the normal motion in that of all contact rows."""
+
+SOFT = 1e-4
+"""Stiffness of the springs on the mean, relative to that of the sticking contacts along the same motion.
+
+Two finite-element blades on a wedge of which all contacts open (4 kN/m): much softer springs let the wedge move so far that a curve
+took seven times as many evaluations.
+"""
+
+SHOWN = 1e-3
+"""Share of the largest coefficient down to which a degree of freedom takes part in a loose motion."""
+
+
+def loose_motions(problem: Problem) -> Array:
+    """Motions that structure, mean springs and normal directions of contacts leave free, (motions, n), orthonormal.
+
+    Rigid motions of K are those in which it stores none of the energy of the stuck structure, vᵀK v / vᵀK'v = 0. Of these, the
+    ones that press no contact are loose.
+    """
+    stuck = problem.stuck_stiffness + problem.mean_stiffness
+    shares, vectors = linalg.eigh(problem.structure.K + problem.mean_stiffness, stuck)
+    rigid = vectors[:, shares <= LOOSE]
+    pressing = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None]) @ rigid
+    moving = np.linalg.norm(problem.B @ rigid)
+    _, sizes, turned = np.linalg.svd(np.vstack([pressing, np.zeros_like(rigid.T @ rigid)]))
+    loose = rigid @ turned[sizes <= PRESSING * moving].T
+    return np.asarray(linalg.orth(loose).T)
+
+
+def with_held_means(problem: Problem) -> Problem:
+    """The problem with a soft spring on the mean of each loose motion, or itself where there is none."""
+    springs = []
+    for motion in loose_motions(problem):
+        stuck = float(motion @ problem.stuck_stiffness @ motion)
+        parts = np.flatnonzero(np.abs(motion) >= SHOWN * np.abs(motion).max())
+        direction = {problem.structure.dofs[k]: float(motion[k]) for k in parts}
+        springs.append(Spring(direction, SOFT * stuck))
+    return replace(problem, mean_springs=(*problem.mean_springs, *springs)) if springs else problem

@@ -1,0 +1,103 @@
+"""Modal truncation: a problem on few coordinates, for finite-element models with many contacts. Every contact stays.
+
+The harmonic balance solves for the coordinates of the structure, and contacts feel few of these: its low modes with all contacts
+stuck, and what the modes above still add to the deformation of the contact springs.
+
+With φ of the stuck structure, φᵀK'φ = 1, K' = K + BᵀK_cB, a motion Σ z_j φ_j of the modes above stores the energy ½ |z|², and of
+that ½ |K_c^½ B Φ z|² in the contact springs. So the squared singular values σ² ≤ 1 of K_c^½ B Φ are the shares of the contacts in
+the energy of its right singular vectors. Where σ² is small, releasing all contacts softens the shape by that share only, and
+contacts hardly drive it. Shapes above `LEAST_SHARE` are kept, with the static shapes of loads and outputs, and the structure is
+projected on all of them (Ritz). What was left out is known afterwards: the highest peaks are solved once more on all modes
+(`analyses.truncation`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import linalg
+
+from stickslip.checks import InputError, positive
+from stickslip.loads import BaseMotion
+from stickslip.problem.loose_motions import loose_motions, with_held_means
+from stickslip.problem.systems import HarmonicSystems
+
+if TYPE_CHECKING:
+    from stickslip.problem.problem import Problem
+
+MANY_ROWS = 150
+"""Contact rows from which on a problem is truncated by itself: about fifty contacts with two directions of friction."""
+
+REACH = 3.0
+"""How far beyond the highest harmonic of the highest frequency modes are kept whole."""
+
+LEAST_SHARE = 1e-2
+"""σ² down to which shapes of the contacts are kept."""
+
+NEGLIGIBLE_LOAD = 1e-6
+"""Share of the modes above in the static compliance of a load or an output, below which its shape is left out."""
+
+DEPENDENT = 1e-6
+"""Singular value of unit vectors below which one is a combination of the others."""
+
+
+def on_few_coordinates(problem: Problem, frequency: float, modes_to: float | None = None) -> Problem:
+    """The problem truncated, its loose means held, where contacts are many; else itself.
+
+    frequency [Hz]: the highest that is balanced, H times that of the excitation; modes_to [Hz]: that of earlier results.
+    """
+    if problem.structure.shapes is not None or (modes_to is None and len(problem.B) < MANY_ROWS):
+        return problem
+    if modes_to is None and not can_be_truncated(problem):
+        return problem
+    few = truncated(with_held_means(problem), modes_to or REACH * frequency)
+    return few if few.structure.size < problem.structure.size else problem
+
+
+def truncated(problem: Problem, modes_to: float) -> Problem:
+    """The problem on its stuck modes up to a frequency [Hz] and the shapes above that contacts, loads and outputs feel."""
+    positive("modes_to", modes_to)
+    if not can_be_truncated(problem):
+        raise InputError("Only a problem with all its degrees of freedom, no disk, and without base motion can be truncated.")
+    structure = problem.structure
+    at_rest = problem if problem.speed is None else problem.at_speed(0.0)
+    squares, scaled = linalg.eigh(structure.M, at_rest.stuck_stiffness)  # 1/ω² and φ
+    low = squares >= (2.0 * np.pi * modes_to) ** -2
+    above = scaled[:, ~low]
+    sprung = np.sqrt(problem.contact_stiffness)[:, None] * (problem.B @ above)
+    shares, vectors = linalg.eigh(sprung.T @ sprung)
+    chosen = [vectors[:, shares > LEAST_SHARE]]
+    harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest_load(problem))])
+    loose = loose_motions(problem) @ at_rest.stuck_stiffness
+    for direction in (*problem.static_powers, *harmonic.T, *problem.output_rows, *loose):
+        flexible, whole = above.T @ direction, scaled.T @ direction
+        if np.linalg.norm(flexible) ** 2 > NEGLIGIBLE_LOAD * np.linalg.norm(whole) ** 2:
+            chosen.append(flexible[:, None] / np.linalg.norm(flexible))
+    kept, sizes, _ = linalg.svd(np.hstack(chosen), full_matrices=False)
+    kept = kept[:, sizes > DEPENDENT]
+    # Modes of the kept shapes by themselves, so that the coordinates are natural ones.
+    kept = kept @ linalg.eigh(kept.T @ (squares[~low, None] * kept))[1][:, ::-1]
+    shapes = np.ascontiguousarray(np.hstack([scaled[:, low], above @ kept]))
+    M, C, K = (shapes.T @ matrix @ shapes for matrix in (structure.M, problem.structural_damping, structure.K))
+    # Far from resonance, what couples the damping of the shapes above counts for nothing, and would make all of them complex.
+    first = np.count_nonzero(low)
+    C[first:, first:] = np.diag(np.diag(C[first:, first:]))
+    speed = problem.speed
+    if speed is not None and speed.stiffness is not None:
+        speed = replace(speed, stiffness=shapes.T @ speed.stiffness @ shapes)
+    few = replace(structure, M=M, C=C, K=K, damping=None, shapes=shapes)
+    return replace(problem, structure=few, speed=speed, modes_to=modes_to)
+
+
+def can_be_truncated(problem: Problem) -> bool:
+    """Whether `truncated` takes a problem. A base moves rows of M that few coordinates no longer have; of a disk each nodal
+    diameter has modes of its own."""
+    moved = any(isinstance(force, BaseMotion) for force in problem.forces)
+    return type(problem.systems) is HarmonicSystems and problem.structure.shapes is None and not moved
+
+
+def highest_load(problem: Problem) -> int:
+    """The highest harmonic in which a force acts."""
+    return max(harmonic for force in problem.forces for harmonic in force.factors)
