@@ -16,7 +16,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.curves.curve import Curve
-from stickslip.harmonic.balance import HarmonicBalance, Point
+from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
 from stickslip.peaks.intervals import PROMINENCE
 from stickslip.peaks.search import PeakSearch
 from stickslip.solve.curve_points import CurvePoint, between, hermite
@@ -25,6 +25,9 @@ from stickslip.solve.newton import correct
 
 MOST = 18
 """Into how many pieces a step is divided at most."""
+
+NEARLY_SOLVED = 1e-3
+"""Residual up to which the cubic through a step tells how straight it is."""
 
 FARTHEST = 1.5
 """How much farther than along the straight way a point inside a step may lie from its first end."""
@@ -105,11 +108,11 @@ def _filled(curve: Curve, inside: Callable[[CurvePoint, CurvePoint], Sequence[Cu
 
 def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, tolerance: float) -> list[CurvePoint]:
     """Solved points inside one step: none, or so many that the error of straight lines, of second order, is below tolerance."""
-    if following.length <= 0.0:
+    if following.length <= 0.0 or _straight(balance, current, following, tolerance):
         return []
     thirds = [_solved(balance, current, following, fraction) for fraction in (1.0 / 3.0, 2.0 / 3.0)]
     known = [point for point in thirds if point is not None]
-    error = max((_chord_error(balance, current, following, point) for point in known), default=0.0)
+    error = max((_chord_error(balance, current, following, point.evaluation) for point in known), default=0.0)
     if error <= tolerance:
         return []
     pieces = min(3 * int(np.ceil(np.sqrt(error / tolerance) / 3.0)), MOST)
@@ -117,18 +120,39 @@ def _inside(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     return [point for point in found if point is not None]
 
 
-def _chord_error(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, inside: CurvePoint) -> float:
+def _straight(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, tolerance: float) -> bool:
+    """Whether a step is so straight that the cubic shows it, whose residual is evaluated and which costs no solution."""
+    inside = [balance.evaluate(_on_cubic(current, following, fraction)) for fraction in (1.0 / 3.0, 2.0 / 3.0)]
+    if max(evaluation.error for evaluation in inside) > NEARLY_SOLVED:
+        return False
+    return all(_chord_error(balance, current, following, each) <= 0.5 * tolerance for each in inside)
+
+
+def _on_cubic(current: CurvePoint, following: CurvePoint, fraction: float) -> Point:
+    """The place at a fraction of a step on the cubic through both ends and their tangents."""
+    slopes = _slopes(current, following)
+    a, da, b, db = (np.array(value) for value in (current.point.omega, slopes[0], following.point.omega, slopes[1]))
+    return Point(between(current, following, fraction), float(hermite(a, da, b, db, fraction)), current.point.level)
+
+
+def _slopes(current: CurvePoint, following: CurvePoint) -> tuple[float, float]:
+    """Change of ω over the whole step by the tangents at both ends."""
+    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
+    return following.length * current.tangent.parameter, following.length * scale * following.tangent.parameter
+
+
+def _chord_error(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, inside: Evaluation) -> float:
     """Relative error of the straight line over frequency between two points, at a point of the curve inside."""
     low, high, omega = current.point.omega, following.point.omega, inside.point.omega
     share = (omega - low) / (high - low) if min(low, high) < omega < max(low, high) else 0.5
-    ends, amplitude = [_amplitudes(balance, p) for p in (current, following)], _amplitudes(balance, inside)
+    ends, amplitude = [_amplitudes(balance, p.evaluation) for p in (current, following)], _amplitudes(balance, inside)
     line = (1.0 - share) * ends[0] + share * ends[1]
     return float(np.max(np.abs(line - amplitude) / np.maximum(amplitude, np.finfo(float).tiny)))
 
 
-def _amplitudes(balance: HarmonicBalance, point: CurvePoint) -> Array:
+def _amplitudes(balance: HarmonicBalance, evaluation: Evaluation) -> Array:
     """|X_1| of every output, m."""
-    return np.asarray(np.hypot(*point.evaluation.w[balance.rows :, balance.first].T))
+    return np.asarray(np.hypot(*evaluation.w[balance.rows :, balance.first].T))
 
 
 def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint, fraction: float) -> CurvePoint | None:
@@ -136,13 +160,8 @@ def _solved(balance: HarmonicBalance, current: CurvePoint, following: CurvePoint
     plane = current.across("omega")
     reached = [plane.rate(p.evaluation.w, p.point.omega) for p in (current, following)]
     condition = replace(plane, target=reached[0] + fraction * (reached[1] - reached[0]))
-    step = following.length
-    scale = following.metric.length(current.tangent.motion, current.tangent.parameter)
-    slopes = [step * current.tangent.parameter, step * scale * following.tangent.parameter]
-    a, da, b, db = (np.array(value) for value in (current.point.omega, slopes[0], following.point.omega, slopes[1]))
-    omega = float(hermite(a, da, b, db, fraction))
-    start = Point(between(current, following, fraction), omega, current.point.level)
-    correction = correct(balance, start, condition, iterations=8)
+    correction = correct(balance, _on_cubic(current, following, fraction), condition, iterations=8)
+    slopes = _slopes(current, following)
     controls = current.point.omega, current.point.omega + slopes[0] / 3.0, following.point.omega - slopes[1] / 3.0
     hull = min(*controls, following.point.omega), max(*controls, following.point.omega)
     size = 0 if correction.factors is None else correction.factors.size

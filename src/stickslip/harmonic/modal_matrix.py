@@ -17,7 +17,7 @@ from stickslip.harmonic.receptance import Complex, Modes, modal_states, respond_
 from stickslip.kernels import inner
 from stickslip.kernels.arrays import empty_table, zero_numbers, zero_table
 
-ROWS = 256
+ROWS = 64
 """Contact rows that are taken together: as many as keep BLAS busy in little memory."""
 
 
@@ -80,15 +80,14 @@ def weights_on(modes: Modes, weighted: Array) -> Array:
 
 
 @inner
-def _add_row(modes: Modes, kept: Index, starts: Index, factors: Array, row: int, line: Array) -> None:
-    """line (M,) += a row of E, factors (2H+1,), times the motion of a contact row for each coordinate."""
-    shape = modes.basis if modes.basis.shape[1] else modes.shape
+def _add_row(shape: Array, kept: Index, starts: Index, firsts: Index, factors: Array, row: int, line: Array) -> None:
+    """line (M,) += a row of E, factors (2H+1,), times the motion of a contact row for each coordinate; shape (rows, m): motion by
+    coordinate, firsts (kept,): that of the first coordinate of each kept column."""
     for k in range(kept.size):
-        factor = factors[kept[k]]
-        first, last = coordinates(modes, (kept[k] + 1) // 2)
+        factor, start, first = factors[kept[k]], starts[k], firsts[k]
         if factor != 0.0:
-            for j in range(last - first):
-                line[starts[k] + j] += factor * shape[row, first + j]
+            for j in range(starts[k + 1] - start):
+                line[start + j] += factor * shape[row, first + j]
 
 
 @inner
@@ -107,12 +106,15 @@ def modal_matrix(
 ) -> int:
     """Add I + g Ψᵀ E Φ to matrix[:M, :M], zeros before; the number of multiplications of contact rows."""
     starts, own_basis = places(modes, kept), modes.basis.shape[1] > 0
-    received = modes.basis if own_basis else modes.receiver
+    received, shape = (modes.basis, modes.basis) if own_basis else (modes.receiver, modes.shape)
+    firsts = zero_numbers(kept.size)
+    for k in range(kept.size):
+        firsts[k] = coordinates(modes, (kept[k] + 1) // 2)[0]
     size, rows, multiplications = starts[-1], normal.size, 0
     for begin in range(0, rows, ROWS):
         for k in range(kept.size):
             i, width = kept[k], starts[k + 1] - starts[k]
-            first = coordinates(modes, (i + 1) // 2)[0]
+            first = firsts[k]
             taken, turned = empty_table(ROWS, width), zero_table(ROWS, size)
             count = 0
             for r in range(begin, min(begin + ROWS, rows)):
@@ -120,11 +122,11 @@ def modal_matrix(
                     continue
                 for j in range(width):
                     taken[count, j] = received[r, first + j]
-                _add_row(modes, kept, starts, own[r, i], r, turned[count])
+                _add_row(shape, kept, starts, firsts, own[r, i], r, turned[count])
                 if normal[r] >= 0:
-                    _add_row(modes, kept, starts, coupling[r, i], normal[r], turned[count])
+                    _add_row(shape, kept, starts, firsts, coupling[r, i], normal[r], turned[count])
                 if partner[r] >= 0:
-                    _add_row(modes, kept, starts, cross[r, i], partner[r], turned[count])
+                    _add_row(shape, kept, starts, firsts, cross[r, i], partner[r], turned[count])
                 count += 1
             if count and width:
                 multiplications += count * width * size

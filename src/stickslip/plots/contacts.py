@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 MANY_ROWS = 12
 MOST_NAMES = 100
+"""Directions of contacts in the figure of states; of more, those with the largest loops are drawn."""
 MOST_CONTACTS = 8
 """Contacts in the figure of loops; of more, those with the largest loops are drawn."""
 MOST_COLUMNS = 6
@@ -95,14 +96,16 @@ def loop_axes(dataset: xr.Dataset) -> tuple[Axis, Axis]:
 
 def contact_states(dataset: xr.Dataset, most: int = MOST_STATES) -> Chart:
     """Shares of the period in stick, slip and open as mixed colours: one panel a force level, one row a contact."""
-    rows = contact_rows(dataset)
+    every = contact_rows(dataset)
+    rows = every if len(every) <= MOST_NAMES else largest_loops(dataset, every, MOST_NAMES)
     panel = 0.25 + (0.16 if len(rows) <= MANY_ROWS else 0.1) * max(len(rows), 2)
     chosen = representatives(dataset, max(1, min(most, int((PAGE - 1.2) / (panel + 0.2)))))
     dataset = chosen.dataset
     folded = any(is_folded(dataset, case) for case in range(dataset.sizes["case"]))
     panels = [_states_of(dataset, case, rows, panel) for case in range(dataset.sizes["case"])]
     title = "Contact states, in shares of the period" + (", along the folded curve" if folded else "")
-    return Chart(title, panels, note=chosen.words, shared_x=not folded)
+    note = f"the {len(rows)} of {len(every)} with the largest loops" if len(rows) < len(every) else ""
+    return Chart(title, panels, note="; ".join(filter(None, (note, chosen.words))), shared_x=not folded)
 
 
 def _series(parts: Array, waves: Array) -> Array:
@@ -133,7 +136,7 @@ def _states_of(dataset: xr.Dataset, case: int, rows: list[ContactRow], height: f
     folded, descending = is_folded(dataset, case), hertz[0] > hertz[-1]
     if descending and not folded:
         hertz, shares = hertz[::-1], shares[:, ::-1]
-    names = {float(k): row.label for k, row in enumerate(rows)} if len(rows) <= MOST_NAMES else {}
+    names = {float(k): row.label for k, row in enumerate(rows)}
     words = [
         [f"{row.label}, {f:.2f} Hz: {_words(share)}" for f, share in zip(hertz, along, strict=True)]
         for row, along in zip(rows, shares, strict=True)

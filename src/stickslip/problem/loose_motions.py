@@ -1,8 +1,8 @@
 """Motions that friction alone restrains: the axial position of a wedge between two platforms, the roll of a cylinder.
 
-While some contact sticks, friction holds their mean. Where every contact slips or opens at some time of the period, the forces are
-the same wherever the body lies along such a motion: its mean position is not determined, and Newton's method may take it anywhere. A
-spring that acts on the mean alone, far softer than the sticking contacts, holds it and leaves the vibration as it is.
+While some contact sticks, friction holds their mean. Where every contact slips or opens at some time of the period, the forces
+are the same wherever the body lies along such a motion: its mean position is not determined, and Newton's method may take it
+anywhere. A spring that acts on the mean alone, far softer than the sticking contacts, holds it and leaves the vibration as it is.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from stickslip.problem.problem import Problem
 
 LOOSE, PRESSING = 1e-9, 1e-6
-"""Shares that are rounding: of the structure in the energy of a stuck motion, and of the normal motion in that of all contact rows."""
+"""Shares that are rounding: of the structure in the energy of a stuck motion, of the normal motion in that of all contact rows."""
 
 SOFT = 1e-4
 """Stiffness of the springs on the mean, relative to that of the sticking contacts along the same motion.
 
-Two finite-element blades on a wedge of which all contacts open (4 kN/m): much softer springs let the wedge move so far that a curve
-took seven times as many evaluations.
+Two finite-element blades on a wedge of which all contacts open (4 kN/m): much softer springs let the wedge move so far that a
+curve took seven times as many evaluations.
 """
 
 SHOWN = 1e-3

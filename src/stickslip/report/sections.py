@@ -53,6 +53,8 @@ CYCLE_NOTE = (
 )
 MOST_SHOWN = 12
 """Cases whose loops and states are drawn, and that the overview lists."""
+MOST_LOOPS = 100
+"""Directions of contacts whose loops a report holds; of more, those with the largest."""
 LOOPS_OF_A_POINT = 8
 """Contact rows, those with the largest loops, whose loops are drawn at a point that is clicked."""
 NUMBERS_OF_LOOPS, SAMPLES_OF_MANY = 120_000, 64
@@ -169,8 +171,11 @@ def loops(datasets: Datasets, charts: Charts) -> str:
     """Hysteresis loops at the peak."""
     html = ""
     for label, dataset in datasets.items():
-        rows = {row.label: row for row in contact_rows(dataset)}
+        every = contact_rows(dataset)
+        rows = {row.label: row for row in (every if len(every) <= MOST_LOOPS else largest_loops(dataset, every, MOST_LOOPS))}
         if rows:
+            if len(rows) < len(every):
+                html += f'<p class="note">To choose from: the {len(rows)} of {len(every)} directions with the largest loops.</p>'
             first = largest_loops(dataset, [*rows.values()], 1)[0].label
             many = 2 * MOST_SHOWN * len(rows) * dataset.sizes["sample"] > NUMBERS_OF_LOOPS
             step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1

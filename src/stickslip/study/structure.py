@@ -35,8 +35,8 @@ def structure(
 ) -> tuple[Structure, tuple[str, ...]]:
     """The structure of a model with notes on it: where places were found, and what is implausible.
 
-    surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were read
-    already, to which this one is added: equal blades are read once.
+    surfaces: sets of nodes that contacts speak of; those that the model has are kept too. models: those of the study that were
+    read already, to which this one is added: equal blades are read once.
     """
     own = SYSTEMS[table.units] if table.units is not None else units
     key = table.model_dump_json(exclude={"name", "keep", "modes", "shift"})
