@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.problem.problem import Problem
 
 LOOSE, PRESSING = 1e-9, 1e-6
-"""Shares that are rounding: of the structure in the energy of a stuck motion, of the normal motion in that of all contact rows."""
+"""Shares that are rounding: of the structure in the energy of a stuck motion, of the normal motion in that of all contacts."""
 
 SOFT = 1e-4
 """Stiffness of the springs on the mean, relative to that of the sticking contacts along the same motion.
