@@ -147,6 +147,7 @@ def test_a_mesh_graded_ten_times_has_no_holes():
     assert graded.area == pytest.approx(4.0 * steps[-1])
 
 
+@pytest.mark.nightly
 def test_memory_grows_as_the_nodes_do():
     """3000 nodes: a table of one node against all others would take 72 MB."""
     structure = structure_of_many(grid(np.arange(60.0), np.arange(50.0)))

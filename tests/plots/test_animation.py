@@ -65,6 +65,7 @@ def test_wrong_speeds_of_a_film_are_refused(animation, tmp_path, fps):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.nightly
 def test_a_film_makes_its_folder_and_says_where_it_cannot_be_written(animation, tmp_path):
     assert animation.save(tmp_path / "new" / "x.gif", 0.01).stat().st_size
     (tmp_path / "file").write_text("")
@@ -85,6 +86,7 @@ def test_a_problem_without_sections_shows_loops_and_one_without_contacts_is_refu
         ss.forced_response(free, [0.2]).animate(0, 0)
 
 
+@pytest.mark.nightly
 def test_ffmpeg_writes_a_film(animation, tmp_path):
     film = animation.save(tmp_path / "x.mp4").read_bytes()
     assert film[4:8] == b"ftyp"

@@ -107,6 +107,7 @@ def test_policy_allows_these_scripts_only(dataset, tmp_path):
     assert "default-src 'none'" in policy
 
 
+@pytest.mark.nightly
 def test_hostile_names_stay_text(tmp_path):
     hostile = {"title": HOSTILE, "study": HOSTILE + "</pre>", HOSTILE: HOSTILE}
     dataset = synthetic(outputs=(HOSTILE,), contacts=(HOSTILE, "b"), **hostile)

@@ -143,6 +143,7 @@ def test_what_shrouds_cannot_be():
         shrouded_blades(interference=-1e-5)
 
 
+@pytest.mark.nightly
 def test_truncation_is_estimated_where_many_harmonics_at_once_are_too_far():
     """At 50 N Newton's method does not reach 21 harmonics from 5 in one go; 5 harmonics are a few per cent off 21."""
     disk, band = shrouded_blades(untwist=20.0, mu=0.3), ss.hertz(257.0, 264.0)

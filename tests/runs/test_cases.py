@@ -73,6 +73,7 @@ def test_a_process_that_ends_before_it_begins_is_no_loss(tmp_path):
     assert [int(arrays["square"]) for arrays in results] == [0, 1, 4, 9, 16]
 
 
+@pytest.mark.slow
 def test_a_script_without_the_guard_computes_with_one_warning(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(

@@ -123,7 +123,9 @@ def disc_multipliers(x, slips, omega, K):
     return np.linalg.eigvals(derivative)
 
 
-@pytest.mark.parametrize("frequency", [0.12, 0.2, 0.25])
+@pytest.mark.parametrize(
+    "frequency", [pytest.param(0.12, marks=pytest.mark.nightly), 0.2, pytest.param(0.25, marks=pytest.mark.nightly)]
+)
 def test_multipliers_of_a_friction_disc_are_those_of_integration(frequency):
     problem = disc()
     map_, (evaluation,) = solved(problem, [frequency], 1.0, 21, 1024)

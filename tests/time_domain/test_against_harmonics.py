@@ -67,6 +67,7 @@ def test_from_rest_a_unique_response_is_the_same():
     assert float(rest.dissipated[0]) == pytest.approx(float(balanced.dissipated[0, 1, 0]), rel=1e-4)
 
 
+@pytest.mark.nightly
 def test_the_start_state_decides_which_response_of_the_wedge_it_is():
     """At 222 Hz the three ratios give three responses; each stays what it is when integrated from its own sliders."""
     found = [checked(damped_wedge(ratio), [145.0, 222.0], 21, 1024, tolerance=1e-5) for ratio in (-1.0, 0.0, 1.0)]

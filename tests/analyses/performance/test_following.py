@@ -125,6 +125,7 @@ def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_
     assert np.all((apart > curve.amplitude_per_force.values[0])[np.isfinite(apart)])
 
 
+@pytest.mark.nightly
 def test_peaks_on_isolas_are_periodic_motions(wedge_that_lifts):
     """Contact forces of the motion, marched in plain Python, balance the equation of motion in each harmonic."""
     problem, curve = wedge_that_lifts

@@ -50,6 +50,7 @@ def test_a_fast_run_is_that_of_an_independent_integration(first, last, stiffenin
     np.testing.assert_allclose(found["speed"], first + (last - first) * found["time"] / 20.0, rtol=1e-12)
 
 
+@pytest.mark.nightly
 def test_a_slow_run_passes_the_amplitudes_of_the_sweep_and_a_fast_one_lags_behind():
     problem = one_mass()
     sweep = ss.speed_sweep(problem, (30.0, 95.0), force=2.0, harmonics=7).dataset.isel(engine_order=0, case=0, output=0)

@@ -48,6 +48,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     assert run(["report", out]) == 0
 
 
+@pytest.mark.nightly
 def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_ratio_of_forces(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     sweep = "[sweep]\nfrequency = [0.15, 0.25]\nforce_levels = [0.3]\nharmonics = 3\nsamples = 64\n"

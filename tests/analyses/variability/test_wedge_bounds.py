@@ -79,6 +79,7 @@ def test_bounds_hold_over_the_band(rule):
         assert max(cloud) <= high * (1.0 + 2e-4)
 
 
+@pytest.mark.nightly
 def test_bounds_do_not_depend_on_the_workers():
     problem = three_mass_wedge()
     one, two = (response_bounds(problem, hertz(200.0, 235.0), points=10, workers=n).dataset for n in (1, 2))
