@@ -46,6 +46,10 @@ def main(words: list[str]) -> int:
     """All mutants, or those whose file or texts hold a word."""
     mutants = tomllib.loads((ROOT / "tests" / "mutants.toml").read_text())["mutant"]
     chosen = [each for each in mutants if not words or any(word in f"{each['file']} {each['old']}" for word in words)]
+    named = sorted({test for mutant in chosen for test in mutant["tests"]})
+    if subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *named], cwd=ROOT, check=False).returncode:
+        sys.stdout.write("The named tests must pass before anything is broken.\n")
+        return 1
     wrong = 0
     for mutant in chosen:
         found = outcome(mutant)

@@ -127,6 +127,7 @@ def test_the_peaks_of_one_mass(one_mass, tmp_path):
     assert data.attrs["title"] == "One mass and a slider"
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_on_request(one_mass, tmp_path):
     """By the run itself or afterwards, all or some, in other formats and places; a report renews those that lie there."""
     one_mass.write_text(QUICK)

@@ -154,8 +154,8 @@ samples = 64
     np.testing.assert_allclose(names["response"].dataset["peak_frequency"], shown["peak_frequency"], rtol=1e-9)
 
 
-OPENED_ON_EVERY_CHANGE = {"forced_response", "controlled_response", "nonlinear_modes", "model", "blisk"}
-"""A problem of a rig, another question, modes, files, and a disk."""
+OPENED_ON_EVERY_CHANGE = {"forced_response", "nonlinear_modes", "blisk"}
+"""A problem of a rig, modes, and a disk."""
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,9 @@ def test_the_same_input_gives_the_same_bits(name):
     assert first.identical(second)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", ["wedge", "everything", *(pytest.param(name, marks=pytest.mark.nightly) for name in ("chain", "three masses"))]
+)
 def test_a_force_level_does_not_depend_on_the_others(name):
     problem, band, _ = CASES[name]
     alone = forced_response(problem, band, 1.0, harmonics=3, samples=128).dataset

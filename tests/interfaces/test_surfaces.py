@@ -110,6 +110,7 @@ def test_holes_are_noticed():
     assert surface(np.vstack([full, full + np.array([20.0, 0.0, 0.0])])).has_holes
 
 
+@pytest.mark.nightly
 def test_a_rectangular_hole_is_cut_out():
     """A hole of 10 x 6 cells in 40 x 30: its area but half a cell from each corner; nodes at its edge keep their half outside."""
     full = grid(np.arange(41.0), np.arange(31.0))

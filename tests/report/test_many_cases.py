@@ -148,7 +148,7 @@ OF_ONE = {
     *("InterferenceDiagram", "RunUp"),
 }
 """Their figures have no axis of cases."""
-DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ResponseSamples", "ContactLaw", "SpeedSweep"}
+DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}
 NOT_DRAWN = {"force_plane", "posterior", "stress"}
 """Of one case, with arguments of their own; of stress, which `test_stress_at_forty_places` draws."""
 
@@ -200,7 +200,8 @@ def test_every_result_prints(kind):
     assert not any(re.search(r"\bnan\b", line) for line in lines)
 
 
-@pytest.mark.parametrize("data", [pytest.param(levels(), marks=pytest.mark.nightly), cloud()], ids=["levels", "cloud"])
+@pytest.mark.nightly
+@pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
 def test_forty_curves_fit_a_page(data):
     for name, draw in figures_of(data).items():
         chart = draw(data)
@@ -246,7 +247,8 @@ def test_the_summary_is_a_few_lines():
     assert len(sentences(levels())) == 14
 
 
-@pytest.mark.parametrize("data", [pytest.param(levels(), marks=pytest.mark.nightly), cloud()], ids=["levels", "cloud"])
+@pytest.mark.nightly
+@pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
 def test_the_report_shows_a_few_of_many(data):
     text = page({"many": data})
     shown = Page(text)

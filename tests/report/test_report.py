@@ -172,7 +172,9 @@ def test_conclusions_are_computed_from_the_data(dataset):
     assert f"force × {best:g} has the lowest response per force" in headline(dataset).replace("\u00a0", " ")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.nightly) if k % 2 else kind for k, kind in enumerate(KINDS)]
+)
 def test_poor_datasets_are_reported(kind, tmp_path):
     page = page_of(poor(kind), tmp_path)
     assert page.data()["places"]["chart-curves"][0]["charts"]

@@ -165,6 +165,7 @@ def test_peaks_among_points_that_go_back_behind_a_corner_are_searched():
     assert len(response.peaks()) > 10
 
 
+@pytest.mark.nightly
 def test_the_witness_fails_without_a_look_for_resonances(monkeypatch):
     monkeypatch.setattr(steps, "hidden_resonance", lambda *of: None)
     tally = Tally()

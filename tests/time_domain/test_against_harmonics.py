@@ -108,6 +108,7 @@ def largest_multiplier(settings, omega, state):
     return float(np.max(np.abs(np.linalg.eigvals(np.column_stack(columns) / (2.0 * step)))))
 
 
+@pytest.mark.nightly
 def test_the_middle_branch_of_duffing_is_right_and_unstable():
     """SciPy's integration of the same state returns to it within a period, with a multiplier that the march measures, too."""
     settings = damping, force = 0.05, 0.2

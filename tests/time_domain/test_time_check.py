@@ -81,6 +81,7 @@ def test_a_curve_without_peak_has_no_point_of_it(response):
         response.peak_point(1)
 
 
+@pytest.mark.nightly
 def test_the_trapezoidal_rule_agrees_where_nothing_lands(response):
     one, other = (response.verify_in_time(0, 1, **method) for method in ({}, {"method": Newmark()}))
     np.testing.assert_allclose(one.time_amplitude, other.time_amplitude, rtol=1e-5)
@@ -205,6 +206,7 @@ def with_a_resting_output(damping, force):
     return Problem(structure, (spring,), forces, ("1.x", "2.x"))
 
 
+@pytest.mark.nightly
 def test_an_output_at_rest_is_no_difference_and_hides_no_instability():
     """Rounding over rounding was a difference of 0.5, and made the motion that leaves the middle branch look like an error."""
     response = forced_response(with_a_resting_output(0.05, 0.2), radians_per_second(0.8, 3.5), harmonics=9)

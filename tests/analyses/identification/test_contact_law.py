@@ -80,12 +80,13 @@ def test_a_law_that_does_not_fit_has_wider_intervals():
     assert wrong.errors[0] > 1.1 * right.errors[0]
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("samples", "noise"),
     [
-        pytest.param(60, 0.05, marks=pytest.mark.nightly),
-        pytest.param(100, 0.1, marks=pytest.mark.nightly),
-        pytest.param(200, 0.2, marks=pytest.mark.nightly),
+        (60, 0.05),
+        (100, 0.1),
+        (200, 0.2),
         (400, 0.2),
     ],
 )
@@ -298,6 +299,7 @@ def tribometer(tmp_path_factory):
     return ss.contact_law(path, normal_load=5.0)
 
 
+@pytest.mark.nightly
 def test_the_measured_record(tribometer):
     """An independent trial found 49 cycles of 4.0000 s, kt 0.0406 N/um, mu 0.4727 and 0.466 in the first cycle."""
     data = tribometer.dataset
@@ -318,6 +320,7 @@ def test_the_measured_record(tribometer):
     assert float(data["energy_fitted"].mean()) == pytest.approx(0.528e-3, rel=0.005)
 
 
+@pytest.mark.nightly
 def test_the_measured_record_says_what_to_check(tribometer):
     shown = repr(tribometer)
     assert len(shown.splitlines()) <= 8

@@ -70,6 +70,7 @@ def test_hidden_start_states_do_not_bias_the_parameters():
     found.plot().draw_without_rendering()
 
 
+@pytest.mark.nightly
 def test_inside_the_bounds_nothing_is_determined_and_outside_it_is():
     """One friction coefficient: the bounds of `response_bounds` enclose all points throughout its interval, and not beyond."""
     frequencies = np.array([340.0, 345.0, 355.0])
@@ -93,7 +94,6 @@ def test_inside_the_bounds_nothing_is_determined_and_outside_it_is():
     assert "3 of 3 points lie inside their bounds" in " ".join(found.notes)
 
 
-@pytest.mark.nightly
 def test_what_no_start_state_explains_and_what_stays_open_is_said():
     frequencies = np.array([335.0, 345.0, 355.0, 365.0])
     one = hidden(1.0, 0, frequencies)

@@ -377,7 +377,11 @@ def test_each_cell_has_its_own_error_of_the_zero(truths):
 
 @pytest.mark.parametrize(
     ("factors", "said"),
-    [({}, set()), ({"platform_x": 1.3, "platform_y": 1.3}, {"rotation", "damper_y"}), ({"force_x": 1.12}, {"force_x"})],
+    [
+        pytest.param({}, set(), marks=pytest.mark.nightly),
+        ({"platform_x": 1.3, "platform_y": 1.3}, {"rotation", "damper_y"}),
+        pytest.param({"force_x": 1.12}, {"force_x"}, marks=pytest.mark.nightly),
+    ],
 )
 def test_a_wrong_scale_is_said(truths, factors, said):
     """The fit then takes a gain error that the stated errors hardly allow."""
@@ -507,7 +511,7 @@ def test_the_law_of_a_damper_is_chosen_by_loops_held_out():
     assert "law    microslip, of macroslip" in str(found)
 
 
-@pytest.mark.parametrize("shape", [Cylinder, Wedge])
+@pytest.mark.parametrize("shape", [pytest.param(Cylinder, marks=pytest.mark.nightly), Wedge])
 def test_other_dampers_than_the_laboratory_one(shape):
     """One line a side, and three: found from exact loops with the usual unknowns, or said to be unseen."""
     damper = shape(left_angle=37.0, right_angle=41.0).damper(pull=80.0)

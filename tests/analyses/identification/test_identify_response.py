@@ -402,7 +402,7 @@ def test_a_bad_point_at_the_resonance_of_a_sparse_curve_is_named(over, alone):
     assert without < 0.7 * apart
 
 
-@pytest.mark.parametrize("over", [0.9, 0.6])
+@pytest.mark.parametrize("over", [pytest.param(0.9, marks=pytest.mark.nightly), 0.6])
 def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
     """One point at the resonance of the largest level, 10 % or 40 % too low, with noise of 1 %: the fit follows it."""
     tests = [replace(measured(force, 3), phase=None) for force in (0.3, 1.0, 2.0)]

@@ -10,7 +10,7 @@ import stickslip as ss
 from stickslip.analyses.identification.mistakes import notes_on_mistakes
 
 SOUND = [measured(force, 3, frequencies=np.linspace(0.14, 0.24, 15)) for force in (0.3, 1.0, 2.0)]
-SETTINGS = {"tries": 2, "evaluations": 25, "samples": 64, "harmonics": 3}
+SETTINGS = {"tries": 1, "evaluations": 25, "samples": 64, "harmonics": 3}
 
 
 def scaled(amplitude=1.0, force=1.0):

@@ -24,6 +24,7 @@ def run(arguments):
     return ended.value.code
 
 
+@pytest.mark.nightly
 def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     assert run(["new", "response_bounds", study]) == 0

@@ -61,7 +61,7 @@ def test_dense_grid_over_all_start_states(bounds):
     assert max(grid) <= bounds[1] * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("rule", ["slider_offset", "traction_ratio"])
+@pytest.mark.parametrize("rule", ["slider_offset", pytest.param("traction_ratio", marks=pytest.mark.nightly)])
 def test_bounds_hold_over_the_band(rule):
     """At every frequency the amplitude bounds contain a cloud that the search did not see.
 
