@@ -27,15 +27,14 @@ def victims(tmp_path_factory):
     return Victims(tmp_path_factory.mktemp("victims"))
 
 
-SAME_READER = [
-    kind for kind in KINDS if kind.startswith(("op4", "mat_compressed")) and kind not in ("op4_text_dense", "op4_binary_big")
-]
+SLOWLY_READ = {"matrix_market_dense", "harwell_boeing", "mapping"}
+"""In a process of its own, as `matrix_market` is."""
 
 
 @pytest.mark.parametrize(
     "kind",
     [
-        pytest.param(kind, marks=pytest.mark.nightly) if kind in SAME_READER else kind
+        pytest.param(kind, marks=pytest.mark.nightly) if kind in SLOWLY_READ else kind
         for kind in (*KINDS, "calculix", "substructure", "mapping")
     ],
 )

@@ -101,7 +101,7 @@ def test_one_sector_gives_what_all_blades_do():
     assert float(whole.dataset.dissipated.sum()) == pytest.approx(6 * float(one.dataset.dissipated.sum()), rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_time_integration_of_all_blades_gives_the_same_vibration():
     """All sectors step by step, from the state of 9 harmonics, against one sector with 25."""
     rig = shrouded_blades(sectors=6, tip_radius=0.1, engine_order=2).with_damping(ss.RayleighDamping(0.0, 2e-5))

@@ -41,7 +41,7 @@ def test_where_nothing_slips_a_curve_never_turns_back():
     assert np.all(np.diff(frequency)[stuck[:-1] & stuck[1:]] > 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_the_highest_response_of_a_band_is_found(ratio):
     result = HighestResult(ratio)

@@ -244,7 +244,7 @@ def shot(travel, x, free, step=1e-6):
     return np.linalg.eigvals(derivative)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("frequency", "preload"), [(0.12, 1.5), (0.2, 0.3)], ids=["closed", "lifts off"])
 def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequency, preload):
     """Steps are short where the velocity passes zero, and the friction of a landing contact knows when it landed."""
@@ -264,7 +264,7 @@ def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequ
     assert_same(map_.multipliers(evaluation).values, exact, 6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("varies", "count"), [(0.0, 6), (1.0, 2)], ids=["constant", "varying"])
 def test_multipliers_of_dahls_law_are_those_of_integration(varies, count):
     """dT/du = kt (1 − sgn(u̇) T/L); T is a state of its own, and follows L where L falls below it: of first order in the steps."""

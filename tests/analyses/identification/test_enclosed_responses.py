@@ -50,7 +50,7 @@ def test_derivatives_of_bounds_are_those_of_their_values():
         assert slopes == pytest.approx(differences, rel=0.02, abs=2e-3 * np.abs(differences).max())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_hidden_start_states_do_not_bias_the_parameters():
     """Three tests, each with its own start state that nobody knows: bounds hold the truth where virgin contacts miss it."""
     frequencies = np.linspace(332.0, 366.0, 9)

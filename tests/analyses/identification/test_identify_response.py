@@ -319,7 +319,7 @@ def test_the_error_between_tests_is_that_of_their_means():
     assert found == pytest.approx([np.std(offsets, ddof=1) / np.sqrt(5.0)])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_intervals_hold_what_differs_from_test_to_test():
     """Six tests whose slip limits scatter by 5 %: with independent residuals one in twelve intervals of the limit holds it."""
     levels, held, widths = (0.3, 0.6, 1.0, 1.5, 2.0, 3.0), [], []

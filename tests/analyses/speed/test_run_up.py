@@ -102,7 +102,7 @@ def blade_and_wedge(speed: float) -> ss.Problem:
     return replace(rig, structure=replace(rig.structure, K=K))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_run_keeps_what_the_last_slip_left():
     """At 7800 rev/min a contact sticks: downwards the run follows the sweep, upwards it lies above, however slow it is."""
     models = {speed: blade_and_wedge(speed) for speed in (3000.0, 6000.0)}
