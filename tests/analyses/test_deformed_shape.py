@@ -170,7 +170,8 @@ def test_the_shape_of_a_sector_is_that_of_its_unreduced_elements(engine_order):
     assert np.abs(motion.displacement[:size] - expected).max() < 1e-4 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("engine_order", [1, pytest.param(4, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("engine_order", [1, 4])
 def test_a_full_disk_without_mistuning_has_the_shape_of_the_tuned_one(engine_order):
     """All sectors solved together move as the wave that one sector gives."""
     disk = octopus_blisk(sector=COARSE, engine_order=engine_order, modes=8)

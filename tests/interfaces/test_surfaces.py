@@ -123,6 +123,7 @@ def test_a_rectangular_hole_is_cut_out():
     assert found.at(1e-3 * TURN @ [15.0, 9.5, 0.1]) is not None
 
 
+@pytest.mark.slow
 def test_a_round_hole_is_cut_out():
     """A plate with a hole of 48 nodes on a circle: the area of the plate less that of the polygon, whatever the mesh around."""
     full = grid(np.linspace(-20.0, 20.0, 41), np.linspace(-15.0, 15.0, 31))

@@ -130,6 +130,7 @@ def source():
     return measures.modules(measures.SOURCE)
 
 
+@pytest.mark.slow
 def test_this_package_is_measured_to_the_end(source):
     """Fails when a class or kernel on the way of kt has another name: then `CHAIN` is to be renewed."""
     table = dict(measures.rows(source, measures.CHAIN))
@@ -137,6 +138,7 @@ def test_this_package_is_measured_to_the_end(source):
     assert int(table["files from the study key kt to the kernel"].split(":")[0]) >= 2
 
 
+@pytest.mark.slow
 def test_only_keywords_that_users_type_and_kernels_are_more_than_ten(source):
     public = (measures.SOURCE / "__init__.pyi").read_text() + (measures.SOURCE / "rigs" / "__init__.py").read_text()
     names = set(re.findall(r"\w+", public))

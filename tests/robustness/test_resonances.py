@@ -36,6 +36,7 @@ def test_a_shoulder_that_only_just_dips_between_the_points_of_a_curve_is_a_peak(
     assert tally.wrong == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed", "ratio"),
     [

@@ -32,9 +32,9 @@ def radians(*omega):
     [
         (single_mass(), 1.1, 31, 2e-5),
         (rubbing_mass(), 0.9, 31, 2e-4),
-        (line_contact(), 1.7, 31, 3e-4),
+        pytest.param(line_contact(), 1.7, 31, 3e-4, marks=pytest.mark.nightly),
         (orbiting_mass(varying=False), 0.9, 31, 5e-5),
-        (orbiting_mass(varying=True), 0.9, 31, 5e-5),
+        pytest.param(orbiting_mass(varying=True), 0.9, 31, 5e-5, marks=pytest.mark.nightly),
         (stop(), 0.8, 61, 1e-3),
     ],
     ids=["Jenkins", "lift-off", "microslip array", "disc", "disc of varying load", "gap and massless slider"],
@@ -46,6 +46,7 @@ def test_small_structures(problem, omega, harmonics, tolerance):
     assert float(found.time.dataset.energy_residual) < 5e-5
 
 
+@pytest.mark.nightly
 def test_the_difference_to_few_harmonics_is_that_of_the_harmonics_left_out():
     coarse, fine = (checked(single_mass(), radians(0.3, 1.1), harmonics) for harmonics in (1, 21))
     response = [forced_response(single_mass(), radians(0.3, 1.1), harmonics=h, samples=2048) for h in (1, 21)]

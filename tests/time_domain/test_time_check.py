@@ -123,6 +123,7 @@ def test_what_is_hardly_damped_agrees_as_far_as_it_has_settled():
     assert response.verify_in_time(0, 1, periods=60, steps_per_period=1000, tolerance=suggested).periodic
 
 
+@pytest.mark.nightly
 def test_the_error_of_the_steps_is_reported(response):
     """Second order: what N steps leave is a third of what half of them change; 16 N are taken for exact."""
     check = response.verify_in_time(1, 1, steps_per_period=500)

@@ -331,6 +331,7 @@ def test_the_measured_record_says_what_to_check(tribometer):
     assert "3379 of 42579 samples lie outside whole cycles" in shown
 
 
+@pytest.mark.nightly
 def test_the_virgin_first_stroke_explains_the_other_misfit(tribometer, tmp_path):
     """Cycles cut from the start of motion on have the first stroke in them: the misfit of ten mean loops is then 5.2 %."""
     path = tmp_path / "record.txt"
@@ -346,6 +347,7 @@ def test_the_virgin_first_stroke_explains_the_other_misfit(tribometer, tmp_path)
     assert misfit == pytest.approx(0.052, abs=0.001)
 
 
+@pytest.mark.nightly
 def test_figures_are_drawn(tribometer):
     for name in ("", "cycles", "laws"):
         figure = tribometer.plot(name)

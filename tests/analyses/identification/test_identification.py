@@ -511,7 +511,8 @@ def test_the_law_of_a_damper_is_chosen_by_loops_held_out():
     assert "law    microslip, of macroslip" in str(found)
 
 
-@pytest.mark.parametrize("shape", [pytest.param(Cylinder, marks=pytest.mark.nightly), Wedge])
+@pytest.mark.nightly
+@pytest.mark.parametrize("shape", [Cylinder, Wedge])
 def test_other_dampers_than_the_laboratory_one(shape):
     """One line a side, and three: found from exact loops with the usual unknowns, or said to be unseen."""
     damper = shape(left_angle=37.0, right_angle=41.0).damper(pull=80.0)

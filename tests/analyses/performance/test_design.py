@@ -340,7 +340,7 @@ def test_a_variable_that_does_nothing_may_be_anything_and_slopes_stay_within_the
     assert any("more: not allowed" in line for line in lines)
 
 
-@pytest.mark.parametrize("search", [False, True])
+@pytest.mark.parametrize("search", [False, pytest.param(True, marks=pytest.mark.nightly)])
 def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monkeypatch, search):
     """With a made-up search that finds the more, the higher the slip limit; sampled peaks alone favour another design, and those
     that cannot be the best are not searched.

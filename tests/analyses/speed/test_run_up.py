@@ -38,7 +38,7 @@ def integrated(first: float, last: float, duration: float, stiffening: float) ->
     return np.array(phases), np.array(moved)
 
 
-@pytest.mark.parametrize(("first", "last"), [(40.0, 110.0), (110.0, 40.0)])
+@pytest.mark.parametrize(("first", "last"), [(40.0, 110.0), pytest.param(110.0, 40.0, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(("stiffening", "tolerance"), [(0.0, 0.01), (2.0, 0.03)])  # up to 6 % in a cycle of 50
 def test_a_fast_run_is_that_of_an_independent_integration(first, last, stiffening, tolerance):
     """The stiffness of a cycle is that at its middle, which the larger tolerance allows for."""

@@ -91,6 +91,7 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
     assert np.all(np.isnan(dataset["bounds_amplitude"]))
 
 
+@pytest.mark.slow
 def test_samples_come_as_cases_with_percentiles(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     assert run(["new", "response_samples", study]) == 0
