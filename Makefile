@@ -1,8 +1,9 @@
 # make setup    environment in .venv, from requirements.lock      make check   format, lint, types, spelling, documentation
-# make demo     the single blade with two dampers                 make ci      check + test-all + a part of test-rounding: what the continuous integration runs
-# make test     the tests and examples without the slow ones      make lock    renew requirements.lock (needs uv)
-# make test-all   all tests: killed runs, Dask, full disks, whole studies too
-# make test-times   the tests of make test with their processor time; one that takes more than ten seconds fails
+# make demo     the single blade with two dampers                 make ci      check, make test, the slow tests and a part of test-rounding
+# make test     what a change can break, five minutes on two cores  make lock    renew requirements.lock (needs uv)
+# make test-all   the slow and the nightly tests too               make nightly   everything: test-all, all roundings, verify, robustness, mutants
+# make test-times   the tests of make test with their processor time; one that takes more than five seconds fails
+# make mutants   breaks formulas on purpose; the quick tests named in tests/mutants.toml must notice
 # make format   mend format and lint                              make reference   renew docs/study_reference.md
 # make test-oldest   a part of the tests with every dependency at its lower bound
 # make test-rounding   the tests with the rounding of other processors: all of them for two, the numerical ones for the rest
@@ -23,7 +24,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
 # One BLAS thread: the dense systems are small, and contended threads slow them down.
-TESTING := test test-all test-times test-rounding ci
+TESTING := test test-all test-times test-rounding ci nightly mutants
 $(TESTING) demo robustness: export OPENBLAS_NUM_THREADS = 1
 $(TESTING): export OMP_NUM_THREADS = 1
 $(TESTING): export MKL_NUM_THREADS = 1
@@ -40,7 +41,7 @@ test-oldest:
 	$(OLDEST)/bin/python -m pip install --no-deps --no-build-isolation -e .
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/kernels $(OLDEST)/bin/python -m pytest -W default -m "not verify and not system" $(OLDEST_TESTS)
 
-.PHONY: $(TESTING) test-oldest paper screenshots gallery setup bench demo check format reference docs lock clean robustness measures verify-system verify
+.PHONY: $(TESTING) kernels test-oldest paper screenshots gallery setup bench demo check format reference docs lock clean robustness measures verify-system verify
 
 setup: $(STAMP)
 
@@ -54,17 +55,25 @@ $(STAMP): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/stickslip demo --overwrite
 
-PYTEST := $(BIN)/python -m pytest -n $(JOBS) --hypothesis-profile=ci
-QUICK := -m "not slow and not verify and not system"
+# A file stays in one process, so that its fixtures are computed once.
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --hypothesis-profile=ci
+QUICK := -m "not slow and not nightly and not verify and not system"
 
-test: setup
+# Compiled before the tests begin, or each of their processes compiles the same kernels: seconds where they are there already.
+kernels: setup
+	$(BIN)/stickslip compile
+
+test: kernels
 	$(PYTEST) $(QUICK)
 
-test-all: setup
+test-all: kernels
 	$(PYTEST)
 
-test-times: setup
-	$(PYTEST) $(QUICK) --cpu-limit 10
+test-times: kernels
+	$(PYTEST) $(QUICK) --cpu-limit 5
+
+mutants: setup
+	$(BIN)/python tools/mutants.py
 
 # The kernels of the oldest processor are compiled anew: a minute of computing more, the first time.
 test-rounding: setup
@@ -116,8 +125,13 @@ paper: setup
 screenshots: setup
 	$(BIN)/python docs/figures/explorer.py
 
-ci: check test-all
-	$(BIN)/python tests/rounding.py part -n $(JOBS) --hypothesis-profile=ci
+# While the checks run, the other processor compiles.
+ci: setup
+	$(MAKE) -j 2 check kernels
+	$(PYTEST) -m "not nightly and not verify and not system"
+	$(BIN)/python tests/rounding.py part -n $(JOBS) --dist loadfile --hypothesis-profile=ci $(QUICK)
+
+nightly: check test-all test-rounding verify robustness mutants
 
 lock:
 	UV_CUSTOM_COMPILE_COMMAND="make lock" $(UV) pip compile pyproject.toml --group dev --universal --python-version 3.11 \

@@ -1,4 +1,4 @@
-"""Processor time of each test, that of its child processes included: what takes more than ten seconds is to be marked slow.
+"""Processor time of each test, that of its child processes included: what takes more than five seconds is slow or nightly.
 
 Every run names the tests above the limit that are not; with `--cpu-limit SECONDS` they fail, and the slowest ones are listed.
 Wall time would blame the tests that ran while the machine was busy. Compiling kernels happens once on a machine, in whichever
@@ -10,7 +10,7 @@ import os
 import pytest
 from numba.core import event
 
-LIMIT = 10.0
+LIMIT = 5.0
 LISTED = 30
 MEASURED = "cpu_seconds"
 
@@ -47,7 +47,9 @@ def unsaved_figures(monkeypatch):
 
 
 def pytest_addoption(parser):
-    parser.addoption("--cpu-limit", type=float, metavar="SECONDS", help="fail tests that take more and are not marked slow")
+    parser.addoption(
+        "--cpu-limit", type=float, metavar="SECONDS", help="fail tests that take more and are neither slow nor nightly"
+    )
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -59,13 +61,13 @@ def pytest_runtest_protocol(item, nextitem):
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     report = yield
-    if call.when == "call" and not item.get_closest_marker("slow"):
+    if call.when == "call" and not (item.get_closest_marker("slow") or item.get_closest_marker("nightly")):
         seconds = processor_time() - COMPILING.total - item.began
         report.user_properties.append((MEASURED, seconds))
         limit = item.config.getoption("--cpu-limit")
         if report.passed and limit and seconds > limit:
             report.outcome = "failed"
-            report.longrepr = f"{seconds:.1f} s of processor time: more than {limit:g} s, so make it cheaper or mark it slow."
+            report.longrepr = f"{seconds:.1f} s of processor time: more than {limit:g} s, so make it cheaper or mark it."
     return report
 
 
@@ -78,8 +80,12 @@ def pytest_terminal_summary(terminalreporter):
     shown = times[:LISTED] if limit else [pair for pair in times if pair[0] > LIMIT]
     if not shown:
         return
-    terminalreporter.section("processor time" if limit else f"more than {LIMIT:g} s of processor time, but not marked slow")
+    terminalreporter.section(
+        "processor time" if limit else f"more than {LIMIT:g} s of processor time, but neither slow nor nightly"
+    )
     for seconds, name in shown:
         terminalreporter.write_line(f"{seconds:8.1f} s  {name}")
     if limit:
-        terminalreporter.write_line(f"{sum(seconds for seconds, _ in times):8.1f} s  in all {len(times)} tests not marked slow")
+        terminalreporter.write_line(
+            f"{sum(seconds for seconds, _ in times):8.1f} s  in all {len(times)} tests neither slow nor nightly"
+        )

@@ -96,6 +96,7 @@ def test_a_stable_motion_of_the_branch_is_there_in_time(branch):
     assert first.max() > 3.0 * first.min()
 
 
+@pytest.mark.nightly
 def test_time_integration_of_this_program_agrees_on_a_branch(branch):
     stable = np.flatnonzero(branch.dataset.stability.values[0] == 1)
     assert branch.verify_in_time(0, int(stable[len(stable) // 4]), steps_per_period=1000).agrees(5e-4)

@@ -61,6 +61,7 @@ def test_a_list_is_begun_anew_where_a_curve_ends(start, stop):
         np.testing.assert_allclose(one.evaluation.w, other.evaluation.w, atol=1e-9)
 
 
+@pytest.mark.nightly
 def test_a_curve_that_turns_back_says_where_and_the_rest_can_be_had():
     """The first branch ends at a fold: the largest frequency of its points; beyond, from somewhere, the end is reached."""
     case = random_case("start state", 207)
@@ -110,6 +111,7 @@ def test_the_band_of_finished_curves_is_theirs():
         single.at([0.101])
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("few_points")
 def test_a_lost_curve_names_what_may_be_the_cause():
     def message(mu, kt=1.0):

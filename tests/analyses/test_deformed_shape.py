@@ -120,6 +120,7 @@ def disk():
     return octopus_blisk(sector=COARSE, engine_order=4, modes=8)
 
 
+@pytest.mark.nightly
 def test_sectors_of_a_disk_are_those_of_the_full_disk_one_after_another(disk):
     """Stuck for all its contacts: every tip of the wheel moves as the full disk, each sector of its own, says."""
     free = ss.forced_response(disk, [150.0], force=1e-3, harmonics=1, samples=64)
@@ -169,6 +170,7 @@ def test_the_shape_of_a_sector_is_that_of_its_unreduced_elements(engine_order):
     assert np.abs(motion.displacement[:size] - expected).max() < 1e-4 * np.abs(expected).max()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("engine_order", [1, 4])
 def test_a_full_disk_without_mistuning_has_the_shape_of_the_tuned_one(engine_order):
     """All sectors solved together move as the wave that one sector gives."""
@@ -182,6 +184,7 @@ def test_a_full_disk_without_mistuning_has_the_shape_of_the_tuned_one(engine_ord
     assert np.abs(motion.displacement - wave.displacement).max() < 1e-9 * wave.amplitude.max()
 
 
+@pytest.mark.nightly
 def test_the_shape_of_a_mistuned_disk_is_that_of_its_unreduced_sectors():
     """Dampers of different kt, mu and pull, one missing: Dᴴ (K − ω²M) D q = Dᴴ p of every wave, by a sparse solver, with the
     forces p of the contacts on each sector; then the sum of the waves."""
@@ -216,6 +219,7 @@ def test_the_shape_of_a_mistuned_disk_is_that_of_its_unreduced_sectors():
         assert np.abs(found - expected[j]).max() < 1e-4 * largest.max()
 
 
+@pytest.mark.nightly
 def test_tips_of_mistuned_blades_move_as_their_response_says(disk, monkeypatch):
     """Also where fewer points are drawn."""
     full = mistuned_disk(disk, Mistuning(blade=[0.01, -0.02, 0.0, 0.015, -0.005, 0.02]))

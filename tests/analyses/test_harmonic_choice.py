@@ -52,6 +52,7 @@ def test_the_chosen_number_is_right_to_the_tolerance():
     assert amplitude(*chosen) == pytest.approx(true, rel=4e-3)
 
 
+@pytest.mark.nightly
 def test_a_tighter_tolerance_asks_for_more_and_gives_a_better_answer():
     problem = chain_of_three()
     reference = forced_response(problem, hertz(0.127, 0.32), harmonics=31, samples=512).peaks()["amplitude"].max()

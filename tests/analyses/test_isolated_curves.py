@@ -86,6 +86,7 @@ def test_it_is_closed_and_apart(whole):
     assert np.nanmin(beside[1]) > 2.0 * np.nanmax(beside[0])
 
 
+@pytest.mark.nightly
 def test_both_motions_are_there_in_time(whole):
     """At one frequency, started from the state of either curve, SciPy stays where it started."""
     found = whole.with_stability()
@@ -162,6 +163,7 @@ def test_a_third_of_the_frequency_of_the_excitation(thirds):
     assert np.nanmax(third) > 10.0 * float(dataset.amplitude[1].max())
 
 
+@pytest.mark.nightly
 def test_the_time_check_goes_over_the_whole_expansion(thirds):
     point = int(np.flatnonzero(thirds.dataset.stability.values[1] == 1)[5])
     check = thirds.verify_in_time(1, point, steps_per_period=500)

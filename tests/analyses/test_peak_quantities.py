@@ -153,8 +153,8 @@ def test_the_end_of_a_band_just_before_a_peak_is_no_peak(quantity):
         assert len(found.peaks()) == 1
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "acceleration", "inertance"])
-@pytest.mark.parametrize("measure", ["amplitude", "rms", "max_abs"])
+@pytest.mark.parametrize("quantity", ["displacement", pytest.param("acceleration", marks=pytest.mark.nightly), "inertance"])
+@pytest.mark.parametrize("measure", ["amplitude", pytest.param("rms", marks=pytest.mark.nightly), "max_abs"])
 def test_peaks_of_another_quantity_are_found_between_the_points_of_a_response(quantity, measure):
     """As by a response that was computed for it: two resonances in stick and slip, and one mass at its optimum."""
     wedge, mass = ss.rigs.three_mass_wedge(), ss.rigs.single_mass(damping=0.05)

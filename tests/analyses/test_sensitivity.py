@@ -154,6 +154,7 @@ def of_duffing() -> dict[str, ss.Parameter]:
     return {name: ss.Parameter(value, partial(changed, duffing, DUFFING, name)) for name, value in DUFFING.items()}
 
 
+@pytest.mark.nightly
 def test_every_point_of_an_overhanging_curve_has_its_derivatives():
     """g = ((k + 3/4 k3 a² − m ω²)² + (c ω)²) a² − F² = 0 of one harmonic: da/dθ = −(∂g/∂θ)/(∂g/∂a) on all three branches."""
     made = ss.forced_response(duffing(**DUFFING), ss.radians_per_second(0.6, 2.6), harmonics=1)

@@ -92,6 +92,7 @@ def one_mass(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_does_not_stop_a_run(one_mass, tmp_path):
     """As `stickslip run ... | head -1`: everything is written all the same."""
     one_mass.write_text(QUICK)
@@ -126,6 +127,7 @@ def test_the_peaks_of_one_mass(one_mass, tmp_path):
     assert data.attrs["title"] == "One mass and a slider"
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_on_request(one_mass, tmp_path):
     """By the run itself or afterwards, all or some, in other formats and places; a report renews those that lie there."""
     one_mass.write_text(QUICK)
@@ -149,6 +151,7 @@ def test_figures_are_drawn_on_request(one_mass, tmp_path):
     assert "--format must be png, svg or pdf, but is 'gif'" in wrong.output
 
 
+@pytest.mark.slow
 def test_moving_pictures_of_results_become_films_and_pages(one_mass, tmp_path):
     one_mass.write_text(WEDGE)
     out = tmp_path / "out"
@@ -378,6 +381,7 @@ def test_whatever_computes_long_can_go_on(command):
     assert "--overwrite" in shown
 
 
+@pytest.mark.slow
 def test_interrupted_while_the_report_is_written(one_mass, tmp_path, monkeypatch):
     """The results are complete and kept nowhere else; `--resume` writes the report."""
 
@@ -397,6 +401,7 @@ def test_interrupted_while_the_report_is_written(one_mass, tmp_path, monkeypatch
     assert (out / "report.html").is_file()
 
 
+@pytest.mark.slow
 def test_interrupted_from_the_keyboard(one_mass, tmp_path):
     """Ctrl-C while it computes: a sentence, exit code 130, no half-written file."""
     one_mass.write_text(ONE_MASS.replace("[0.1, 0.5, 1.0, 2.0]", str(np.linspace(0.5, 2.0, 400).tolist())))

@@ -98,6 +98,7 @@ def test_a_missing_file_is_named(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_many_files_are_read_and_fitted(tmp_path):
     u, force = (np.tile(one, 5) for one in loop_of(np.ones(1), 20e6, 0.4, 100.0, 10e-6, 400))
     files = [tmp_path / f"cycle_{k}.txt" for k in range(60)]

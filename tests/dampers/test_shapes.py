@@ -1,5 +1,7 @@
 """The damper harness: every shape that is listed, wherever it is placed, obeys the balance of forces and moments."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy import linalg
@@ -212,3 +214,14 @@ def test_faults_of_dampers_say_what_is_known():
         ContactSurface("line", [[0.0, 0.0, 0.0]], np.eye(3), [0.5])
     with pytest.raises(InputError, match="side must be 1, or -1"):
         FlatCylinder().damper("d", PLACE, 0, 45.0)
+
+
+@pytest.mark.parametrize("lines", [1, 3])
+def test_a_face_of_a_wedge_touches_along_the_middles_of_equal_strips(lines):
+    """From the low corner of the face to the high one, through the mass centre of the section as origin."""
+    wedge = Wedge(left_angle=40.0, right_angle=55.0, lines=lines)
+    corners = wedge.corners() - wedge.section().centroid
+    for touch, low, high in ((wedge.left(), corners[0], corners[3]), (wedge.right(), corners[1], corners[2])):
+        places = np.unique(np.asarray(touch.points)[:, :2].round(12), axis=0)
+        strips = [0.5 * (a + b) for a, b in itertools.pairwise(np.linspace(low, high, lines + 1))]
+        np.testing.assert_allclose(sorted(places.tolist()), sorted(np.round(strips, 12).tolist()), atol=1e-11)

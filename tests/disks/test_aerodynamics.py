@@ -183,6 +183,7 @@ def march(start: np.ndarray, velocity: np.ndarray, gas: ss.Aerodynamics, periods
     return np.abs(found.y[0]).reshape(periods, 64).max(axis=1)
 
 
+@pytest.mark.nightly
 def test_free_waves_marched_in_time_come_to_the_stable_limit_cycle_and_leave_the_unstable_one():
     """The coefficients hold at the frequency of the limit cycle: unsymmetric real matrices are then the same forces."""
     for k, (factors, periods) in enumerate((((0.9, 1.2), 80), ((0.95, 1.05), 40))):

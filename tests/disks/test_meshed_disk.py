@@ -46,6 +46,7 @@ def test_cyclic_modes_are_the_modes_of_the_whole_disk():
     assert np.sort(np.concatenate(waves))[:12] == pytest.approx(whole, rel=1e-8)
 
 
+@pytest.mark.nightly
 def test_a_spinning_sector_is_the_spinning_disk():
     """Prestress of nodal diameter 0 in the sector, of the whole mesh in the disk; at 60 turns a second both stiffen alike."""
     mesh = whole_mesh()

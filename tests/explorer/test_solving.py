@@ -154,7 +154,17 @@ samples = 64
     np.testing.assert_allclose(names["response"].dataset["peak_frequency"], shown["peak_frequency"], rtol=1e-9)
 
 
-@pytest.mark.parametrize("kind", sorted(set(KINDS) - REFUSED.keys()))
+OPENED_ON_EVERY_CHANGE = {"forced_response", "nonlinear_modes", "blisk"}
+"""A problem of a rig, modes, and a disk."""
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        kind if kind in OPENED_ON_EVERY_CHANGE else pytest.param(kind, marks=pytest.mark.nightly)
+        for kind in sorted(set(KINDS) - REFUSED.keys())
+    ],
+)
 def test_every_template_of_a_problem_opens_and_shows_its_peak_in_detail(kind, tmp_path):
     """Curve, point in detail, saved study and code, of the problem as the template states it."""
     write_new(kind, tmp_path / "study.toml")

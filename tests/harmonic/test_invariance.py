@@ -23,7 +23,10 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+SOME_NIGHTLY = ["wedge", "everything", *(pytest.param(name, marks=pytest.mark.nightly) for name in ("chain", "three masses"))]
+
+
+@pytest.mark.parametrize("name", SOME_NIGHTLY)
 def test_the_same_input_gives_the_same_bits(name):
     problem, band, _ = CASES[name]
     first, second = (forced_response(problem, band, [0.5, 1.0], harmonics=4, samples=128).dataset for _ in range(2))
@@ -31,7 +34,7 @@ def test_the_same_input_gives_the_same_bits(name):
     assert first.identical(second)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", SOME_NIGHTLY)
 def test_a_force_level_does_not_depend_on_the_others(name):
     problem, band, _ = CASES[name]
     alone = forced_response(problem, band, 1.0, harmonics=3, samples=128).dataset
@@ -62,7 +65,7 @@ def shifted(problem: Problem, angle: float) -> Problem:
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("start", [SliderOffset(), MeanTraction(0.05)], ids=lambda start: start.key)
-@pytest.mark.parametrize("shift", [1, 41])
+@pytest.mark.parametrize("shift", [pytest.param(1, marks=pytest.mark.nightly), 41])
 def test_a_later_force_gives_a_later_response(name, start, shift):
     """A delay of all forces by whole samples delays the response: X_h exp(−i h φ)."""
     problem, _, frequencies = CASES[name]

@@ -110,6 +110,7 @@ def test_holes_are_noticed():
     assert surface(np.vstack([full, full + np.array([20.0, 0.0, 0.0])])).has_holes
 
 
+@pytest.mark.nightly
 def test_a_rectangular_hole_is_cut_out():
     """A hole of 10 x 6 cells in 40 x 30: its area but half a cell from each corner; nodes at its edge keep their half outside."""
     full = grid(np.arange(41.0), np.arange(31.0))
@@ -122,6 +123,7 @@ def test_a_rectangular_hole_is_cut_out():
     assert found.at(1e-3 * TURN @ [15.0, 9.5, 0.1]) is not None
 
 
+@pytest.mark.slow
 def test_a_round_hole_is_cut_out():
     """A plate with a hole of 48 nodes on a circle: the area of the plate less that of the polygon, whatever the mesh around."""
     full = grid(np.linspace(-20.0, 20.0, 41), np.linspace(-15.0, 15.0, 31))
@@ -147,6 +149,7 @@ def test_a_mesh_graded_ten_times_has_no_holes():
     assert graded.area == pytest.approx(4.0 * steps[-1])
 
 
+@pytest.mark.nightly
 def test_memory_grows_as_the_nodes_do():
     """3000 nodes: a table of one node against all others would take 72 MB."""
     structure = structure_of_many(grid(np.arange(60.0), np.arange(50.0)))

@@ -1,6 +1,7 @@
 """Parameters of the law harness: every law sample, every start rule."""
 
 import pytest
+from each import each
 from laws.samples import SAMPLES, SMOOTH_SAMPLES
 
 from stickslip.contact.start import MeanTraction, SliderOffset, TractionRatio
@@ -45,6 +46,5 @@ def touching(request):
     return request.param
 
 
-@pytest.fixture(params=list(STARTS.values()), ids=list(STARTS))
-def start(request):
-    return request.param
+every_start = each("start", STARTS.values(), ids=STARTS)
+"""A test of one start rule, `start`, made one of all of them."""

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
+from each import each
 from laws.kernel import OMEGA, answer, forces, random_motion
 from laws.samples import every_law, samples_of
 
@@ -33,7 +33,7 @@ def moved(sample, size, seed=5):
     return w
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@each("law", LAWS, ids=lambda law: law.__name__)
 def test_rate_independence(law):
     """The same path passed faster: the same forces to the last bit, or others."""
     for sample in samples_of(law):
@@ -47,7 +47,7 @@ def test_rate_independence(law):
             assert slow.by_omega.any()
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@each("law", LAWS, ids=lambda law: law.__name__)
 def test_sticking(law):
     """A small motion: λ̂ of no harmonic but the mean and a loop without energy, or every harmonic unknown."""
     for sample in rubbing(law):
@@ -64,7 +64,7 @@ def test_sticking(law):
     assert not law.sticks or rubbing(law), f"{law.__name__} has no tangential direction to stick along"
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@each("law", LAWS, ids=lambda law: law.__name__)
 def test_memory_of_the_start(law):
     """A small motion from several starts: different means, or the same forces to the last bit, as without friction."""
     remembers = []
@@ -79,7 +79,7 @@ def test_memory_of_the_start(law):
     assert remembers or not law.remembers_start
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@each("law", LAWS, ids=lambda law: law.__name__)
 def test_coupling_of_directions(law):
     """A motion along t2 changes the force along t1, or does not."""
     plane = [sample for sample in rubbing(law) if sample.tangential == 2]
@@ -97,7 +97,7 @@ def test_every_law_of_its_own_kernels_has_its_own_kind():
     assert len(set(kinds)) == len(kinds)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@each("law", LAWS, ids=lambda law: law.__name__)
 def test_every_parameter_has_a_scale(law):
     """`sensitivity` steps each of a law's own parameters by a share of its scale."""
     for sample in samples_of(law):
@@ -106,7 +106,7 @@ def test_every_parameter_has_a_scale(law):
         assert np.all(scales > 0.0)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+@each("law", LAWS, ids=lambda law: law.__name__)
 def test_shares_of_a_surface_add_up_to_the_whole(law):
     """Points that move alike, of 30 % and 70 %: each has its share of every force."""
     for sample in samples_of(law):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from each import each
 from laws.kernel import answer, cycle, forces, motion_of, random_motion
 from laws.marching import harmonics_of
 from laws.samples import DISC_SAMPLES
@@ -30,9 +31,7 @@ def sample(request):
     return request.param
 
 
-@pytest.fixture(params=STARTS.values(), ids=STARTS)
-def start(request):
-    return request.param
+every_start = each("start", STARTS.values(), ids=STARTS)
 
 
 def stepped(traction, change, before, after):
@@ -130,7 +129,8 @@ def test_derivatives_of_a_step():
                 np.testing.assert_allclose(found, expected, atol=1e-7 * (1.0 + np.abs(expected).max()) / min(before, 1.0) ** 2)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
+@every_start
 def test_forces_equal_brute_force_marching(sample, start, seed):
     w = random_motion(sample, H, np.random.default_rng(seed), size=(0.05, 0.4, 1.0, 4.0)[seed])
     expected = harmonics_of(marched(sample, start, w, NT), H)
@@ -138,7 +138,8 @@ def test_forces_equal_brute_force_marching(sample, start, seed):
     np.testing.assert_allclose(cycle(sample, start, w, NT).force[:2], marched(sample, start, w, NT), atol=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
+@every_start
 def test_derivatives_equal_central_differences(sample, start, seed):
     """Own, other and normal direction; the edge of the disc is curved, so differences are exact to the square of the step."""
     w = random_motion(sample, H, np.random.default_rng(seed), size=(0.05, 0.3, 1.0, 4.0)[seed])
@@ -164,7 +165,8 @@ def test_every_state_is_met():
     assert states == {HELD, STATIC, SLIPPING}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
+@every_start
 def test_the_traction_stays_on_its_disc(sample, start, seed):
     w = random_motion(sample, H, np.random.default_rng(seed), size=2.0)
     element = sample.elements[0]

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from laws.conftest import STARTS
+from each import each
+from laws.conftest import STARTS, every_start
 from laws.kernel import answer, forces, random_motion
 from laws.marching import marched, reachable, sampled, wanted_traction
 from laws.samples import SAMPLES, Element, Sample
@@ -58,7 +59,8 @@ def unit_directions(w: np.ndarray) -> list[np.ndarray]:
     return directions
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
+@every_start
 def test_derivatives_equal_central_differences(sample, start, seed):
     """All columns, at random motions of every size; a column across a kink within the tiny step would be no fault but is rare."""
     w = random_motion(sample, H, np.random.default_rng(seed), size=(0.05, 0.3, 1.0, 4.0)[seed])
@@ -99,9 +101,9 @@ def first_sweep(start, w: np.ndarray) -> tuple[float, float, float, float]:
     return wanted_traction(start, element.kt, u, limit, 0, 1), limit[-1], *reachable(element.kt, u, limit)
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("sign", [-1.0, 1.0])
-@pytest.mark.parametrize("rule", [SliderOffset, MeanTraction], ids=lambda rule: rule.key)
+@each("seed", range(6))
+@each("sign", [-1.0, 1.0])
+@each("rule", [SliderOffset, MeanTraction], ids=lambda rule: rule.key)
 def test_clipped_at_the_start(rule, sign, seed):
     """A start beyond the limit at the last sample: the traction there is the bound that one sample of the period sets."""
     w, start = stuck_motion(seed), rule(sign * 50.0)
@@ -112,9 +114,9 @@ def test_clipped_at_the_start(rule, sign, seed):
     check_all_columns(start, w)
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("sign", [-1.0, 1.0])
-@pytest.mark.parametrize("rule", [SliderOffset, TractionRatio, MeanTraction], ids=lambda rule: rule.key)
+@each("seed", range(6))
+@each("sign", [-1.0, 1.0])
+@each("rule", [SliderOffset, TractionRatio, MeanTraction], ids=lambda rule: rule.key)
 def test_slipping_in_the_first_sweep_only(rule, sign, seed):
     """A start within the limit at the last sample that slips once on its way round and then sticks for ever."""
     w = stuck_motion(seed)

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from laws.conftest import STARTS
+from laws.conftest import STARTS, every_start
 from laws.kernel import answer, cycle, forces, motion_of, random_motion
 from laws.marching import harmonics_of, steady_forces
 from laws.quadrature import normal_harmonics
@@ -22,7 +23,7 @@ from stickslip.harmonic.energy import cycle_work
 H, NT = 4, 96
 
 
-@pytest.mark.parametrize("law", every_law(), ids=lambda law: law.__name__)
+@each("law", every_law(), ids=lambda law: law.__name__)
 def test_every_law_has_samples(law):
     assert samples_of(law), f"{law.__name__} has no sample: add one to tests/laws/samples.py (SAMPLES: tables of sliders)"
 
@@ -31,7 +32,8 @@ def test_the_listing_finds_the_laws():
     assert {Gap, Macroslip, MicroslipArray} <= set(every_law())
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
+@every_start
 def test_forces_equal_brute_force_marching(sample, start, seed):
     """F = λ̂ + K_c w in every regime of amplitude: friction against the Fourier analysis of a plain predictor-corrector march,
     normal forces against quadrature."""
@@ -58,7 +60,8 @@ def test_samples_of_the_cycle_equal_brute_force_marching(k, name, seed, size):
     np.testing.assert_allclose(found, expected, atol=1e-12 * (1.0 + np.abs(expected).max()))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@each("seed", range(6))
+@every_start
 def test_friction_stays_below_its_limit_and_contacts_only_push(any_sample, start, seed):
     sample = any_sample
     w = random_motion(sample, H, np.random.default_rng(100 + seed), size=10.0 ** (-1.5 + 0.5 * seed))
@@ -82,6 +85,7 @@ def work_errors(sample, start, samples: int) -> tuple[float, float]:
     return float(np.sqrt(np.mean(np.square(errors)))), float(np.sqrt(np.mean(np.square(works))))
 
 
+@every_start
 def test_energy_in_is_energy_out_with_second_order(rubbing, start):
     """The work of the contact forces over a period is the work of the sliders Σ μN|Δs|, up to an error of second order in Nt."""
     (coarse, _), (fine, work) = work_errors(rubbing, start, 256), work_errors(rubbing, start, 4096)
@@ -99,6 +103,7 @@ def test_energy_in_is_energy_out_of_laws_with_kernels_of_their_own(smooth):
     assert np.log2(coarse / fine) / 4.0 > 1.65
 
 
+@every_start
 def test_normal_forces_do_no_work(touching, start):
     """∮ N dz = 0, whatever the samples."""
     for seed in range(12):
@@ -106,7 +111,7 @@ def test_normal_forces_do_no_work(touching, start):
         assert abs(cycle_work(forces(touching, start, w, 16), w)[-1]) < 1e-12
 
 
-@pytest.mark.parametrize("seed", range(5))
+@each("seed", range(5))
 def test_the_start_matters_only_where_an_element_sticks(rubbing, seed):
     """Large motion: every friction element slips or opens, and all starts give one force. Small: only harmonic 0 differs."""
     w = random_motion(rubbing, H, np.random.default_rng(400 + seed), size=30.0)
@@ -123,7 +128,7 @@ def test_the_start_matters_only_where_an_element_sticks(rubbing, seed):
     assert np.ptp([a.target[0, 0] for a in small]) > 0.05
 
 
-@pytest.mark.parametrize("holding", [s for s in SAMPLES if all(e.mu or not e.kt for e in s.elements)], ids=lambda s: s.name)
+@each("holding", [s for s in SAMPLES if all(e.mu or not e.kt for e in s.elements)], ids=lambda s: s.name)
 def test_a_held_row_is_constant_and_known(holding):
     """Closed and stuck: λ̂ is −Σ kt s in each tangential direction and the sum of the springs' constants in the normal one."""
     offset = 0.01
@@ -149,9 +154,9 @@ def turned(w: np.ndarray, shift: int, samples: int) -> np.ndarray:
     return result
 
 
-@pytest.mark.parametrize("start", [SliderOffset(), SliderOffset(0.2), MeanTraction(0.1)], ids=str)
-@pytest.mark.parametrize("shift", [1, 17, 50])
-@pytest.mark.parametrize("size", [0.1, 1.0, 5.0])
+@each("start", [SliderOffset(), SliderOffset(0.2), MeanTraction(0.1)], ids=str)
+@each("shift", [1, 17, 50])
+@each("size", [0.1, 1.0, 5.0])
 def test_forces_follow_a_shift_of_time(any_sample, start, shift, size):
     """A delay by whole samples delays the forces; the harmonic 0 of a contact clipped at the last sample excepted."""
     sample = any_sample
@@ -188,7 +193,7 @@ def scaled(law, stiffness: float, force: float):
     return replace(law, **changes)
 
 
-@pytest.mark.parametrize(("stiffness", "force"), [(1.0, 3.0), (4.0, 1.0), (0.5, 7.0)])
+@each(("stiffness", "force"), [(1.0, 3.0), (4.0, 1.0), (0.5, 7.0)])
 def test_forces_scale(any_sample, stiffness, force):
     """Forces times s and stiffness times k: motion times s/k gives forces times s."""
     sample = any_sample

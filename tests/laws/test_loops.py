@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from each import each
 from laws.samples import SAMPLES
 
 RUBBING = [sample for sample in SAMPLES if sample.tangential]
@@ -13,14 +14,14 @@ def loop(sample, path: np.ndarray, z: float) -> np.ndarray:
     total = np.zeros(path.size)
     for element in sample.elements:
         limit, traction = element.mu * float(element.normal(np.array(z))), 0.0
-        for n, step in enumerate(np.diff(path, prepend=0.0)):
+        for n, step in enumerate(np.diff(path, prepend=0.0).tolist()):
             traction = min(max(traction + element.kt * step, -limit), limit)
             total[n] += traction
     return total
 
 
-@pytest.mark.parametrize("sample", RUBBING, ids=lambda sample: sample.name)
-@pytest.mark.parametrize("z", LOADS)
+@each("sample", RUBBING, ids=lambda sample: sample.name)
+@each("z", LOADS)
 def test_virgin_curve(sample, z):
     path = np.linspace(0.0, 3.0, 50)
     for sign in (-1.0, 1.0):
@@ -28,9 +29,9 @@ def test_virgin_curve(sample, z):
         np.testing.assert_allclose(curve, loop(sample, sign * path, z), atol=1e-13)
 
 
-@pytest.mark.parametrize("sample", RUBBING, ids=lambda sample: sample.name)
-@pytest.mark.parametrize("z", LOADS)
-@pytest.mark.parametrize("amplitude", [0.05, 0.4, 1.0, 5.0])
+@each("sample", RUBBING, ids=lambda sample: sample.name)
+@each("z", LOADS)
+@each("amplitude", [0.05, 0.4, 1.0, 5.0])
 def test_loop_energy_and_masing(sample, z, amplitude):
     """Σ 4 L (A − L/kt): area of the steady loop; its branches are the virgin curve doubled (Masing)."""
     down = np.linspace(amplitude, -amplitude, 2001)
@@ -40,6 +41,6 @@ def test_loop_energy_and_masing(sample, z, amplitude):
     area += float(np.sum(0.5 * (traction[1:2002] + traction[:2001]) * np.diff(path)[:2001]))
     assert area == pytest.approx(sample.law.loop_energy(amplitude, z), rel=1e-5, abs=1e-6)
     masing = sample.law.virgin_curve(amplitude, z) - 2.0 * np.array(
-        [sample.law.virgin_curve(0.5 * (amplitude - u), z) for u in down]
+        [sample.law.virgin_curve(0.5 * (amplitude - u), z) for u in down[::20]]
     )
-    np.testing.assert_allclose(traction[1:2002], masing, atol=1e-12)
+    np.testing.assert_allclose(traction[1:2002:20], masing, atol=1e-12)

@@ -5,6 +5,7 @@ Along the line the state of a friction disc repeats after one period; a deviatio
 
 import numpy as np
 import pytest
+from each import each
 from laws.kernel import answer, random_motion
 from laws.marching import harmonics_of
 from laws.samples import DISC_SAMPLES, SAMPLES, SPRING_SAMPLES, Sample
@@ -44,8 +45,8 @@ def derivative(sample: Sample, w: np.ndarray, row: int, start=VIRGIN) -> np.ndar
     return np.array(blocks)
 
 
-@pytest.mark.parametrize("normal", [False, True], ids=["", "normal too"])
-@pytest.mark.parametrize("line", LINES.values(), ids=LINES)
+@each("normal", [False, True], ids=["", "normal too"])
+@each("line", LINES.values(), ids=LINES)
 @pytest.mark.parametrize("sample", [*SAMPLES, *DISC_SAMPLES, *SPRING_SAMPLES], ids=lambda sample: sample.name)
 def test_derivatives_on_a_line_equal_central_differences(sample, line, normal):
     for seed in range(3):

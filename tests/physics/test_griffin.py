@@ -112,8 +112,14 @@ def exact_amplitude(omega: float, limit: float) -> float:
     return float(brentq(gap, 1e-3, 1e4, xtol=1e-14, rtol=1e-14))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
-    ("beta", "ratio", "exact"), [(0.6, 0.2, 1.5506028547), (1.3, 0.5, 1.0353280077), (2.0, 0.3, 0.2976761850)]
+    ("beta", "ratio", "exact"),
+    [
+        (0.6, 0.2, 1.5506028547),
+        (1.3, 0.5, 1.0353280077),
+        (2.0, 0.3, 0.2976761850),
+    ],
 )
 def test_rigid_friction_is_the_limit_of_a_stiff_spring(beta, ratio, exact):
     """Den Hartog (1931), motion without stops: max|x| k/P = √(V² − r²U²), V = 1/(1 − β²), U = sin(π/β)/(β(1 + cos(π/β)))."""

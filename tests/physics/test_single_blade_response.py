@@ -14,7 +14,9 @@ from stickslip.units import hertz
 LEVELS = [1.0, 5.0, 20.0, 50.0, 80.0, 100.0]
 
 
-@pytest.fixture(scope="module", params=[2.6, 4.6, 6.6])
+@pytest.fixture(
+    scope="module", params=[pytest.param(2.6, marks=pytest.mark.nightly), 4.6, pytest.param(6.6, marks=pytest.mark.nightly)]
+)
 def response(request):
     return request.param, forced_response(single_blade(request.param), hertz(480.0, 600.0), LEVELS, harmonics=5)
 

@@ -78,6 +78,7 @@ def test_the_picture_shows_the_amplitude(shape):
     assert shape.title.split(",")[0] in figure.get_suptitle()
 
 
+@pytest.mark.nightly
 def test_a_film_shows_every_frame_of_the_surface_and_a_page_can_be_saved(shape, tmp_path):
     """Frames of the film differ as the surface moves, half a period later it stands on the other side."""
     with Image.open(shape.save(tmp_path / "shape.gif", fps=10)) as film:

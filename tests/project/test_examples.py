@@ -60,7 +60,13 @@ PINNED: dict[str, tuple[str, float, float]] = {
 }
 
 
-SLOW = {"design_of_two_dampers.py", "jointed_beams.py"}
+SLOW = {
+    *("design_of_two_dampers.py", "jointed_beams.py", "run_up_in_time.py", "own_blades_own_damper.py", "strip_damper.py"),
+    *("flutter_held_by_friction.py", "shrouded_blades.py", "one_sector_of_a_disk.py", "law_of_a_contact.py", "mistuned_disks.py"),
+    *("identify_contact_parameters.py", "check_a_point_in_time.py", "bounds_of_a_wedge.py", "dry_and_oiled_dampers.py"),
+    *("isolated_response_of_an_absorber.py", "nonlinear_mode_of_a_blade.py", "acceleration_held.py", "blade_root.py"),
+}
+"""More than 2.5 s of processor time."""
 
 
 @pytest.mark.parametrize(

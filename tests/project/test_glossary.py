@@ -3,10 +3,9 @@
 import importlib
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import pytest
 import typer
 
 import stickslip as ss
@@ -54,9 +53,8 @@ def entries(page: str) -> list[tuple[str, str, list[str], list[str]]]:
 def resolved(name: str) -> object:
     """What a public name, a name below a module, or a method, field or argument of these, refers to; raises LookupError."""
     head, *rest = name.split(".")
-    try:
-        found = getattr(ss, head)
-    except AttributeError:
+    found = getattr(ss, head, None)
+    if found is None or inspect.ismodule(found):
         found, rest = module_of([head, *rest])
     for part in rest:
         if callable(found) and part in inspect.signature(found).parameters:
@@ -107,31 +105,35 @@ def test_the_glossary_holds_its_terms_once_and_is_linked() -> None:
     assert "(glossary.md)" in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", sorted({name for _, _, names, _ in ENTRIES for name in names}))
-def test_python_names_exist(name: str) -> None:
-    assert resolved(name) is not None
+def missing(names: Iterable[str]) -> list[str]:
+    """Those of some Python names that name nothing."""
+    found = []
+    for name in names:
+        try:
+            resolved(name)
+        except LookupError:
+            found.append(name)
+    return found
 
 
-@pytest.mark.parametrize("key", sorted({key for *_, keys in ENTRIES for key in keys}))
-def test_study_keys_and_commands_exist(key: str) -> None:
-    assert exists(key), key
+def test_python_names_exist() -> None:
+    assert missing(sorted({name for _, _, names, _ in ENTRIES for name in names})) == []
 
 
-@pytest.mark.parametrize("name", ["Strukture", "Structure.dof", "solve.summits", "forced_response.harmonic"])
-def test_a_wrong_python_name_is_found(name: str) -> None:
-    with pytest.raises(LookupError):
-        resolved(name)
+def test_study_keys_and_commands_exist() -> None:
+    assert [key for key in sorted({key for *_, keys in ENTRIES for key in keys}) if not exists(key)] == []
 
 
-@pytest.mark.parametrize("key", ["[sweeps]", "[sweep] harmonic", "stickslip solve", "stickslip run --resumed", "stickslip new x"])
-def test_a_wrong_key_or_command_is_found(key: str) -> None:
-    assert not exists(key)
+def test_wrong_names_keys_and_commands_are_found() -> None:
+    names = ["Strukture", "Structure.dof", "solve.summits", "forced_response.harmonic"]
+    assert missing(names) == names
+    keys = ["[sweeps]", "[sweep] harmonic", "stickslip solve", "stickslip run --resumed", "stickslip new x"]
+    assert [key for key in keys if exists(key)] == []
 
 
-@pytest.mark.parametrize("pattern", REPLACED)
-def test_replaced_words_do_not_come_back(pattern: str) -> None:
-    found = list(occurrences(pattern))
-    assert not found, f"write {REPLACED[pattern]!r}:\n" + "\n".join(found)
+def test_replaced_words_do_not_come_back() -> None:
+    found = [f"write {new!r}: {line}" for pattern, new in REPLACED.items() for line in occurrences(pattern)]
+    assert not found, "\n".join(found)
 
 
 def test_papers_are_cited_by_title_or_authors() -> None:

@@ -1,6 +1,7 @@
 """Imports go one way, and importing the package or asking for help costs next to nothing."""
 
 import ast
+import functools
 import json
 import re
 import subprocess
@@ -79,6 +80,12 @@ LOADED_LATE = {
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path not in (ROOT / "__init__.py", ROOT / "__main__.py"))
 
 
+@functools.cache
+def trees() -> dict[Path, ast.Module]:
+    """The parsed modules."""
+    return {path: ast.parse(path.read_text()) for path in MODULES}
+
+
 def component_of(path: Path) -> str:
     return path.relative_to(ROOT).parts[0].removesuffix(".py")
 
@@ -99,25 +106,32 @@ def imported_components(tree: ast.AST) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_go_one_way(path):
-    own = component_of(path)
-    assert own in RANK, f"give {own!r} its place in LAYERS"
-    for other in imported_components(ast.parse(path.read_text())):
-        allowed = other == own or RANK[other] < RANK[own]
-        assert allowed, f"{own} may not import {other}"
+def test_imports_go_one_way():
+    without_place = {component_of(path) for path in MODULES} - set(RANK)
+    assert without_place == set(), "give these their place in LAYERS"
+    wrong = [
+        f"{path.relative_to(ROOT)} may not import {other}"
+        for path, tree in trees().items()
+        for other in imported_components(tree) - {component_of(path)}
+        if RANK[other] >= RANK[component_of(path)]
+    ]
+    assert wrong == []
 
 
-@pytest.mark.parametrize("room", sorted({path.parent for path in MODULES} - {ROOT}), ids=lambda room: str(room.relative_to(ROOT)))
-def test_every_folder_says_what_lives_in_it_and_where_to_begin(room):
-    """All but the outermost folders say what they may import and with which file to begin, too."""
+def unsaid(room: Path) -> list[str]:
+    """What the words of a folder lack: all but the outermost say what they may import and with which file to begin, too."""
     words = ast.get_docstring(ast.parse((room / "__init__.py").read_text())) or ""
-    assert words, f"{room.name} says nothing"
-    if room.relative_to(ROOT).as_posix() in SAYS_WHERE_TO_BEGIN:
-        assert "Imports" in words
-        assert "Begin with" in words
-        for file in re.findall(r"`(\w+\.py)`", words):
-            assert (room / file).is_file(), file
+    if room.relative_to(ROOT).as_posix() not in SAYS_WHERE_TO_BEGIN:
+        return [] if words else ["a docstring"]
+    files = [file for file in re.findall(r"`(\w+\.py)`", words) if not (room / file).is_file()]
+    return [word for word in ("Imports", "Begin with") if word not in words] + files
+
+
+def test_every_folder_says_what_lives_in_it_and_where_to_begin():
+    rooms = sorted({path.parent for path in MODULES} - {ROOT})
+    assert len(rooms) > len(SAYS_WHERE_TO_BEGIN)
+    lacking = {room.relative_to(ROOT).as_posix(): unsaid(room) for room in rooms}
+    assert {room: what for room, what in lacking.items() if what} == {}
 
 
 def packages(node: ast.Import | ast.ImportFrom) -> set[str]:
@@ -128,23 +142,28 @@ def packages(node: ast.Import | ast.ImportFrom) -> set[str]:
     return {".".join(name.split(".")[:2]) if name.startswith(("stickslip.", "scipy.")) else name.split(".")[0] for name in names}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_import_is_relative_or_hides_in_a_function(path):
-    """Only heavy packages are loaded late, and only the edge loads parts of stickslip late."""
-    tree = ast.parse(path.read_text())
-    assert not [node.lineno for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
-    if component_of(path) in LOCAL_IMPORTS_ALLOWED:
-        return
+def hidden_imports(tree: ast.AST) -> list[ast.Import | ast.ImportFrom]:
+    """Imports inside functions of what is not loaded late."""
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     imports = [inner for f in functions for inner in ast.walk(f) if isinstance(inner, ast.Import | ast.ImportFrom)]
-    assert [node.lineno for node in imports if not packages(node) <= LOADED_LATE] == []
+    return [node for node in imports if not packages(node) <= LOADED_LATE]
+
+
+def test_no_import_is_relative_or_hides_in_a_function():
+    """Only heavy packages are loaded late, and only the edge loads parts of stickslip late."""
+    wrong = []
+    for path, tree in trees().items():
+        relative = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
+        hidden = [] if component_of(path) in LOCAL_IMPORTS_ALLOWED else hidden_imports(tree)
+        wrong += [f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node)}" for node in relative + hidden]
+    assert wrong == []
 
 
 def test_only_the_explorer_imports_dash():
     found = {
         component_of(path)
-        for path in MODULES
-        for node in ast.walk(ast.parse(path.read_text()))
+        for path, tree in trees().items()
+        for node in ast.walk(tree)
         if isinstance(node, ast.Import | ast.ImportFrom) and packages(node) & {"dash", "flask", "werkzeug"}
     }
     assert found == {"explorer"}
@@ -202,9 +221,8 @@ def test_a_sweep_loads_no_part_of_scipy_that_it_does_not_use():
     assert json.loads(result.stdout.strip().splitlines()[-1])[1] == ["numba"]
 
 
-@pytest.mark.parametrize("name", stickslip.__all__)
-def test_every_public_name_exists(name):
-    assert getattr(stickslip, name) is not None
+def test_every_public_name_exists():
+    assert [name for name in stickslip.__all__ if getattr(stickslip, name, None) is None] == []
 
 
 def test_a_wrong_name_is_refused():

@@ -39,6 +39,7 @@ def test_the_first_process_says_that_it_compiles_and_the_next_one_has_no_need(tm
     assert second.stderr == ""
 
 
+@pytest.mark.slow
 def test_kernels_of_another_processor_stand_beside_those_of_this_one(tmp_path):
     """In one folder each processor has its own, and none takes those of the other: `make test-rounding` compiles for two."""
     own = {key: value for key, value in os.environ.items() if key != "NUMBA_CPU_NAME"} | {"NUMBA_CACHE_DIR": str(tmp_path)}

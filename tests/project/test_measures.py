@@ -125,19 +125,26 @@ def test_the_table_of_a_package(package):
     assert "files from the study key kt to the kernel" not in table
 
 
-def test_this_package_is_measured_to_the_end():
+@pytest.fixture(scope="module")
+def source():
+    return measures.modules(measures.SOURCE)
+
+
+@pytest.mark.slow
+def test_this_package_is_measured_to_the_end(source):
     """Fails when a class or kernel on the way of kt has another name: then `CHAIN` is to be renewed."""
-    table = dict(measures.rows(measures.modules(measures.SOURCE), measures.CHAIN))
+    table = dict(measures.rows(source, measures.CHAIN))
     assert int(table["files"]) > 100
     assert int(table["files from the study key kt to the kernel"].split(":")[0]) >= 2
 
 
-def test_only_keywords_that_users_type_and_kernels_are_more_than_ten():
+@pytest.mark.slow
+def test_only_keywords_that_users_type_and_kernels_are_more_than_ten(source):
     public = (measures.SOURCE / "__init__.pyi").read_text() + (measures.SOURCE / "rigs" / "__init__.py").read_text()
     names = set(re.findall(r"\w+", public))
     long = {
         f"{module.name}:{function.name}"
-        for module in measures.modules(measures.SOURCE)
+        for module in source
         for function in module.functions
         if measures.arguments(function) > 10 and function.name not in names and not measures.is_kernel(function)
     }

@@ -1,13 +1,14 @@
 """Old public names and arguments still work for one release, and warn of the new ones."""
 
 import pytest
+from each import each
 
 import stickslip as ss
 from stickslip import _RENAMED
 from stickslip.renamed import renamed_arguments
 
 
-@pytest.mark.parametrize(("old", "new"), _RENAMED.items())
+@each(("old", "new"), _RENAMED.items())
 def test_an_old_name_gives_the_new_object_with_a_warning(old, new):
     with pytest.warns(DeprecationWarning, match=rf"stickslip\.{old} is now stickslip\.{new}\."):
         found = getattr(ss, old)

@@ -2,12 +2,12 @@
 
 import importlib
 
-import pytest
+from each import each
 
 from verify.__main__ import TOPICS
 
 
-@pytest.mark.parametrize("topic", TOPICS)
+@each("topic", TOPICS)
 def test_every_topic_of_the_verification_finds_what_it_imports(topic):
     module = importlib.import_module(f"verify.{topic}")
     assert module.TITLE

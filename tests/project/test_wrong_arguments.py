@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from each import each
 from scipy import stats
 
 import stickslip as ss
@@ -62,14 +63,14 @@ WRONG: list[tuple[str, set[Any], tuple[Any, ...]]] = [
     ("distribution", {samples}, ("beta", 3, stats.beta(-2.0, 2.0), stats.norm(50.0, 1.0))),
 ]
 CALLS = [
-    pytest.param(analysis, name, value, id=f"{analysis.__name__}-{name}-{value!r}"[:60])
+    (analysis, name, value)
     for name, takers, values in WRONG
     for analysis in sorted(takers, key=lambda taker: taker.__name__)
     for value in values
 ]
 
 
-@pytest.mark.parametrize(("analysis", "name", "value"), CALLS)
+@each(("analysis", "name", "value"), CALLS)
 def test_a_wrong_argument_is_refused(analysis, name, value):
     """By its name, with a rule and the value: never by an error of the libraries below."""
     with pytest.raises(ss.InputError, match=r"must (not )?.*, but (is|are) ") as raised:
@@ -98,7 +99,7 @@ SAID = [
 ]
 
 
-@pytest.mark.parametrize(("call", "said"), SAID, ids=[said[:50] for _, said in SAID])
+@each(("call", "said"), SAID, ids=[said[:50] for _, said in SAID])
 def test_the_bad_value_is_shown_with_its_place(call, said):
     with pytest.raises(ss.InputError, match=said):
         call()

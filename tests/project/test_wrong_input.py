@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from each import each
 
 import stickslip as ss
 
@@ -84,14 +85,14 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("call", "said"), WRONG, ids=[said[:40] for _, said in WRONG])
+@each(("call", "said"), WRONG, ids=[said[:40] for _, said in WRONG])
 def test_arguments_of_a_wrong_kind(call, said):
     with pytest.raises(ss.InputError) as raised:
         call()
     assert said in str(raised.value)
 
 
-@pytest.mark.parametrize("name", analyses(None))
+@each("name", analyses(None))
 def test_no_problem_at_all(name):
     with pytest.raises(ss.InputError, match="problem must be a Problem, but is None"):
         analyses(None)[name]()

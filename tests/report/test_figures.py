@@ -23,6 +23,7 @@ def test_figures_are_drawn_and_not_blank(name, dataset_with_failures, tmp_path):
     assert 0.02 < inked < 0.9
 
 
+@pytest.mark.nightly
 def test_save_figures_writes_png_and_svg_alike_each_time(dataset, tmp_path):
     first, second = (save_figures(dataset, tmp_path / folder, formats=("svg",)) for folder in "ab")
     assert [path.stem for path in first] == list(FIGURES)
@@ -70,7 +71,14 @@ def test_a_result_draws_its_figures_by_name(dataset):
         curves.plot("loop")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "nothing converged",
+        "folded",
+        *(pytest.param(kind, marks=pytest.mark.nightly) for kind in sorted({*KINDS} - {"nothing converged", "folded"})),
+    ],
+)
 def test_poor_datasets_are_drawn(kind, tmp_path):
     assert all(path.stat().st_size > 1000 for path in save_figures(poor(kind), tmp_path, formats=("png",)))
 

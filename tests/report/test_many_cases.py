@@ -148,6 +148,7 @@ OF_ONE = {
     *("InterferenceDiagram", "RunUp"),
 }
 """Their figures have no axis of cases."""
+DRAWN_ON_EVERY_CHANGE = {"ForcedResponse", "ContactLaw"}
 NOT_DRAWN = {"force_plane", "posterior", "stress"}
 """Of one case, with arguments of their own; of stress, which `test_stress_at_forty_places` draws."""
 
@@ -174,7 +175,9 @@ def test_every_figure_is_tried():
     assert {*OF_MANY} | OF_ONE == {*classes()}
 
 
-@pytest.mark.parametrize("kind", OF_MANY)
+@pytest.mark.parametrize(
+    "kind", [kind if kind in DRAWN_ON_EVERY_CHANGE else pytest.param(kind, marks=pytest.mark.nightly) for kind in OF_MANY]
+)
 def test_forty_cases_fit_a_page(kind):
     data = OF_MANY[kind]()
     named = classes()[kind].figures
@@ -197,6 +200,7 @@ def test_every_result_prints(kind):
     assert not any(re.search(r"\bnan\b", line) for line in lines)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
 def test_forty_curves_fit_a_page(data):
     for name, draw in figures_of(data).items():
@@ -243,6 +247,7 @@ def test_the_summary_is_a_few_lines():
     assert len(sentences(levels())) == 14
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("data", [levels(), cloud()], ids=["levels", "cloud"])
 def test_the_report_shows_a_few_of_many(data):
     text = page({"many": data})

@@ -107,6 +107,7 @@ def test_policy_allows_these_scripts_only(dataset, tmp_path):
     assert "default-src 'none'" in policy
 
 
+@pytest.mark.nightly
 def test_hostile_names_stay_text(tmp_path):
     hostile = {"title": HOSTILE, "study": HOSTILE + "</pre>", HOSTILE: HOSTILE}
     dataset = synthetic(outputs=(HOSTILE,), contacts=(HOSTILE, "b"), **hostile)
@@ -171,7 +172,9 @@ def test_conclusions_are_computed_from_the_data(dataset):
     assert f"force × {best:g} has the lowest response per force" in headline(dataset).replace("\u00a0", " ")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.nightly) if k % 2 else kind for k, kind in enumerate(KINDS)]
+)
 def test_poor_datasets_are_reported(kind, tmp_path):
     page = page_of(poor(kind), tmp_path)
     assert page.data()["places"]["chart-curves"][0]["charts"]

@@ -120,6 +120,7 @@ def test_flipped_bits_are_noticed(dataset, tmp_path):
         open_results(path)
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore")
 def test_single_bits_that_flip_change_no_number(dataset, tmp_path):
     """A file that is read has every number, name and attribute as it was written; 50 flips of seeded places."""

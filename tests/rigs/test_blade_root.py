@@ -97,6 +97,7 @@ def test_the_clamped_blade_has_the_damping_ratio():
     assert first @ rig.C[clamped, clamped] @ first == pytest.approx(2.0 * 2e-3 * np.sqrt(squares[0]), rel=1e-9)
 
 
+@pytest.mark.nightly
 def test_time_integration_gives_the_same_vibration():
     rig = blade_root(damping=0.02, points=4)
     response = ss.forced_response(rig, [118.0], force=60.0, harmonics=15)

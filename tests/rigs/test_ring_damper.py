@@ -160,6 +160,7 @@ def test_the_rig_dissipates_what_the_ring_on_an_elastic_contact_does(points: int
     assert np.all(np.abs(response.dataset.energy_residual) < 1e-6)
 
 
+@pytest.mark.nightly
 def test_a_standing_wave_on_all_sectors_dissipates_its_closed_form():
     points = 64
     disk = light(points, 400.0).full([1])

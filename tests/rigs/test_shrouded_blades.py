@@ -101,7 +101,7 @@ def test_one_sector_gives_what_all_blades_do():
     assert float(whole.dataset.dissipated.sum()) == pytest.approx(6 * float(one.dataset.dissipated.sum()), rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_time_integration_of_all_blades_gives_the_same_vibration():
     """All sectors step by step, from the state of 9 harmonics, against one sector with 25."""
     rig = shrouded_blades(sectors=6, tip_radius=0.1, engine_order=2).with_damping(ss.RayleighDamping(0.0, 2e-5))
@@ -143,6 +143,7 @@ def test_what_shrouds_cannot_be():
         shrouded_blades(interference=-1e-5)
 
 
+@pytest.mark.nightly
 def test_truncation_is_estimated_where_many_harmonics_at_once_are_too_far():
     """At 50 N Newton's method does not reach 21 harmonics from 5 in one go; 5 harmonics are a few per cent off 21."""
     disk, band = shrouded_blades(untwist=20.0, mu=0.3), ss.hertz(257.0, 264.0)

@@ -148,7 +148,7 @@ def test_one_sector_gives_what_all_blades_do():
     assert float(whole.dataset.dissipated.sum()) == pytest.approx(6 * float(one.dataset.dissipated.sum()), rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_time_integration_of_all_blades_gives_the_same_vibration():
     """Without the pins: the stuck ends of a strip in microslip hold it."""
     rig = replace(strip_damper(points=2, sectors=4, engine_order=1, damping=0.02), mean_springs=())

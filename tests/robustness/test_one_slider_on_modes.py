@@ -10,7 +10,11 @@ MANY = 40
 
 @pytest.mark.parametrize(
     ("seed", "omega", "ratio"),
-    [(3, 1.568405765, 0.0), (25, 3272.393984, 0.0), (12, 3768.8095, 1e-6)],
+    [
+        pytest.param(3, 1.568405765, 0.0, marks=pytest.mark.nightly),
+        pytest.param(25, 3272.393984, 0.0, marks=pytest.mark.nightly),
+        (12, 3768.8095, 1e-6),
+    ],
     ids=["undamped", "undamped, in rad/s of a blade", "slip begins beside a resonance"],
 )
 def test_a_peak_that_friction_makes_is_found(seed, omega, ratio):
@@ -24,6 +28,7 @@ def test_a_peak_that_friction_makes_is_found(seed, omega, ratio):
     assert near.max() == pytest.approx(expected, rel=2e-3)
 
 
+@pytest.mark.nightly
 def test_where_nothing_slips_a_curve_never_turns_back():
     """A linear response has one motion at each frequency; ratios of 1e-6, forty modes."""
     modes = drawn(20)
@@ -36,7 +41,7 @@ def test_where_nothing_slips_a_curve_never_turns_back():
     assert np.all(np.diff(frequency)[stuck[:-1] & stuck[1:]] > 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_the_highest_response_of_a_band_is_found(ratio):
     result = HighestResult(ratio)

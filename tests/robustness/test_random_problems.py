@@ -29,7 +29,7 @@ HARD = [("start state", 40)]
 BARELY = [
     ("barely pressed", 0),
     ("barely pressed, start state", 1),
-    pytest.param("barely pressed, start state", 0, marks=pytest.mark.slow),
+    pytest.param("barely pressed, start state", 0, marks=pytest.mark.nightly),
 ]
 """The last one closes on itself in a cascade of folds, and is traced again with reversible steps."""
 

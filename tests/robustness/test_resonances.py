@@ -12,7 +12,12 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.peaks.search import PeakSearch
 from stickslip.solve import steps
 
-CASES = [*(("chain", seed) for seed in range(6)), *(("beam", seed) for seed in range(2))]
+CASES = [
+    *(("chain", seed) for seed in range(2)),
+    *(pytest.param("chain", seed, marks=pytest.mark.nightly) for seed in range(2, 6)),
+    ("beam", 0),
+    pytest.param("beam", 1, marks=pytest.mark.nightly),
+]
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
@@ -31,8 +36,15 @@ def test_a_shoulder_that_only_just_dips_between_the_points_of_a_curve_is_a_peak(
     assert tally.wrong == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "seed", "ratio"), [("chain", 62, 1e-2), ("chain", 0, 1e-4), ("beam", 1, 1e-3), ("partly stuck chain", 1, 1e-4)]
+    ("kind", "seed", "ratio"),
+    [
+        pytest.param("chain", 62, 1e-2, marks=pytest.mark.nightly),
+        ("chain", 0, 1e-4),
+        pytest.param("beam", 1, 1e-3, marks=pytest.mark.nightly),
+        pytest.param("partly stuck chain", 1, 1e-4, marks=pytest.mark.nightly),
+    ],
 )
 def test_every_peak_with_slip_is_found(kind, seed, ratio):
     case, tally = random_case(kind, ratio, seed), Tally()
@@ -154,6 +166,7 @@ def test_peaks_among_points_that_go_back_behind_a_corner_are_searched():
     assert len(response.peaks()) > 10
 
 
+@pytest.mark.nightly
 def test_the_witness_fails_without_a_look_for_resonances(monkeypatch):
     monkeypatch.setattr(steps, "hidden_resonance", lambda *of: None)
     tally = Tally()

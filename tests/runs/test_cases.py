@@ -73,6 +73,7 @@ def test_a_process_that_ends_before_it_begins_is_no_loss(tmp_path):
     assert [int(arrays["square"]) for arrays in results] == [0, 1, 4, 9, 16]
 
 
+@pytest.mark.slow
 def test_a_script_without_the_guard_computes_with_one_warning(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
@@ -96,7 +97,9 @@ def test_cases_do_not_wait_for_processes_that_start(tmp_path):
     assert not active_children()
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.005, 0.01, 0.015, 0.02, 0.03])
+@pytest.mark.parametrize(
+    "delay", [0.0, 0.01, *(pytest.param(delay, marks=pytest.mark.slow) for delay in (0.005, 0.015, 0.02, 0.03))]
+)
 def test_a_process_killed_in_the_middle_of_its_answer_costs_that_case_only(delay, tmp_path):
     """Half a result never stops the others (it does in a pool whose processes share a pipe)."""
     work = KilledWhileItAnswers(str(tmp_path / "log"), 6, delay, os.getpid())

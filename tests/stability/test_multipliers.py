@@ -64,7 +64,9 @@ SLIDERS = {
 }
 
 
-@pytest.mark.parametrize("name", SLIDERS)
+@pytest.mark.parametrize(
+    "name", [name if name.startswith("one mass") else pytest.param(name, marks=pytest.mark.slow) for name in SLIDERS]
+)
 def test_multipliers_of_sliders_are_those_of_integration_from_event_to_event(name):
     problem, frequency, level, count, stuck = SLIDERS[name]
     map_, (evaluation,) = solved(problem, [frequency], level)
@@ -123,7 +125,9 @@ def disc_multipliers(x, slips, omega, K):
     return np.linalg.eigvals(derivative)
 
 
-@pytest.mark.parametrize("frequency", [0.12, 0.2, 0.25])
+@pytest.mark.parametrize(
+    "frequency", [pytest.param(0.12, marks=pytest.mark.nightly), 0.2, pytest.param(0.25, marks=pytest.mark.nightly)]
+)
 def test_multipliers_of_a_friction_disc_are_those_of_integration(frequency):
     problem = disc()
     map_, (evaluation,) = solved(problem, [frequency], 1.0, 21, 1024)
@@ -242,7 +246,7 @@ def shot(travel, x, free, step=1e-6):
     return np.linalg.eigvals(derivative)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("frequency", "preload"), [(0.12, 1.5), (0.2, 0.3)], ids=["closed", "lifts off"])
 def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequency, preload):
     """Steps are short where the velocity passes zero, and the friction of a landing contact knows when it landed."""
@@ -262,7 +266,7 @@ def test_multipliers_of_smoothed_coulomb_friction_are_those_of_integration(frequ
     assert_same(map_.multipliers(evaluation).values, exact, 6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("varies", "count"), [(0.0, 6), (1.0, 2)], ids=["constant", "varying"])
 def test_multipliers_of_dahls_law_are_those_of_integration(varies, count):
     """dT/du = kt (1 − sgn(u̇) T/L); T is a state of its own, and follows L where L falls below it: of first order in the steps."""

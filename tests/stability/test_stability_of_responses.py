@@ -195,7 +195,9 @@ def lightly_damped(ratio, level, harmonics):
     return found, found.dataset.stability.values[0][solved][inside], back[inside]
 
 
-@pytest.mark.parametrize("ratio", [1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize(
+    "ratio", [1e-4, pytest.param(1e-5, marks=pytest.mark.nightly), pytest.param(1e-6, marks=pytest.mark.nightly)]
+)
 def test_stability_is_decided_however_light_the_damping(ratio):
     """Unstable where the curve goes back in frequency, stable on both sides."""
     _, stability, back = lightly_damped(ratio, 0.5 * ratio, 9)

@@ -42,6 +42,15 @@ def test_all_modes_reproduce_every_frequency():
     np.testing.assert_allclose(frequencies(reduction.structure), exact, rtol=1e-8)
 
 
+def test_frequencies_of_the_modes_are_those_of_the_body_held_where_it_is_kept():
+    """In Hz, lowest first."""
+    body, kept = clamped_bar(3)
+    inside = np.setdiff1d(np.arange(body.size), list(kept.values()))
+    K, M = (matrix.toarray()[np.ix_(inside, inside)] for matrix in (body.K, body.M))
+    exact = np.sqrt(linalg.eigh(K, M, eigvals_only=True)[:7]) / (2 * np.pi)
+    np.testing.assert_allclose(craig_bampton(body.M, body.K, kept, 7).frequencies, exact, rtol=1e-8)
+
+
 def test_all_modes_reproduce_the_dynamic_response():
     body, kept = clamped_bar(2)
     reduction = craig_bampton(body.M, body.K, kept)

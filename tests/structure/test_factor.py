@@ -149,6 +149,7 @@ print(hashlib.md5(found.transformation.tobytes()).hexdigest())
 """
 
 
+@pytest.mark.nightly
 @needs_mkl
 def test_two_runs_with_several_threads_give_the_same_bits():
     """Sums of threads that come in any order differed in the last digits."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from each import each
 from scipy import sparse
 
 from stickslip.checks import InputError
@@ -14,8 +15,8 @@ FORMATS = ("csr", "csc", "coo", "lil", "dok", "dia", "bsr")
 KINDS = [*(getattr(sparse, f"{name}_array") for name in FORMATS), *(getattr(sparse, f"{name}_matrix") for name in FORMATS)]
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-@pytest.mark.parametrize("dtype", ["int8", "int64", "uint16", "float32", "float64", "complex128"])
+@each("kind", KINDS, ids=lambda kind: kind.__name__)
+@each("dtype", ["int8", "int64", "uint16", "float32", "float64", "complex128"])
 def test_every_format_makes_the_same_structure(kind, dtype):
     signed = "int64" if dtype == "uint16" else dtype
     made = Structure(kind(M.astype(dtype)), kind(K.astype(signed)), DOFS, C=kind(C.astype(dtype)))
@@ -38,7 +39,7 @@ def test_damping_set_later_and_couplings_of_a_sector_may_be_sparse():
     np.testing.assert_array_equal(dense.stiffnesses, stored.stiffnesses)
 
 
-@pytest.mark.parametrize(
+@each(
     ("matrix", "message"),
     [
         (sparse.csr_array(1j * K), r"K must be real, but is 'complex, as 5j'"),

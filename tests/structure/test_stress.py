@@ -34,6 +34,19 @@ def test_constant_strain_gives_its_stress_anywhere():
         stress_rows(mesh, body, np.array([0.06, 0.01, 0.01]))
 
 
+def test_equivalent_stress_of_uniaxial_stress_shear_and_pressure():
+    """|σ|, √3 |τ|, 0; of any state √(3/2) times the size of its deviator, in each entry of an array."""
+    for k in range(3):
+        assert von_mises(7.0 * np.eye(6)[k]) == pytest.approx(7.0, rel=1e-14)
+        assert von_mises(-7.0 * np.eye(6)[3 + k]) == pytest.approx(7.0 * np.sqrt(3.0), rel=1e-14)
+    assert von_mises([5.0, 5.0, 5.0, 0.0, 0.0, 0.0]) == 0.0
+    states = np.random.default_rng(0).standard_normal((4, 5, 6))
+    x, y, z, xy, yz, zx = np.moveaxis(states, -1, 0)
+    tensor = np.moveaxis(np.array([[x, xy, zx], [xy, y, yz], [zx, yz, z]]), (0, 1), (-2, -1))
+    deviator = tensor - (x + y + z)[..., None, None] / 3.0 * np.eye(3)
+    np.testing.assert_allclose(von_mises(states), np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1))), rtol=1e-13)
+
+
 def test_bending_stress_of_a_cantilever():
     """σ_yy = F (L − y) x/I of beam theory, away from clamp and load."""
     mesh, body, _, reduction = cantilever()

@@ -4,6 +4,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+from each import each
 
 import stickslip as ss
 from stickslip.checks import Faults, InputError
@@ -130,7 +131,7 @@ def test_the_good_file_is_good(tmp_path):
     assert job(GOOD, tmp_path, "good").title == "good"
 
 
-@pytest.mark.parametrize(("old", "new", "said"), ONE_CHANGE, ids=[change[2][:50] for change in ONE_CHANGE])
+@each(("old", "new", "said"), ONE_CHANGE, ids=[change[2][:50] for change in ONE_CHANGE])
 def test_one_fault_is_named(tmp_path, old, new, said):
     assert old in GOOD
     with pytest.raises(InputError) as raised:
@@ -260,7 +261,7 @@ frequency = [0.08, 0.32]
 """
 
 
-@pytest.mark.parametrize(
+@each(
     ("old", "new", "said"),
     [
         ("single_mass", "single_mas", "rig must be a known one, but is 'single_mas'. Did you mean 'single_mass'?"),
@@ -294,7 +295,7 @@ def test_files_that_are_no_studies(tmp_path):
         read(tmp_path / "deep.toml")
 
 
-@pytest.mark.parametrize("seed", range(20))
+@each("seed", range(20))
 def test_a_file_cut_or_scrambled_anywhere_is_refused_or_read(tmp_path, seed):
     """Nothing but InputError comes out, whatever a line is replaced by."""
     rng = np.random.default_rng(seed)
@@ -321,7 +322,7 @@ def line(text, part):
     return next(number for number, line in enumerate(text.splitlines(), start=1) if part in line)
 
 
-@pytest.mark.parametrize(
+@each(
     ("old", "new", "at"),
     [
         ("kt = 0.5", "kt = true", "kt ="),

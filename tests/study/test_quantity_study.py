@@ -101,6 +101,7 @@ def test_an_unknown_quantity_is_refused(tmp_path):
     assert "speed" in result.output
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("unsaved_figures")
 def test_samples_and_bounds_take_the_quantity_of_the_sweep(tmp_path):
     samples, output = run(tmp_path, "response_samples", "velocity", "rms", more="[response_samples]\ncount = 3\n")

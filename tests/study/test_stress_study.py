@@ -36,6 +36,7 @@ def rig(monkeypatch):
     monkeypatch.setitem(rigs.STRESS, "cantilever", cantilever_stress)
 
 
+@pytest.mark.slow
 def test_a_run_with_stress(tmp_path):
     (tmp_path / "beam.toml").write_text(STUDY)
     result = CliRunner().invoke(

@@ -32,9 +32,9 @@ def radians(*omega):
     [
         (single_mass(), 1.1, 31, 2e-5),
         (rubbing_mass(), 0.9, 31, 2e-4),
-        (line_contact(), 1.7, 31, 3e-4),
+        pytest.param(line_contact(), 1.7, 31, 3e-4, marks=pytest.mark.nightly),
         (orbiting_mass(varying=False), 0.9, 31, 5e-5),
-        (orbiting_mass(varying=True), 0.9, 31, 5e-5),
+        pytest.param(orbiting_mass(varying=True), 0.9, 31, 5e-5, marks=pytest.mark.nightly),
         (stop(), 0.8, 61, 1e-3),
     ],
     ids=["Jenkins", "lift-off", "microslip array", "disc", "disc of varying load", "gap and massless slider"],
@@ -46,6 +46,7 @@ def test_small_structures(problem, omega, harmonics, tolerance):
     assert float(found.time.dataset.energy_residual) < 5e-5
 
 
+@pytest.mark.nightly
 def test_the_difference_to_few_harmonics_is_that_of_the_harmonics_left_out():
     coarse, fine = (checked(single_mass(), radians(0.3, 1.1), harmonics) for harmonics in (1, 21))
     response = [forced_response(single_mass(), radians(0.3, 1.1), harmonics=h, samples=2048) for h in (1, 21)]
@@ -67,6 +68,7 @@ def test_from_rest_a_unique_response_is_the_same():
     assert float(rest.dissipated[0]) == pytest.approx(float(balanced.dissipated[0, 1, 0]), rel=1e-4)
 
 
+@pytest.mark.nightly
 def test_the_start_state_decides_which_response_of_the_wedge_it_is():
     """At 222 Hz the three ratios give three responses; each stays what it is when integrated from its own sliders."""
     found = [checked(damped_wedge(ratio), [145.0, 222.0], 21, 1024, tolerance=1e-5) for ratio in (-1.0, 0.0, 1.0)]
@@ -107,6 +109,7 @@ def largest_multiplier(settings, omega, state):
     return float(np.max(np.abs(np.linalg.eigvals(np.column_stack(columns) / (2.0 * step)))))
 
 
+@pytest.mark.nightly
 def test_the_middle_branch_of_duffing_is_right_and_unstable():
     """SciPy's integration of the same state returns to it within a period, with a multiplier that the march measures, too."""
     settings = damping, force = 0.05, 0.2

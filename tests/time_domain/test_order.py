@@ -43,7 +43,9 @@ def test_order_on_a_stuck_structure_with_a_massless_node(method, order):
     assert errors[-1] < 1e-2
 
 
-@pytest.mark.parametrize("problem", [three_masses(limit=0.4), rubbing_mass()], ids=["friction", "lift-off"])
+@pytest.mark.parametrize(
+    "problem", [three_masses(limit=0.4), pytest.param(rubbing_mass(), marks=pytest.mark.nightly)], ids=["friction", "lift-off"]
+)
 def test_order_observed_with_contacts(problem):
     """Events fall between the steps, so single orders scatter about 2; over a factor of 16 the mean order is 2."""
     found, start = [], None

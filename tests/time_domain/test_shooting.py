@@ -25,7 +25,15 @@ def shot(problem, frequency, level, steps=2000, harmonics=15):
     return found, evaluation, PeriodMap(points.balance)
 
 
-@pytest.mark.parametrize("name", ["one mass, long slip", "wedge", "lands and slips", "lands and sticks"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "one mass, long slip",
+        pytest.param("wedge", marks=pytest.mark.nightly),
+        pytest.param("lands and slips", marks=pytest.mark.nightly),
+        "lands and sticks",
+    ],
+)
 def test_shooting_finds_the_largest_multiplier_of_integration_from_event_to_event(name):
     """A slider that lands and sticks knows when it landed, to a part of a step: else its multiplier errs by more than 0.01."""
     problem, frequency, level, _, stuck = SLIDERS[name]

@@ -20,6 +20,7 @@ def difference(force, frequency, harmonics, samples, **options):
     return abs(float(check.amplitude_difference[0]))
 
 
+@pytest.mark.nightly
 def test_five_harmonics_at_80_newton():
     """The cheap witness."""
     assert difference(80.0, 534.56, 5, 512, steps_per_period=1000, tolerance=1e-4) == pytest.approx(6.8e-4, rel=0.2)

@@ -29,7 +29,9 @@ def resting_mass(law) -> Problem:
 
 
 @pytest.mark.parametrize("name", CONSTANT)
-@pytest.mark.parametrize(("make", "omega", "tolerance"), [(resting_mass, 1.05, 5e-5), (rubbing_mass, 0.9, 3e-4)])
+@pytest.mark.parametrize(
+    ("make", "omega", "tolerance"), [(resting_mass, 1.05, 5e-5), pytest.param(rubbing_mass, 0.9, 3e-4, marks=pytest.mark.nightly)]
+)
 def test_harmonic_balance_against_time_integration(name, make, omega, tolerance):
     """Constant load, and with lift-off; slip work counted by the law equals the work of the force in both."""
     law = (CONSTANT if make is resting_mass else VARYING)[name]
@@ -63,6 +65,7 @@ def test_the_curve_has_the_slope_of_its_own_solutions(law):
         np.testing.assert_allclose(found / tangent.rate, expected, atol=2e-6 * np.abs(expected).max())
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", CONSTANT)
 def test_a_peak_against_time_integration(name):
     """The peak that continuation finds: highest among its neighbours, and as high in time."""

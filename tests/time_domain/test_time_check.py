@@ -81,6 +81,7 @@ def test_a_curve_without_peak_has_no_point_of_it(response):
         response.peak_point(1)
 
 
+@pytest.mark.nightly
 def test_the_trapezoidal_rule_agrees_where_nothing_lands(response):
     one, other = (response.verify_in_time(0, 1, **method) for method in ({}, {"method": Newmark()}))
     np.testing.assert_allclose(one.time_amplitude, other.time_amplitude, rtol=1e-5)
@@ -122,6 +123,7 @@ def test_what_is_hardly_damped_agrees_as_far_as_it_has_settled():
     assert response.verify_in_time(0, 1, periods=60, steps_per_period=1000, tolerance=suggested).periodic
 
 
+@pytest.mark.nightly
 def test_the_error_of_the_steps_is_reported(response):
     """Second order: what N steps leave is a third of what half of them change; 16 N are taken for exact."""
     check = response.verify_in_time(1, 1, steps_per_period=500)
@@ -205,6 +207,7 @@ def with_a_resting_output(damping, force):
     return Problem(structure, (spring,), forces, ("1.x", "2.x"))
 
 
+@pytest.mark.nightly
 def test_an_output_at_rest_is_no_difference_and_hides_no_instability():
     """Rounding over rounding was a difference of 0.5, and made the motion that leaves the middle branch look like an error."""
     response = forced_response(with_a_resting_output(0.05, 0.2), radians_per_second(0.8, 3.5), harmonics=9)

@@ -280,9 +280,9 @@ def random_case(rng: np.random.Generator, k: int):
     ("motion", "amplitude", "forces", "energies"),
     [
         ("out-of-phase", 0.6e-6, (3e-3, 7e-4), (4e-4, 4e-4)),
-        ("out-of-phase", 30e-6, (6e-3, 3e-3), (6e-4, 2e-4)),
+        pytest.param("out-of-phase", 30e-6, (6e-3, 3e-3), (6e-4, 2e-4), marks=pytest.mark.nightly),
         ("in-phase", 2e-6, (3e-3, 7e-4), (4e-4, 4e-4)),
-        ("in-phase", 30e-6, (3e-3, 3e-3), (7e-4, 2e-4)),
+        pytest.param("in-phase", 30e-6, (3e-3, 3e-3), (7e-4, 2e-4), marks=pytest.mark.nightly),
     ],
 )
 def test_harmonic_balance_gives_the_same_cycle(motion, amplitude, forces, energies):

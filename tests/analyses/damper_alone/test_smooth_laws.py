@@ -57,6 +57,7 @@ def test_a_cycle_takes_the_steps_of_the_law(motion, options):
     assert data.energy_error < 1e-3
 
 
+@pytest.mark.nightly
 def test_quasi_static_cycle_against_harmonic_balance():
     """At 5 Hz inertia is nothing: the loop energy of both methods."""
     motion = in_phase(10e-6)

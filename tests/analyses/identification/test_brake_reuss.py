@@ -108,7 +108,7 @@ def test_full_slip_and_the_power_law():
 
 
 @measured
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_damping_of_all_curves():
     """The same fit of one mode to measured and computed curves, at the same points, each at its measured acceleration."""
     found = ss.identify_response(beam, FREE, curves(), tries=4, leave_one_out=True, **SETTINGS)
@@ -138,7 +138,7 @@ def test_the_damping_of_all_curves():
 
 
 @measured
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_other_weights_of_the_same_curves():
     """How the points are weighed moves χ inside its interval, and the largest deviation to either side of 3 %."""
     whole = curves(of_largest=True)
@@ -150,7 +150,7 @@ def test_other_weights_of_the_same_curves():
 
 
 @measured
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_one_linear_frequency_does_not_do():
     """Friction softens; the measured frequency falls and then rises."""
     shared = FREE | {"frequency": (80.3, 79.0, 81.5)}

@@ -56,6 +56,7 @@ def test_95_percent_intervals_cover_the_truth_and_are_no_wider_than_they_need_to
         assert 0.7 < claimed / spread < 1.5
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("noise", [0.08e-6, 0.4e-6])
 def test_intervals_of_noise_alone_are_right_too(noise):
     """Without gain errors, and none stated: noise of 1 or 5 % of the amplitude on every sample; at most 0.3 % of bias."""
@@ -79,7 +80,16 @@ def test_a_law_that_does_not_fit_has_wider_intervals():
     assert wrong.errors[0] > 1.1 * right.errors[0]
 
 
-@pytest.mark.parametrize(("samples", "noise"), [(60, 0.05), (100, 0.1), (200, 0.2), (400, 0.2)])
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("samples", "noise"),
+    [
+        (60, 0.05),
+        (100, 0.1),
+        (200, 0.2),
+        (400, 0.2),
+    ],
+)
 def test_few_samples_of_a_cycle_and_much_noise(samples, noise):
     """Noise of both signals relative to their amplitudes; with 48 harmonics of 100 samples kt came out 20 % too low."""
     found = []
@@ -186,6 +196,7 @@ def test_friction_and_energy_over_the_cycles():
     assert np.all(data["cycle_mu_error"] < 0.02)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("law", ["jenkins", "iwan"])
 def test_wear_does_not_hide_the_law(law):
     """Friction that grows: one value misses the loops by more than laws differ, and the right law is found all the same."""
@@ -196,6 +207,7 @@ def test_wear_does_not_hide_the_law(law):
     assert "laws are compared with the load of each loop scaled" in " ".join(found.warnings)
 
 
+@pytest.mark.nightly
 def test_many_cycles_are_averaged_over_neighbours():
     found = ss.contact_law(record(cycles=450, gain=0.0), laws="jenkins")
     assert found.dataset.sizes["cycle"] == 200
@@ -287,6 +299,7 @@ def tribometer(tmp_path_factory):
     return ss.contact_law(path, normal_load=5.0)
 
 
+@pytest.mark.nightly
 def test_the_measured_record(tribometer):
     """An independent trial found 49 cycles of 4.0000 s, kt 0.0406 N/um, mu 0.4727 and 0.466 in the first cycle."""
     data = tribometer.dataset
@@ -307,6 +320,7 @@ def test_the_measured_record(tribometer):
     assert float(data["energy_fitted"].mean()) == pytest.approx(0.528e-3, rel=0.005)
 
 
+@pytest.mark.nightly
 def test_the_measured_record_says_what_to_check(tribometer):
     shown = repr(tribometer)
     assert len(shown.splitlines()) <= 8
@@ -317,6 +331,7 @@ def test_the_measured_record_says_what_to_check(tribometer):
     assert "3379 of 42579 samples lie outside whole cycles" in shown
 
 
+@pytest.mark.nightly
 def test_the_virgin_first_stroke_explains_the_other_misfit(tribometer, tmp_path):
     """Cycles cut from the start of motion on have the first stroke in them: the misfit of ten mean loops is then 5.2 %."""
     path = tmp_path / "record.txt"
@@ -332,6 +347,7 @@ def test_the_virgin_first_stroke_explains_the_other_misfit(tribometer, tmp_path)
     assert misfit == pytest.approx(0.052, abs=0.001)
 
 
+@pytest.mark.nightly
 def test_figures_are_drawn(tribometer):
     for name in ("", "cycles", "laws"):
         figure = tribometer.plot(name)

@@ -50,7 +50,7 @@ def test_derivatives_of_bounds_are_those_of_their_values():
         assert slopes == pytest.approx(differences, rel=0.02, abs=2e-3 * np.abs(differences).max())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_hidden_start_states_do_not_bias_the_parameters():
     """Three tests, each with its own start state that nobody knows: bounds hold the truth where virgin contacts miss it."""
     frequencies = np.linspace(332.0, 366.0, 9)
@@ -70,6 +70,7 @@ def test_hidden_start_states_do_not_bias_the_parameters():
     found.plot().draw_without_rendering()
 
 
+@pytest.mark.nightly
 def test_inside_the_bounds_nothing_is_determined_and_outside_it_is():
     """One friction coefficient: the bounds of `response_bounds` enclose all points throughout its interval, and not beyond."""
     frequencies = np.array([340.0, 345.0, 355.0])

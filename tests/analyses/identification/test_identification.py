@@ -126,6 +126,7 @@ def test_loops_with_the_errors_of_a_rig(truths):
         assert found.plot(figure=figure).axes
 
 
+@pytest.mark.nightly
 def test_a_damper_that_grazes_lift_off_is_answered():
     """Refused before: no steady cycle was found for any parameters. The load of L2 falls to 0.2 N and to nothing."""
     friction = (0.18, 0.199, 0.405)
@@ -227,6 +228,7 @@ def test_the_lag_of_the_forces_is_found(truths, lag):
     assert bool(moved) == bool(lag)
 
 
+@pytest.mark.nightly
 def test_a_lag_is_corrected_and_reported(truths):
     """Forces 1 ms behind: kt is 35 % low where the fit excludes it, and says so; otherwise right, with the lag beside it."""
     errors = RigErrors()
@@ -252,6 +254,7 @@ def test_a_lag_is_corrected_and_reported(truths):
     assert not [line for line in str(blind).splitlines() if line.startswith("lag ")]
 
 
+@pytest.mark.nightly
 def test_unknown_zeros_are_found_with_their_intervals(truths):
     """Raw readings of cells, whose zeros are drawn with 20 N."""
     errors = RigErrors(zero=20.0)
@@ -292,6 +295,7 @@ def raw(truths):
     return loops, removals
 
 
+@pytest.mark.nightly
 def test_zeros_by_load_removal(truths):
     loops, removals = raw(truths)
     wrong = identify(loops, UNKNOWN_RIG, resamples=8, population=5, generations=10)
@@ -311,6 +315,7 @@ def test_zeros_by_load_removal(truths):
     assert "measured motion at the right contact, peak to peak, µm" in PRESENTATION.tables(found.dataset)
 
 
+@pytest.mark.nightly
 def test_load_removal_from_the_command_line(truths, tmp_path, monkeypatch, capsys):
     """A key of the study, and an option in its place: removals of the study do not go with other loops."""
     monkeypatch.chdir(tmp_path)
@@ -372,7 +377,11 @@ def test_each_cell_has_its_own_error_of_the_zero(truths):
 
 @pytest.mark.parametrize(
     ("factors", "said"),
-    [({}, set()), ({"platform_x": 1.3, "platform_y": 1.3}, {"rotation", "damper_y"}), ({"force_x": 1.12}, {"force_x"})],
+    [
+        pytest.param({}, set(), marks=pytest.mark.nightly),
+        ({"platform_x": 1.3, "platform_y": 1.3}, {"rotation", "damper_y"}),
+        pytest.param({"force_x": 1.12}, {"force_x"}, marks=pytest.mark.nightly),
+    ],
 )
 def test_a_wrong_scale_is_said(truths, factors, said):
     """The fit then takes a gain error that the stated errors hardly allow."""
@@ -490,6 +499,7 @@ def held_out_by_law(truth, laws=("macroslip", "iwan", "microslip")):
     return identify(loops, blind, law=laws, **settings)
 
 
+@pytest.mark.nightly
 def test_the_law_of_a_damper_is_chosen_by_loops_held_out():
     """Its contacts are arrays with wide gaps: macroslip misses kn, the law that the loops choose does not."""
     truth = with_microslip(laboratory_damper(37.0, 80.0, (0.14, 0.15, 0.25)), 0.6)
@@ -501,6 +511,7 @@ def test_the_law_of_a_damper_is_chosen_by_loops_held_out():
     assert "law    microslip, of macroslip" in str(found)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("shape", [Cylinder, Wedge])
 def test_other_dampers_than_the_laboratory_one(shape):
     """One line a side, and three: found from exact loops with the usual unknowns, or said to be unseen."""

@@ -91,6 +91,7 @@ def test_the_truth_lies_in_the_intervals():
     assert str(found).count("95 % interval") == 3
 
 
+@pytest.mark.nightly
 def test_amplitudes_alone_with_preloads_and_a_measured_force_that_varies():
     """The force of every point is its own; two preloads are settings of their tests."""
     tests = [measured(1.5, 5, 0.0, phase=False, load=load) for load in (0.7, 1.4)]
@@ -114,6 +115,7 @@ def test_amplitudes_alone_with_preloads_and_a_measured_force_that_varies():
     assert again["amplitude"].values[0, :, 0] == pytest.approx(tests[0].amplitude, rel=1e-5)
 
 
+@pytest.mark.nightly
 def test_a_stuck_contact_says_nothing_of_friction():
     small = [measured(force, 2) for force in (0.005, 0.01)]
     found = ss.identify_response(one_mass, FREE, small, tries=0, samples=128)
@@ -130,6 +132,7 @@ def test_a_stuck_contact_says_nothing_of_friction():
     assert any(note.startswith("limit is not found") for note in unseen.notes)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 3, 5, 7])
 def test_slip_that_only_fits_noise_is_no_friction_limit(seed):
     """Stuck tests, fitted from limits at which the peaks slip: never slipping fits as well, so no interval is closed above."""
@@ -251,6 +254,7 @@ def test_a_test_given_twice_is_said():
     assert "1 and again hold the same points" in " ".join(found.notes)
 
 
+@pytest.mark.nightly
 def test_what_the_model_does_not_explain_is_said():
     """The phase of all tests 40° off, which is no known mistake; a fit cut short."""
     tests = [measured(force, 3, frequencies=FREQUENCIES[::2]) for force in (0.3, 1.0, 2.0)]
@@ -315,7 +319,7 @@ def test_the_error_between_tests_is_that_of_their_means():
     assert found == pytest.approx([np.std(offsets, ddof=1) / np.sqrt(5.0)])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_intervals_hold_what_differs_from_test_to_test():
     """Six tests whose slip limits scatter by 5 %: with independent residuals one in twelve intervals of the limit holds it."""
     levels, held, widths = (0.3, 0.6, 1.0, 1.5, 2.0, 3.0), [], []
@@ -378,6 +382,7 @@ def clipped(test, level):
     return replace(test, amplitude=np.minimum(test.amplitude, level))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("over", "alone"), [(0.9, False), (0.6, True), (1.5, False)])
 def test_a_bad_point_at_the_resonance_of_a_sparse_curve_is_named(over, alone):
     """Of 11 points one lies at the resonance: it bends the fit to itself, so that every point misses it. alone: of one curve."""
@@ -397,7 +402,7 @@ def test_a_bad_point_at_the_resonance_of_a_sparse_curve_is_named(over, alone):
     assert without < 0.7 * apart
 
 
-@pytest.mark.parametrize("over", [0.9, 0.6])
+@pytest.mark.parametrize("over", [pytest.param(0.9, marks=pytest.mark.nightly), 0.6])
 def test_a_clipped_point_is_named_and_how_far_it_moves_the_parameters(over):
     """One point at the resonance of the largest level, 10 % or 40 % too low, with noise of 1 %: the fit follows it."""
     tests = [replace(measured(force, 3), phase=None) for force in (0.3, 1.0, 2.0)]
@@ -448,6 +453,7 @@ def test_a_parameter_at_its_bound_is_named_with_the_bound():
     assert not any("limit ends" in note for note in found.notes)
 
 
+@pytest.mark.nightly
 def test_points_that_a_bound_misses_are_no_outliers():
     """With the stiffness held too low the resonances lie elsewhere, and whole flanks are missed."""
     tests = [measured(force, 5) for force in (0.1, 0.3, 1.0)]

@@ -154,6 +154,7 @@ def test_a_force_that_no_amplitude_needs_is_named():
         ss.nonlinear_modes(ss.rigs.single_mass(damping=0.02), harmonics=1, samples=64).peaks([100.0])
 
 
+@pytest.mark.nightly
 def test_a_mode_of_a_body_that_friction_alone_holds_says_so():
     """Four free masses in a row, the first rubs: the mean position is not determined where it slips."""
     K = 1000.0 * np.array([[1.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 2, -1], [0, 0, -1, 1]])

@@ -156,6 +156,7 @@ def amplitudes(shape: np.ndarray, omega: float, factor: float, periods: int) -> 
     return np.abs(found.y[1]).reshape(periods, 64).max(axis=1)
 
 
+@pytest.mark.nightly
 def test_free_motions_come_to_the_stable_limit_cycle_and_leave_the_unstable_one():
     found = ss.limit_cycles(fed_chain(), mode=1, harmonics=5).dataset.isel(case=0, aerodynamic_damping=0)
     assert list(found["stable"].values) == [1.0, 0.0]

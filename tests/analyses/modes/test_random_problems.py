@@ -1,6 +1,7 @@
 """Modes of random problems are followed from stuck contacts to slip, lift-off and start states included."""
 
 import numpy as np
+import pytest
 
 from robustness.problems import CLASSES, random_case
 from stickslip.curves.mode_curve import solve_mode
@@ -25,6 +26,7 @@ def traced(extended: int) -> float:
     return float(np.mean(reached))
 
 
+@pytest.mark.nightly
 def test_modes_of_random_problems_are_traced():
     """With −2ζωM in the first harmonic; in all harmonics it excites other modes, and more curves are lost."""
     first = traced(1)

@@ -39,6 +39,7 @@ def test_known_friction_and_force_give_the_known_optimum():
     assert np.all(np.abs(found.dataset.sensitivity[0] - 0.05) < 0.05)
 
 
+@pytest.mark.nightly
 def test_uncertain_friction_balances_both_ends():
     """Against a scan of solved peaks at μ/√2 and μ√2, the larger of which is least."""
     found = small(refinements=20)
@@ -98,6 +99,7 @@ def test_designs_of_the_search_are_kept_too():
     assert len(again) == len(kept)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("side_by_side", [(2, 1), (1, 2)], ids=["designs", "searches"])
 def test_designs_and_searches_of_their_start_states_are_the_same_side_by_side(side_by_side, monkeypatch):
     monkeypatch.setattr(design_search, "WORTH", 0.0)
@@ -121,6 +123,7 @@ def test_a_known_design_is_computed_once():
     assert np.count_nonzero(found.dataset.value.values == 2.0) == 1
 
 
+@pytest.mark.nightly
 def test_start_states_can_only_make_it_worse():
     def wedge(*, friction: float, angle: float) -> ss.Problem:
         return ss.rigs.blade_and_wedge(platform_angle=angle, mu=friction)
@@ -337,7 +340,7 @@ def test_a_variable_that_does_nothing_may_be_anything_and_slopes_stay_within_the
     assert any("more: not allowed" in line for line in lines)
 
 
-@pytest.mark.parametrize("search", [False, True])
+@pytest.mark.parametrize("search", [False, pytest.param(True, marks=pytest.mark.nightly)])
 def test_the_best_design_is_that_with_the_lowest_peak_over_all_start_states(monkeypatch, search):
     """With a made-up search that finds the more, the higher the slip limit; sampled peaks alone favour another design, and those
     that cannot be the best are not searched.

@@ -110,6 +110,7 @@ def wedge_that_lifts():
     return problem, ss.performance_curve(problem, np.geomspace(3.0, 100.0, 30)[:6], band=ss.hertz(280.0, 390.0)).dataset
 
 
+@pytest.mark.nightly
 def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_that_lifts):
     """Rounding chooses which peak on an isola is followed, and up to which F_C/F_E, not the curve beside it.
 
@@ -125,6 +126,7 @@ def test_the_curve_is_that_of_a_sweep_even_where_a_higher_peak_lies_apart(wedge_
     assert np.all((apart > curve.amplitude_per_force.values[0])[np.isfinite(apart)])
 
 
+@pytest.mark.nightly
 def test_peaks_on_isolas_are_periodic_motions(wedge_that_lifts):
     """Contact forces of the motion, marched in plain Python, balance the equation of motion in each harmonic."""
     problem, curve = wedge_that_lifts

@@ -40,7 +40,7 @@ def exact(limit, order, kd=KD):
         real = roots[(abs(roots.imag) < 1e-7) & (roots.real > 0.0)].real
         return max(((w**order * amplitude, w) for w in real), default=(0.0, 0.0))
 
-    scan = np.geomspace(0.05, 15.0, 6000)
+    scan = np.geomspace(0.05, 15.0, 600)
     k = int(np.argmax([best_at(amplitude)[0] for amplitude in scan]))
     ends = (scan[max(k - 1, 0)], scan[min(k + 1, scan.size - 1)])
     found = minimize_scalar(lambda a: -best_at(a)[0], bounds=ends, method="bounded", options={"xatol": 1e-12})

@@ -4,8 +4,10 @@ from math import pi
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 import stickslip as ss
+from stickslip.analyses.performance.sensitivity_indices import gathered, planned_draws
 from stickslip.plots.sensitivity_indices import tornado
 from stickslip.report.sensitivity_indices import sentences, tables
 
@@ -68,6 +70,23 @@ def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
     assert tables(linear)["parameters"]["amplitude, total, 95 % to"].tolist() == high.tolist()
 
 
+def test_interactions_count_in_the_total_index_alone():
+    """x₁ + x₁ x₂ with both in [−1, 1]: variances 1/3 and 1/9, so first-order 3/4 and 0, total 1 and 1/4."""
+    draws = 4096
+    work = planned_draws(OneLimitAndDamping(), {"limit": (1.6, 2.4), "damping": (0.01, 0.02)}, BAND, 1.0, draws, 0, 0, 1, 64)
+    A, B = np.split(2.0 * qmc.Sobol(4, rng=1).random(draws) - 1.0, 2, axis=1)
+    columns = [A, B, np.column_stack([B[:, 0], A[:, 1]]), np.column_stack([A[:, 0], B[:, 1]])]
+    values = np.column_stack([x[:, 0] + x[:, 0] * x[:, 1] for x in columns])
+    first = {"middle": np.ones(2), "ends": np.ones((2, 2, 2)), "slopes": np.ones(2), "cpu_seconds": 0.0}
+    drawn = {"peaks": np.stack([values, values], axis=-1), "cpu_seconds": 0.0}
+    found = gathered(work, [first, drawn])
+    assert found.first_order.values[:, 1] == pytest.approx([0.75, 0.0], abs=0.02)
+    assert found.total.values[:, 1] == pytest.approx([1.0, 0.25], abs=0.02)
+    for index, interval in ((found.first_order, found.first_order_interval), (found.total, found.total_interval)):
+        assert np.all((interval[..., 0] <= index) & (index <= interval[..., 1]))
+        assert np.all(interval[..., 1] - interval[..., 0] < 0.2)
+
+
 def test_both_bars_are_seen_where_both_ends_move_the_peak_the_same_way(linear):
     same = linear.copy(deep=True)
     same.low_end[:], same.high_end[:] = 1.1 * same.middle, 1.2 * same.middle
@@ -96,6 +115,11 @@ def test_one_parameter_alone_and_any_number_of_workers():
     assert found.total.shape == (1, 2)
     assert float(found.first_order[0, 0]) == pytest.approx(1.0, abs=0.35)
     assert np.array_equal(found.total.values, other.total.values)
+
+
+class OneLimitAndDamping:
+    def __call__(self, *, limit: float, damping: float) -> ss.Problem:
+        return ss.rigs.single_mass(damping=damping, kt=0.5, limit=limit)
 
 
 class OneLimit:

@@ -49,6 +49,7 @@ def test_the_pull_of_a_design_follows_the_damper_mass_whatever_the_rig_calls_it(
     assert {contact.law.mu for contact in problem.contacts} == {0.3}
 
 
+@pytest.mark.nightly
 @pytest.mark.usefixtures("unsaved_figures")
 def test_a_design_study_without_an_allowed_design_is_written_and_reported(tmp_path):
     """The command ends with the code of an incomplete result and keeps every design."""

@@ -4,6 +4,7 @@ import inspect
 import math
 
 import pytest
+from each import each
 
 import stickslip as ss
 
@@ -74,14 +75,14 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("analysis", "name", "value"), CASES, ids=lambda given: getattr(given, "__name__", str(given))[:30])
+@each(("analysis", "name", "value"), CASES, ids=lambda given: getattr(given, "__name__", str(given))[:30])
 def test_a_wrong_argument_is_refused_in_a_sentence(analysis, name, value):
     with pytest.raises(ss.InputError) as raised:
         analysis(**({"harmonics": 1, "samples": 16} | SOUND[analysis] | {name: value}))
     assert "must" in str(raised.value)
 
 
-@pytest.mark.parametrize("analysis", SOUND, ids=lambda analysis: analysis.__name__)
+@each("analysis", SOUND, ids=lambda analysis: analysis.__name__)
 def test_every_argument_has_wrong_values(analysis):
     """A new argument is to be listed above."""
     free = {"checkpoint", "progress", "search"}

@@ -38,7 +38,7 @@ def integrated(first: float, last: float, duration: float, stiffening: float) ->
     return np.array(phases), np.array(moved)
 
 
-@pytest.mark.parametrize(("first", "last"), [(40.0, 110.0), (110.0, 40.0)])
+@pytest.mark.parametrize(("first", "last"), [(40.0, 110.0), pytest.param(110.0, 40.0, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(("stiffening", "tolerance"), [(0.0, 0.01), (2.0, 0.03)])  # up to 6 % in a cycle of 50
 def test_a_fast_run_is_that_of_an_independent_integration(first, last, stiffening, tolerance):
     """The stiffness of a cycle is that at its middle, which the larger tolerance allows for."""
@@ -50,6 +50,7 @@ def test_a_fast_run_is_that_of_an_independent_integration(first, last, stiffenin
     np.testing.assert_allclose(found["speed"], first + (last - first) * found["time"] / 20.0, rtol=1e-12)
 
 
+@pytest.mark.nightly
 def test_a_slow_run_passes_the_amplitudes_of_the_sweep_and_a_fast_one_lags_behind():
     problem = one_mass()
     sweep = ss.speed_sweep(problem, (30.0, 95.0), force=2.0, harmonics=7).dataset.isel(engine_order=0, case=0, output=0)
@@ -101,7 +102,7 @@ def blade_and_wedge(speed: float) -> ss.Problem:
     return replace(rig, structure=replace(rig.structure, K=K))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_run_keeps_what_the_last_slip_left():
     """At 7800 rev/min a contact sticks: downwards the run follows the sweep, upwards it lies above, however slow it is."""
     models = {speed: blade_and_wedge(speed) for speed in (3000.0, 6000.0)}

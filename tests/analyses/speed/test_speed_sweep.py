@@ -143,6 +143,7 @@ def test_a_disk_meets_the_nodal_diameter_of_each_engine_order():
         assert np.abs(alone.frequencies(stuck=True) - stuck).min() < 1e-9 * stuck
 
 
+@pytest.mark.nightly
 def test_points_are_verified_in_time_and_have_multipliers_at_their_speed():
     found = ss.forced_response(chain(), ss.hertz(1.5, 3.0), 6.0).with_stability()
     at = found.peak_point()

@@ -99,6 +99,7 @@ def test_percentiles_are_not_interpolated():
     assert list(found.dataset.start.values) == [0, 1]
 
 
+@pytest.mark.nightly
 def test_curves_do_not_depend_on_the_workers():
     one, two = (response_samples(three_mass_wedge(), hertz(215.0, 225.0), [0.5, 1.0], 3, workers=n).dataset for n in (1, 2))
     np.testing.assert_array_equal(one.amplitude.values, two.amplitude.values)

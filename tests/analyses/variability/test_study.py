@@ -24,6 +24,7 @@ def run(arguments):
     return ended.value.code
 
 
+@pytest.mark.nightly
 def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     assert run(["new", "response_bounds", study]) == 0
@@ -48,6 +49,7 @@ def test_bounds_come_with_results_report_and_figures(tmp_path, monkeypatch):
     assert run(["report", out]) == 0
 
 
+@pytest.mark.nightly
 def test_bounds_of_contacts_without_a_normal_direction_are_drawn_but_for_the_ratio_of_forces(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     sweep = "[sweep]\nfrequency = [0.15, 0.25]\nforce_levels = [0.3]\nharmonics = 3\nsamples = 64\n"
@@ -89,6 +91,7 @@ def test_a_study_whose_start_states_have_no_solution_fails(tmp_path, monkeypatch
     assert np.all(np.isnan(dataset["bounds_amplitude"]))
 
 
+@pytest.mark.slow
 def test_samples_come_as_cases_with_percentiles(tmp_path):
     study, out = tmp_path / "study.toml", tmp_path / "out"
     assert run(["new", "response_samples", study]) == 0

@@ -61,7 +61,7 @@ def test_dense_grid_over_all_start_states(bounds):
     assert max(grid) <= bounds[1] * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("rule", ["slider_offset", "traction_ratio"])
+@pytest.mark.parametrize("rule", ["slider_offset", pytest.param("traction_ratio", marks=pytest.mark.nightly)])
 def test_bounds_hold_over_the_band(rule):
     """At every frequency the amplitude bounds contain a cloud that the search did not see.
 
@@ -79,6 +79,7 @@ def test_bounds_hold_over_the_band(rule):
         assert max(cloud) <= high * (1.0 + 2e-4)
 
 
+@pytest.mark.nightly
 def test_bounds_do_not_depend_on_the_workers():
     problem = three_mass_wedge()
     one, two = (response_bounds(problem, hertz(200.0, 235.0), points=10, workers=n).dataset for n in (1, 2))
