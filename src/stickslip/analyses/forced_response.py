@@ -37,6 +37,7 @@ from stickslip.analyses.truncation import (
     MODAL_ERROR,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
+    coordinates_note,
     discretisation_errors,
     modal_errors,
     modal_warning,
@@ -320,7 +321,7 @@ class ForcedResponse(
             parts[0]["cpu_seconds"] = np.array(dataset.attrs["cpu_seconds"])
             curves += parts
         joined = self._work(levels, periods).gathered(curves, kinds)
-        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith("isolated")}
+        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith(("isolated", "coordinates_chosen"))}
         joined = replace(joined, dataset=joined.dataset.assign_attrs(kept | {"study": self.dataset.attrs["study"]}))
         return joined.with_stability() if has_stability(self.dataset) else joined
 
@@ -501,12 +502,13 @@ class ForcedResponseWork(OneBalance):
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
-        by_modes = np.zeros(len(names))
+        by_modes, by_modes_warning = np.full(len(names), np.nan), ""
         if self.on_all_modes is not None:
             by_modes = modal_errors(self.on_all_modes, self.balance, curve, self.measure.over(self.periods))
+            by_modes_warning = modal_warning(names, by_modes)
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),
-            modal_warning(names, by_modes),
+            by_modes_warning,
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
@@ -536,6 +538,8 @@ class ForcedResponseWork(OneBalance):
         if self.problem.modes_to is not None:
             kept["modal_error"] = MODAL_ERROR
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.structure.size}
+        if self.whole is not None:
+            dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.whole)
         for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from stickslip.checks import Array
@@ -14,6 +16,9 @@ from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.newton import fixed
 from stickslip.solve.truncation import change_by, enough_beyond, solved_change
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ALLOWED = 0.004
 """The estimate above which a curve comes with a warning: the change by many more harmonics was up to 2.3
@@ -138,3 +143,33 @@ def modal_warning(outputs: tuple[str, ...], errors: Array) -> str:
     if not abs(errors[worst]) > ALLOWED:
         return ""
     return f"All modes of the structure change {outputs[worst]} at its highest peak by {100.0 * errors[worst]:.1f} %."
+
+
+def coordinates_note(few: Problem, whole: Problem) -> str:
+    """On which coordinates a problem was solved, and which means were held, for the first lines of a result."""
+    note = (
+        f"Solved on {few.structure.size} coordinates of {whole.structure.size}: the modes up to {few.modes_to:.4g} Hz with all "
+        "contacts stuck, and the shapes above them that contacts, loads and outputs feel."
+    )
+    for spring in few.mean_springs[len(whole.mean_springs) :]:
+        along = ", ".join(spring.direction)
+        note += (
+            f" A spring of {spring.stiffness:.2g} N/m holds the mean position along {along}, which friction alone restrains; the "
+            "vibration does not depend on it."
+        )
+    return note
+
+
+def modal_sentences(dataset: xr.Dataset) -> list[str]:
+    """On which coordinates a response was solved, and how much its highest peaks change on all modes."""
+    if "coordinates_chosen" not in dataset.attrs:
+        return []
+    errors = dataset["modal_error"].values
+    if np.isnan(errors).all():
+        return [str(dataset.attrs["coordinates_chosen"])]
+    case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
+    checked = (
+        f"Solved once more on all modes, the highest peaks change by {100.0 * abs(errors[case, output]):.2g} % at most "
+        f"({dataset['output'].values[output]} at force level {float(dataset['force_level'][case]):g})."
+    )
+    return [str(dataset.attrs["coordinates_chosen"]), checked]
