@@ -491,7 +491,8 @@ class ForcedResponseWork(OneBalance):
         """The balance on all modes, where that of the curves is on fewer coordinates."""
         if self.whole is None:
             return None
-        held = replace(self.whole, mean_springs=self.problem.mean_springs)
+        structure = replace(self.whole.structure, C=self.whole.structural_damping, damping=None)
+        held = replace(self.whole, structure=structure, mean_springs=self.problem.mean_springs)
         return HarmonicBalance(held, self.harmonics, self.samples, self.periods)
 
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
