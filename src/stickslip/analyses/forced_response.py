@@ -39,6 +39,7 @@ from stickslip.analyses.truncation import (
     TRUNCATION_ERROR,
     coordinates_note,
     discretisation_errors,
+    held_mean_warning,
     modal_errors,
     modal_warning,
     truncation_warning,
@@ -503,13 +504,16 @@ class ForcedResponseWork(OneBalance):
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
-        by_modes, by_modes_warning = np.full(len(names), np.nan), ""
+        by_modes, by_modes_warning, held_mean = np.full(len(names), np.nan), "", ""
         if self.on_all_modes is not None:
             by_modes = modal_errors(self.on_all_modes, self.balance, curve, self.measure.over(self.periods))
             by_modes_warning = modal_warning(names, by_modes)
+            springs = len(self.problem.mean_springs) - len(self.whole.mean_springs) if self.whole else 0
+            held_mean = held_mean_warning(self.balance, springs, curve, self.measure.over(self.periods))
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),
             by_modes_warning,
+            held_mean,
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
