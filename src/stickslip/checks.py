@@ -240,7 +240,7 @@ def several(what: str, values: Iterable[Any]) -> tuple[Any, ...]:
 def is_definite(matrix: Array, shift: float = 0.0) -> bool:
     """Whether all eigenvalues of a symmetric or Hermitian matrix are larger than −shift.
 
-    A Cholesky factorisation tells, in a tenth of the time of eigenvalues.
+    A Cholesky factorisation shows it in a tenth of the time of eigenvalues.
     """
     try:
         np.linalg.cholesky(matrix + np.diag(np.full(len(matrix), shift)))

@@ -27,7 +27,7 @@ MOST = 18
 """Into how many pieces a step is divided at most."""
 
 NEARLY_SOLVED = 3e-3
-"""Residual up to which the cubic through a step tells how straight it is."""
+"""Residual up to which the cubic through a step shows how straight it is."""
 
 FARTHEST = 1.5
 """How much farther than along the straight way a point inside a step may lie from its first end."""
