@@ -34,12 +34,13 @@ from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
-    MODAL_ERROR,
+    ALL_MODES,
+    ALL_NODES,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
+    FinerProblem,
     discretisation_errors,
-    modal_errors,
-    modal_warning,
+    errors_by,
     truncation_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
@@ -411,7 +412,7 @@ AUTOMATIC = 9
 class ForcedResponseWork(OneBalance):
     """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel.
 
-    whole: the problem on all its modes, where `problem` is truncated.
+    finer: the problem on all its modes and with a contact at each node, where `problem` is truncated or has patches.
     """
 
     problem: Problem
@@ -424,7 +425,7 @@ class ForcedResponseWork(OneBalance):
     peak_tolerance: float = TOLERANCE
     measure: Measure = DISPLACEMENT_AMPLITUDE
     periods: int = 1
-    whole: Problem | None = None
+    finer: Problem | None = None
 
     @classmethod
     def of(
@@ -445,7 +446,7 @@ class ForcedResponseWork(OneBalance):
         Nt = _with_whole_delays(between("samples", samples, 1, MOST_SAMPLES), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
-        sentence, whole = "", problem
+        sentence, finer = "", problem.at_nodes
         reach = AUTOMATIC if isinstance(harmonics, str) else highest(harmonics_for(problem, harmonics, 'Or write "auto".'))
         problem = on_few_coordinates(problem, reach * max(frequencies))
         if isinstance(harmonics, str) and harmonics == "auto":
@@ -458,7 +459,7 @@ class ForcedResponseWork(OneBalance):
         if not exactly:
             refuse_unexcited(problem, measure)
         settings = (H, Nt, sentence, peak_tolerance, measure, int(periods))
-        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if whole is problem else whole)
+        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if finer is problem else finer)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -485,13 +486,23 @@ class ForcedResponseWork(OneBalance):
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
 
+    @property
+    def finer_problem(self) -> FinerProblem:
+        """What `finer` has more."""
+        return ALL_NODES if any(contact.nodes for contact in self.problem.contacts) else ALL_MODES
+
     @cached_property
-    def on_all_modes(self) -> HarmonicBalance | None:
-        """The balance on all modes, where that of the curves is on fewer coordinates."""
-        if self.whole is None:
+    def finer_balances(self) -> tuple[HarmonicBalance, HarmonicBalance] | None:
+        """The balance of `finer`, and of the same contacts on few coordinates."""
+        if self.finer is None:
             return None
-        held = replace(self.whole, mean_springs=self.problem.mean_springs)
-        return HarmonicBalance(held, self.harmonics, self.samples, self.periods)
+        problem, how = self.problem, (self.harmonics, self.samples, self.periods)
+        finer = HarmonicBalance(replace(self.finer, mean_springs=problem.mean_springs), *how)
+        if self.finer_problem is ALL_MODES:
+            return finer, self.balance
+        if problem.modes_to is None:
+            return finer, finer
+        return finer, HarmonicBalance(on_few_coordinates(finer.problem, 0.0, problem.modes_to), *how)
 
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
@@ -501,19 +512,20 @@ class ForcedResponseWork(OneBalance):
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
-        by_modes = np.zeros(len(names))
-        if self.on_all_modes is not None:
-            by_modes = modal_errors(self.on_all_modes, self.balance, curve, self.measure.over(self.periods))
+        finer, by_finer = {}, ""
+        if self.finer_balances is not None:
+            change = errors_by(*self.finer_balances, self.balance, curve, self.measure.over(self.periods))
+            finer, by_finer = {self.finer_problem.variable: change}, self.finer_problem.warning(names, change)
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),
-            modal_warning(names, by_modes),
+            by_finer,
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "modal_error": by_modes}
-        return arrays | errors | {"case_message": message}
+        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples}
+        return arrays | errors | finer | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
@@ -533,8 +545,10 @@ class ForcedResponseWork(OneBalance):
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR}
+        for each in (ALL_MODES, ALL_NODES):
+            if any(each.variable in curve for curve in curves):
+                kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
-            kept["modal_error"] = MODAL_ERROR
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.structure.size}
         for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
