@@ -6,6 +6,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import Any
 
 from rich.console import Console
@@ -19,6 +20,10 @@ from stickslip.notebook_bar import NotebookBar, in_notebook
 Report = Callable[[float, str], None]
 """Called with the fraction done (0 to 1) and what is being done."""
 
+EVERY = 30.0
+"""Seconds between two lines of progress where nobody sees a bar."""
+LEAST_KNOWN = 0.02
+"""Share of the work below which the remaining time is anybody's guess."""
 CONTROLS = {code: "\ufffd" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
 """Characters that command a terminal, which titles and names of a foreign file may hold, and what is printed in their place."""
 WRONG_INPUT, FAILED, INTERRUPTED, TERMINATED, INCOMPLETE = 2, 1, 130, 143, 3
@@ -71,12 +76,13 @@ def progress_bar(title: str) -> Iterator[Report]:
         with stickslip.progress_bar("Forced response") as bar:
             response = stickslip.forced_response(problem, band, force, progress=bar)
 
-    A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, there is none.
+    A notebook keeps the time that it took. Where nobody sees a bar, as in files of output, a line every half minute takes its
+    place.
     """
     console = _console(stderr=True)
     with deferred():
         if not progress_is_seen():
-            yield lambda fraction, text: None
+            yield _lines(title)
             return
         bar = NotebookBar() if in_notebook() else _terminal_bar(console)
         task: Any = bar.add_task(title, total=1.0)
@@ -93,6 +99,29 @@ def progress_bar(title: str) -> Iterator[Report]:
             NOTICE.command_bar = None
             bar.update(task, description=title)
             bar.stop()
+
+
+def _lines(title: str) -> Report:
+    """Progress in lines on the error stream, for files of output: every half minute what is done and the remaining time."""
+    began = said = monotonic()
+
+    def report(fraction: float, text: str) -> None:
+        nonlocal said
+        now = monotonic()
+        if now - said < EVERY:
+            return
+        said = now
+        left = f", about {_duration((now - began) * (1.0 / fraction - 1.0))} left" if fraction > LEAST_KNOWN else ""
+        warn(f"{title}: {text}: {100.0 * min(max(fraction, 0.0), 1.0):.0f} % after {_duration(now - began)}{left}")
+
+    return report
+
+
+def _duration(seconds: float) -> str:
+    """Seconds below two minutes, then minutes, then hours."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def _terminal_bar(console: Console) -> Progress:

@@ -142,3 +142,18 @@ def test_a_title_does_not_command_the_terminal(capsys, show):
     """ESC, and its one-character form CSI, begin what would set the title of the window or hide a line."""
     show("a\x1b]0;evil\x07b\x9b2Jc\rd\ne")
     assert "".join(capsys.readouterr()) == "a\ufffd]0;evil\ufffdb\ufffd2Jc\ufffdd\ne\n"
+
+
+def test_progress_without_a_terminal_is_a_line_every_half_minute(capfd, monkeypatch):
+    """At 0, 10, 31, 40 and 70 s; a share that is too small says nothing of the time left."""
+    clock = iter([0.0, 10.0, 31.0, 40.0, 70.0, 250.0])
+    monkeypatch.setattr("stickslip.console.monotonic", lambda: next(clock))
+    with progress_bar("Forced response") as report:
+        for fraction, words in ((0.0, "preparing"), (0.01, "level 1"), (0.2, "level 1"), (0.5, "level 2"), (0.75, "level 3")):
+            report(fraction, words)
+    lines = capfd.readouterr().err.splitlines()
+    assert lines == [
+        "Forced response: level 1: 1 % after 31 s",
+        "Forced response: level 2: 50 % after 70 s, about 70 s left",
+        "Forced response: level 3: 75 % after 4 min, about 83 s left",
+    ]

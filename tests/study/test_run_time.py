@@ -6,8 +6,13 @@ import pytest
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.study import read
-from stickslip.study.run_time import run_time
+from stickslip.study.run_time import estimated_seconds
+from stickslip.study.run_time import run_time as sentence
 from stickslip.study.templates import write_new
+
+
+def run_time(job):
+    return sentence(job, estimated_seconds(job))
 
 
 def study(tmp_path, kind="lumped", *changes):

@@ -39,6 +39,7 @@ from stickslip.analyses.truncation import (
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
     FinerProblem,
+    coordinates_note,
     discretisation_errors,
     errors_by,
     truncation_warning,
@@ -321,7 +322,7 @@ class ForcedResponse(
             parts[0]["cpu_seconds"] = np.array(dataset.attrs["cpu_seconds"])
             curves += parts
         joined = self._work(levels, periods).gathered(curves, kinds)
-        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith("isolated")}
+        kept = {name: value for name, value in self.dataset.attrs.items() if name.startswith(("isolated", "coordinates_chosen"))}
         joined = replace(joined, dataset=joined.dataset.assign_attrs(kept | {"study": self.dataset.attrs["study"]}))
         return joined.with_stability() if has_stability(self.dataset) else joined
 
@@ -550,6 +551,8 @@ class ForcedResponseWork(OneBalance):
                 kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.structure.size}
+            if self.finer is not None:
+                dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.finer)
         for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.newton import fixed
 from stickslip.solve.truncation import change_by, enough_beyond, solved_change
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ALLOWED = 0.004
 """The estimate above which a curve comes with a warning: the change by many more harmonics was up to 2.3
@@ -168,3 +172,32 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
     much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "by more than can be estimated"
     return f'{more} would change {outputs[worst]} at its highest peak {much}: take more, or harmonics = "auto".'
+
+
+def coordinates_note(few: Problem, whole: Problem) -> str:
+    """On which coordinates a problem was solved, and which means were held, for the first lines of a result."""
+    note = (
+        f"Solved on {few.structure.size} coordinates of {whole.structure.size}: the modes up to {few.modes_to:.4g} Hz with all "
+        "contacts stuck, and the shapes above them that contacts, loads and outputs feel."
+    )
+    for spring in few.mean_springs[len(whole.mean_springs) :]:
+        along = ", ".join(spring.direction)
+        note += (
+            f" A spring of {spring.stiffness:.2g} N/m holds the mean position along {along}, which friction alone restrains; the "
+            "vibration does not depend on it."
+        )
+    return note
+
+
+def finer_sentences(dataset: xr.Dataset) -> list[str]:
+    """On which coordinates a response was solved, and how much its highest peaks change on all modes, or with all nodes."""
+    sentences = [str(dataset.attrs["coordinates_chosen"])] if "coordinates_chosen" in dataset.attrs else []
+    for finer in (ALL_MODES, ALL_NODES):
+        if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
+            errors = dataset[finer.variable].values
+            case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
+            sentences.append(
+                f"Solved once more {finer.words}, the highest peaks change by {100.0 * abs(errors[case, output]):.2g} % at most "
+                f"({dataset['output'].values[output]} at force level {float(dataset['force_level'][case]):g})."
+            )
+    return sentences

@@ -107,14 +107,14 @@ def check(
 ) -> None:
     """Check a study without running it, and list all its faults."""
     from stickslip.study.model_summary import model_summary
-    from stickslip.study.run_time import run_time
+    from stickslip.study.run_time import estimated_seconds, run_time
 
     job = read_job(study)
     _ = job.plan.works  # reads the files that the study names
     say(f"{study} is valid: {job.plan.summary}.")
     for sentence in model_summary(job.sweep, job.plan.condition) if job.sweep else []:
         say(sentence)
-    if time := run_time(job):
+    if time := run_time(job, estimated_seconds(job)):
         say(time)
     if show:
         say(f"Wrote {written_model(job, study)}: open it in a browser.")
@@ -141,12 +141,16 @@ def run(
 ) -> None:
     """Compute a study: results.nc and report.html. Exit code 3 if a curve is incomplete."""
     from stickslip.study.run import Run
-    from stickslip.study.run_time import is_brief
+    from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time
 
     job = read_job(study)
-    executor = workers or (1 if is_brief(job) else cores()) if scheduler is None else cluster(scheduler, workers)
+    seconds = estimated_seconds(job)
+    alone = workers or (1 if seconds is not None and seconds < BRIEF else cores())
+    executor = alone if scheduler is None else cluster(scheduler, workers)
     folder = free_folder(out, [""], resume, overwrite)
     say(f"{job.title}: {job.plan.summary}.")
+    if seconds is not None and seconds > WORTH_SAYING:
+        say(run_time(job, seconds))
     carry_out(Run({"": job}, folder, resume, executor), figures)
 
 

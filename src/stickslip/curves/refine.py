@@ -26,7 +26,7 @@ from stickslip.solve.newton import correct
 MOST = 18
 """Into how many pieces a step is divided at most."""
 
-NEARLY_SOLVED = 1e-3
+NEARLY_SOLVED = 3e-3
 """Residual up to which the cubic through a step tells how straight it is."""
 
 FARTHEST = 1.5

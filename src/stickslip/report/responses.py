@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.stress import has_stress
-from stickslip.analyses.truncation import ALLOWED, truncation_warning
+from stickslip.analyses.truncation import ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import counted
@@ -41,7 +41,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if _bounds_alone(dataset):
         return bound_sentences(dataset)
     chosen = dataset.attrs.get("harmonics_chosen")
-    lines = [f"{chosen}."] if chosen else []
+    lines = [*([f"{chosen}."] if chosen else []), *finer_sentences(dataset)]
     measure = measure_in(dataset)
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
     lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]

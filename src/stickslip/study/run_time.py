@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.checks import counted
 from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.problem.truncation import on_few_coordinates
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import LostCurveError
 from stickslip.study.analysis import Sweep
@@ -33,7 +34,7 @@ STEPS = ((10.0, "seconds"), (90.0, "about a minute"), (1200.0, "minutes"), (5400
 """CPU seconds up to which computing takes so long: what is estimated is right to a factor of five."""
 
 LARGEST = 4000
-"""Degrees of freedom, and harmonic coefficients of contact rows, up to which a check solves a point."""
+"""Coordinates, and harmonic coefficients of these or of the contact rows, up to which a check solves a point."""
 
 CURVES = ("forced_response", "response_samples", "speed_sweep")
 """Analyses whose cases are curves."""
@@ -42,22 +43,18 @@ CURVES = ("forced_response", "response_samples", "speed_sweep")
 BRIEF = 5.0
 """CPU seconds up to which further processes take longer to start than they save."""
 
+WORTH_SAYING = 30.0
+"""CPU seconds from which on a run says beforehand how long it takes."""
 
-def run_time(job: Job) -> str:
-    """A sentence on the time of all curves over a band; empty for other analyses, and where no point could be solved."""
+
+def run_time(job: Job, seconds: float | None) -> str:
+    """A sentence on the time of all curves over a band, of estimated CPU seconds; empty where these are not known."""
     if _has_curves(job) and not _compiled():
         return "The first run on this machine compiles for about a minute; a check after it estimates the time of a run."
-    seconds = _seconds(job)
     if seconds is None:
         return ""
     words = next((words for limit, words in STEPS if seconds < limit), "days")
     return f"Computing {counted(_curves(job), 'curve')} takes {words} of one core, by a rough estimate from a few points."
-
-
-def is_brief(job: Job) -> bool:
-    """Whether one process computes the study sooner than several would start."""
-    seconds = _seconds(job) if _compiled() else None
-    return seconds is not None and seconds < BRIEF
 
 
 def _has_curves(job: Job) -> bool:
@@ -73,9 +70,10 @@ def _curves(job: Job) -> int:
     return sum(len(work.names) for work in job.plan.works.values())
 
 
-def _seconds(job: Job) -> float | None:
-    """Estimated CPU seconds of all curves over a band."""
-    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band):
+def estimated_seconds(job: Job) -> float | None:
+    """CPU seconds of all curves over a band; None for other analyses, where no point could be solved, and where the kernels are
+    still to be compiled."""
+    if job.sweep is None or not _has_curves(job) or not isinstance(job.sweep.frequencies, Band) or not _compiled():
         return None
     a_point = _seconds_a_point(job.sweep, job.sweep.frequencies)
     return None if a_point is None else POINTS * _curves(job) * a_point
@@ -85,9 +83,11 @@ def _seconds_a_point(sweep: Sweep, band: Band) -> float | None:
     """CPU seconds of a point on the way to the highest linear resonance, at the largest force level."""
     harmonics = AUTOMATIC if sweep.harmonics == "auto" else sweep.harmonics
     orders = harmonics if isinstance(harmonics, int) else len(harmonics)
-    if max(sweep.problem.structure.M.shape[0], (2 * orders + 1) * len(sweep.problem.B)) > LARGEST:
+    problem = on_few_coordinates(sweep.problem, orders * band.high)
+    states = problem.structure.M.shape[0]
+    if max(states, (2 * orders + 1) * min(len(problem.B), states)) > LARGEST:
         return None
-    balance = HarmonicBalance(sweep.problem, harmonics, sweep.samples)
+    balance = HarmonicBalance(problem, harmonics, sweep.samples)
     stuck = sweep.problem.systems.met(stuck=True)
     inside = stuck[(stuck > band.low) & (stuck < band.high)]
     middle = float(inside[0]) if inside.size else 0.5 * (band.low + band.high)

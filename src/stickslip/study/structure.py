@@ -21,6 +21,8 @@ from stickslip.structure.matrices import Structure
 from stickslip.study.tables import FilesTable, MatricesTable, StructureTable
 from stickslip.study.units import SYSTEMS, Units
 
+OF_A_COPY = ("name", "keep", "modes", "shift")
+"""What structures of one and the same model may differ in."""
 ONLY_WITH_MODEL = ("names", "variables", "units", "keep", "modes", "shift")
 
 
@@ -39,7 +41,7 @@ def structure(
     read already, to which this one is added: equal blades are read once.
     """
     own = SYSTEMS[table.units] if table.units is not None else units
-    key = table.model_dump_json(exclude={"name", "keep", "modes", "shift"})
+    key = repr([(name, value) for name, value in table if name not in OF_A_COPY])
     model = models[key] = models.get(key) or _model(table, folder, own)
     keep = {} if table.keep is None else table.keep
     besides = [name for name in surfaces if name in model.sets and name not in keep]

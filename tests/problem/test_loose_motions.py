@@ -1,0 +1,67 @@
+"""Which motions friction alone restrains, and that a soft spring on their mean changes nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.contact.macroslip import Macroslip
+from stickslip.contact.point import Contact
+from stickslip.problem import Problem
+from stickslip.problem.loose_motions import SOFT, loose_motions, with_held_means
+from stickslip.structure.matrices import Structure
+
+KT, KN = 200.0, 500.0
+
+
+def wedge_between(stiffness=(1000.0, 1200.0, 900.0), scale=1.0):
+    """A body between two faces at ±45°: pressed along x and y, free along z but for friction; stiffness of the two blades."""
+    names = ("left.x", "left.y", "left.z", "right.x", "right.y", "right.z", "body.x", "body.y", "body.z")
+    K = scale * np.diag([*stiffness, *stiffness, 0.0, 0.0, 0.0])
+    s, contacts = np.sqrt(0.5), []
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        normal = {f"{side}.x": -sign * s, "body.x": sign * s, f"{side}.y": s, "body.y": -s}
+        normal = {dof: -value for dof, value in normal.items()}
+        along = {f"{side}.x": s, "body.x": -s, f"{side}.y": sign * s, "body.y": -sign * s}
+        law = Macroslip(kt=scale * KT, mu=0.3, kn=scale * KN, preload=scale * 4.0)
+        contacts.append(Contact(side, law, (along, {f"{side}.z": 1.0, "body.z": -1.0}), normal, balanced=True))
+    forces = (ss.Force("left.x", scale * 1.0), ss.Force("left.z", scale * 0.8j))
+    structure = Structure(scale * np.eye(9), K, names, damping=ss.ModalDamping(0.02))
+    return Problem(structure, tuple(contacts), forces, ("left.x", "left.z"))
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_the_axial_position_of_a_wedge_is_loose_in_any_unit(scale):
+    motions = loose_motions(wedge_between(scale=scale))
+    np.testing.assert_allclose(np.abs(motions), [[0.0] * 8 + [1.0]], atol=1e-9)
+    (spring,) = with_held_means(wedge_between(scale=scale)).mean_springs
+    assert spring.direction == {"body.z": pytest.approx(spring.direction["body.z"])}
+    assert spring.stiffness == pytest.approx(SOFT * 2.0 * KT * scale)
+
+
+def test_a_soft_blade_is_not_loose():
+    """One part in a million of the stiffness of the contacts is a stiffness."""
+    assert len(loose_motions(wedge_between(stiffness=(1e-3, 1e-3, 1e-3)))) == 1
+
+
+def test_held_bodies_have_no_loose_motion():
+    held = wedge_between()
+    held = replace(held, mean_springs=(ss.Spring({"body.z": 1.0}, 1.0),))
+    assert not len(loose_motions(held))
+    assert with_held_means(held) is held
+    assert not len(loose_motions(ss.rigs.single_mass()))
+
+
+def test_the_vibration_does_not_depend_on_the_spring():
+    """Both contacts slip along z at 5 N: their mean is free, the amplitudes are the same whatever holds it."""
+    amplitudes = []
+    for times in (0.1, 1.0, 10.0):
+        problem = with_held_means(wedge_between())
+        springs = tuple(replace(spring, stiffness=times * spring.stiffness) for spring in problem.mean_springs)
+        response = ss.forced_response(replace(problem, mean_springs=springs), [4.2, 4.6], 6.0, harmonics=3, samples=128)
+        assert (response.dataset["outcome"] == 1).all()
+        amplitudes.append(response.dataset["amplitude"].to_numpy())
+    assert response.dataset["share_slip"].max() > 0.1
+    np.testing.assert_allclose(amplitudes[0], amplitudes[2], rtol=1e-4)
+    np.testing.assert_allclose(amplitudes[1], amplitudes[2], rtol=1e-4)
