@@ -13,7 +13,6 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathCondition, Point
-from stickslip.harmonic.receptance import frequency_gains
 from stickslip.solve.newton import CONDITION_TOLERANCE
 
 ERROR = 1e-8
@@ -48,7 +47,8 @@ def solved_on_all_modes(
 def _step(whole: HarmonicBalance, few: HarmonicBalance, evaluation: Evaluation, condition: PathCondition) -> tuple[Array, float]:
     """Newton's change of λ (rows, 2H+1) and of the parameter: J dλ = −R on the unknown entries, the known ones at once."""
     point = evaluation.point
-    gains = frequency_gains(few.system.modes, point.omega, few.highest)
+    # Called by itself, the kernel of these gains would be compiled anew in every process: more than all the rest takes.
+    gains = few.evaluate(point).state.gains
     factors = few.factorise(Evaluation(point, evaluation.table, evaluation.state._replace(gains=gains)), condition)
     mask, offsets = factors.mask, factors.offsets
     size = factors.size
