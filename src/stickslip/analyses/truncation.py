@@ -123,6 +123,9 @@ def errors_by(finer: HarmonicBalance, few: HarmonicBalance, balance: HarmonicBal
             condition = PathCondition("omega", weight, 0.0, 0.0)
         start = replace(point, forces=_at_nodes(balance.problem.contacts, point.forces))
         solution = solved_on_all_modes(finer, few, start, condition)
+        if solution is None:  # of large changes the frequency runs away, unless the contact forces are about right
+            near = solved_on_all_modes(finer, few, start, fixed("omega", point.omega))
+            solution = None if near is None else solved_on_all_modes(finer, few, near.point, condition)
         if solution is not None:
             errors[output] = measure.size(solution.w[row], solution.point.omega) / measure.size(X, point.omega) - 1.0
     return errors
