@@ -11,6 +11,7 @@ import pytest
 import stickslip as ss
 from stickslip.analyses.forced_response import ForcedResponseWork
 from stickslip.analyses.truncation import ALL_NODES
+from stickslip.report.responses import sentences
 from stickslip.structure.matrices import Structure
 from stickslip.structure.solid import box_mesh, solid
 
@@ -65,6 +66,9 @@ def test_the_error_of_patches_is_that_of_their_peaks_against_all_nodes(beam, all
     np.testing.assert_allclose(data["patch_error"], change, rtol=0.02)
     assert np.abs(change).max() > 0.01
     assert "modal_error" not in data
+    (line,) = [line for line in sentences(data) if line.startswith("  force 100")]
+    assert line.endswith(f"with all nodes {100.0 * change[0, 0]:+.2g} %")
+    assert any("Solved once more with a contact at each node of the patches" in line for line in sentences(data))
     said = " ".join(map(str, data["case_message"].values))
     assert "when it is solved with a contact at each node of the patches" in said
 
