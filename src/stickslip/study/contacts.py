@@ -83,6 +83,7 @@ class SurfaceTable(ContactTable):
         int | None,
         Field(
             ge=1,
+            le=100_000,
             description="so many contacts, each the mean of a patch of nodes, in place of one at each node; what that changes of "
             "the highest peaks is computed",
         ),
