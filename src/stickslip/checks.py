@@ -237,6 +237,18 @@ def several(what: str, values: Iterable[Any]) -> tuple[Any, ...]:
     return tuple(values)
 
 
+def is_definite(matrix: Array, shift: float = 0.0) -> bool:
+    """Whether all eigenvalues of a symmetric or Hermitian matrix are larger than −shift.
+
+    A Cholesky factorisation tells, in a tenth of the time of eigenvalues.
+    """
+    try:
+        np.linalg.cholesky(matrix + np.diag(np.full(len(matrix), shift)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
 def storable(what: str, text: str) -> str:
     """`text` as it can stand in a results file and on one line of a table: without control characters."""
     if not isinstance(text, str):

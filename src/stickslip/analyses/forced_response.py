@@ -42,6 +42,7 @@ from stickslip.analyses.truncation import (
     coordinates_note,
     discretisation_errors,
     errors_by,
+    held_mean_warning,
     truncation_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
@@ -498,7 +499,8 @@ class ForcedResponseWork(OneBalance):
         if self.finer is None:
             return None
         problem, how = self.problem, (self.harmonics, self.samples, self.periods)
-        finer = HarmonicBalance(replace(self.finer, mean_springs=problem.mean_springs), *how)
+        structure = replace(self.finer.structure, C=self.finer.structural_damping, damping=None)
+        finer = HarmonicBalance(replace(self.finer, structure=structure, mean_springs=problem.mean_springs), *how)
         if self.finer_problem is ALL_MODES:
             return finer, self.balance
         if problem.modes_to is None:
@@ -513,13 +515,17 @@ class ForcedResponseWork(OneBalance):
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
-        finer, by_finer = {}, ""
-        if self.finer_balances is not None:
-            change = errors_by(*self.finer_balances, self.balance, curve, self.measure.over(self.periods))
+        finer, by_finer, held_mean = {}, "", ""
+        if self.finer is not None and self.finer_balances is not None:
+            measure = self.measure.over(self.periods)
+            change = errors_by(*self.finer_balances, self.balance, curve, measure)
             finer, by_finer = {self.finer_problem.variable: change}, self.finer_problem.warning(names, change)
+            springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
+            held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),
             by_finer,
+            held_mean,
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),

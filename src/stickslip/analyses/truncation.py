@@ -16,7 +16,7 @@ from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.newton import fixed
+from stickslip.solve.newton import correct, fixed
 from stickslip.solve.truncation import change_by, enough_beyond, solved_change
 
 if TYPE_CHECKING:
@@ -65,6 +65,9 @@ ALL_MODES = FinerProblem("modal_error", "on all modes of the structure", ALLOWED
 ALL_NODES = FinerProblem("patch_error", "with a contact at each node of the patches", 0.01)
 
 SAMPLES_PER_HARMONIC = 8
+
+INDEPENDENT = 1e-4
+"""Relative change by ten times stiffer springs on means up to which a peak counts as independent of them."""
 
 MORE_SAMPLES = 4
 """Times as many samples as the curve has show what sampling leaves, whose error falls with their square."""
@@ -175,6 +178,29 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
     much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "by more than can be estimated"
     return f'{more} would change {outputs[worst]} at its highest peak {much}: take more, or harmonics = "auto".'
+
+
+def held_mean_warning(balance: HarmonicBalance, springs: int, curve: Curve, measure: Measure) -> str:
+    """What to say where the highest peaks depend on the last `springs` springs, which hold means; empty where they do not.
+
+    The peaks are solved with springs ten times as stiff, at their frequencies.
+    """
+    problem = balance.problem
+    kept = problem.mean_springs[: len(problem.mean_springs) - springs]
+    stiffer = [replace(spring, stiffness=10.0 * spring.stiffness) for spring in problem.mean_springs[len(kept) :]]
+    if not stiffer:
+        return ""
+    other = HarmonicBalance(replace(problem, mean_springs=(*kept, *stiffer)), balance.harmonics, balance.tables.E.shape[0])
+    for output, highest in highest_points(balance, curve, measure).items():
+        point, row = highest.point, balance.rows + output
+        solution = correct(other, point, fixed("omega", point.omega), iterations=20, halvings=8)
+        sizes = [measure.size(each.w[row], point.omega) for each in (highest.evaluation, solution.evaluation)]
+        if not solution.converged or abs(sizes[1] / sizes[0] - 1.0) > INDEPENDENT:
+            return (
+                f"{problem.output_names[output]} depends on the springs that hold mean positions: say by mean_springs of the "
+                "problem (in Python) what holds them."
+            )
+    return ""
 
 
 def coordinates_note(few: Problem, whole: Problem) -> str:

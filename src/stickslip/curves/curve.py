@@ -12,7 +12,6 @@ from stickslip.harmonic.orders import Harmonics, orders
 from stickslip.outcome import Outcome
 from stickslip.peaks.search import TOLERANCE, Peaks, PeakSearch
 from stickslip.problem import Problem
-from stickslip.problem.loose_motions import loose_motions
 from stickslip.solve.continuation import first_point, trace
 from stickslip.solve.curve_points import CurvePoint
 from stickslip.solve.steps import StepControl
@@ -236,7 +235,7 @@ def _listed_in_hertz(balance: HarmonicBalance, omegas: Sequence[float]) -> str:
 
 def held_by_friction_alone(problem: Problem) -> bool:
     """Whether structure, mean springs and normal directions of contacts leave a motion free; not asked of disks."""
-    return type(problem) is Problem and len(loose_motions(problem)) > 0
+    return type(problem) is Problem and len(problem.loose_motions) > 0
 
 
 def _highest(measure: Measure, row: int, points: Sequence[CurvePoint]) -> CurvePoint | None:

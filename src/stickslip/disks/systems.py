@@ -99,7 +99,8 @@ class SectorSystems(HarmonicSystems):
             case RayleighDamping(mass_factor=a, stiffness_factor=b):
                 return np.asarray(a * bare.M + b * bare.K)
             case ModalDamping() as rule:
-                return np.asarray(modal_damping_matrix(bare.M, stuck if rule.on == "stuck" else bare.K, rule))  # type: ignore[arg-type]
+                modes = natural_modes(bare.M, stuck if rule.on == "stuck" else bare.K)  # type: ignore[arg-type]
+                return np.asarray(modal_damping_matrix(bare.M, modes, rule))  # type: ignore[arg-type]
         return np.zeros_like(bare.M)
 
     def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import SMALLEST, Array, InputError, counted, fault, of_kind, several, storable, unique
+from stickslip.checks import SMALLEST, Array, InputError, counted, fault, is_definite, of_kind, several, storable, unique
 from stickslip.contact.point import Contact
 from stickslip.contact.start import Start
 from stickslip.contact.table import contact_table
 from stickslip.loads import BaseMotion, Force, Output
+from stickslip.problem.loose_motions import loose_motions
 from stickslip.problem.speed import SpeedDependence
 from stickslip.problem.systems import HarmonicSystems
 from stickslip.problem.truncation import truncated
@@ -26,7 +27,7 @@ from stickslip.renamed import renamed_property
 from stickslip.structure.assembly import Spring
 from stickslip.structure.damping import AerodynamicDamping, Damping, Dashpot, ModalDamping, RayleighDamping
 from stickslip.structure.matrices import Structure
-from stickslip.structure.modes import natural_modes
+from stickslip.structure.modes import Modes, natural_modes
 
 HELD_ALONE = 1e-10
 """Share of the stiffness at a contact that others have, below which it is rounding: the contact alone holds what it joins."""
@@ -106,7 +107,9 @@ class Problem:
         self.structure.rows([dashpot.direction for dashpot in self.dashpots])
 
     def _check_held(self) -> None:
-        if is_definite(self.stuck_stiffness, 1e-13):
+        # The largest eigenvalue is at most the largest sum of sizes in a row.
+        bound = float(np.abs(self.stuck_stiffness).sum(axis=1).max(initial=0.0))
+        if is_definite(self.stuck_stiffness, -1e-13 * bound):
             return
         eigenvalues, vectors = linalg.eigh(self.stuck_stiffness)
         low, high = float(eigenvalues[0]), float(eigenvalues[-1])
@@ -203,7 +206,7 @@ class Problem:
         sizes = np.array([dashpot.c for dashpot in self.dashpots])
         return np.asarray(self.structural_damping + rows.T @ (sizes[:, None] * rows))
 
-    @property
+    @cached_property
     def structural_damping(self) -> Array:
         """The damping matrix of the structure without dashpots, (n, n)."""
         structure = self.structure
@@ -215,14 +218,24 @@ class Problem:
             case RayleighDamping(mass_factor=a, stiffness_factor=b):
                 return np.asarray(a * structure.M + b * structure.K)
             case ModalDamping() as rule:
-                stiffness = self.stuck_stiffness if rule.on == "stuck" else structure.K
-                return modal_damping_matrix(structure.M, stiffness, rule)
+                modes = self.systems.stuck_modes if rule.on == "stuck" else natural_modes(structure.M, structure.K)
+                return modal_damping_matrix(structure.M, modes, rule)
 
     @cached_property
     def mean_stiffness(self) -> Array:
         """What the mean springs add to K at harmonic 0, (n, n)."""
         rows = self.structure.rows([spring.direction for spring in self.mean_springs])
         return np.asarray(rows.T @ (np.array([spring.stiffness for spring in self.mean_springs])[:, None] * rows))
+
+    @cached_property
+    def known_few(self) -> dict[float, Problem]:
+        """What `on_few_coordinates` made of the problem, by the frequency of truncation."""
+        return {}
+
+    @cached_property
+    def loose_motions(self) -> Array:
+        """Motions that only friction restrains, (motions, n), orthonormal."""
+        return loose_motions(self)
 
     @cached_property
     def systems(self) -> HarmonicSystems:
@@ -364,21 +377,8 @@ class Problem:
         return self.with_structure(self.structure.with_damping(damping))
 
 
-def is_definite(matrix: Array, least: float) -> bool:
-    """Whether all eigenvalues are larger than a share of the largest: a Cholesky factorisation, much faster than eigenvalues.
-
-    The largest is bounded by the sum of sizes in a row, so that a matrix that just passes may be refused.
-    """
-    bound = float(np.abs(matrix).sum(axis=1).max(initial=0.0))
-    if not np.isfinite(bound):
-        return False
-    shifted = matrix - np.diag(np.full(len(matrix), least * bound))
-    return bool(linalg.lapack.dpotrf(shifted, overwrite_a=True)[1] == 0)
-
-
-def modal_damping_matrix(M: Array, K: Array, rule: ModalDamping) -> Array:
-    """C = Σ 2 ζ_r ω_r (M φ_r)(M φ_r)ᵀ over the modes of (K, M), φᵀMφ = 1; rigid and massless motions stay undamped."""
-    modes = natural_modes(M, K)
+def modal_damping_matrix(M: Array, modes: Modes, rule: ModalDamping) -> Array:
+    """C = Σ 2 ζ_r ω_r (M φ_r)(M φ_r)ᵀ over modes, φᵀMφ = 1; rigid and massless motions stay undamped."""
     ratios = np.zeros(modes.squares.size)
     given = np.atleast_1d(np.asarray(rule.ratio, dtype=float))
     if given.size > ratios.size:

@@ -7,6 +7,7 @@ matrices of its own: `disks` holds those kinds.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import Array
 from stickslip.loads import excited_harmonics
-from stickslip.structure.modes import definite_modes, natural_modes
+from stickslip.structure.modes import Modes, definite_modes, natural_modes
 
 if TYPE_CHECKING:
     from stickslip.problem import Problem
@@ -113,10 +114,19 @@ class HarmonicSystems:
 
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies in Hz, ascending: of the stuck structure, or of the free one (contacts absent)."""
-        problem = self.problem
         if self.stiffens:
             return self.synchronous(stuck)
-        return natural_modes(problem.structure.M, problem.stuck_stiffness if stuck else problem.structure.K).frequencies
+        return self.stuck_modes.frequencies if stuck else self._free
+
+    @cached_property
+    def stuck_modes(self) -> Modes:
+        """Modes with all contacts stuck, at rest."""
+        return natural_modes(self.problem.structure.M, self.problem.stuck_stiffness)
+
+    @cached_property
+    def _free(self) -> Array:
+        """Natural frequencies without contacts, Hz."""
+        return natural_modes(self.problem.structure.M, self.problem.structure.K).frequencies
 
     @property
     def excited(self) -> list[int]:

@@ -21,7 +21,7 @@ from scipy import linalg
 
 from stickslip.checks import InputError, positive
 from stickslip.loads import BaseMotion
-from stickslip.problem.loose_motions import loose_motions, with_held_means
+from stickslip.problem.loose_motions import soft_springs
 from stickslip.problem.systems import HarmonicSystems
 
 if TYPE_CHECKING:
@@ -55,8 +55,12 @@ def on_few_coordinates(problem: Problem, frequency: float, modes_to: float | Non
         return problem
     if modes_to is None and not can_be_truncated(problem):
         return problem
-    few = truncated(with_held_means(problem), modes_to or REACH * frequency)
-    return few if few.structure.size < problem.structure.size else problem
+    modes_to = modes_to or REACH * frequency
+    if modes_to not in problem.known_few:
+        few = truncated(problem, modes_to)
+        few = replace(few, mean_springs=(*few.mean_springs, *soft_springs(problem)))
+        problem.known_few[modes_to] = few if few.structure.size < problem.structure.size else problem
+    return problem.known_few[modes_to]
 
 
 def truncated(problem: Problem, modes_to: float) -> Problem:
@@ -65,15 +69,18 @@ def truncated(problem: Problem, modes_to: float) -> Problem:
     if not can_be_truncated(problem):
         raise InputError("Only a problem with all its degrees of freedom, no disk, and without base motion can be truncated.")
     structure = problem.structure
-    at_rest = problem if problem.speed is None else problem.at_speed(0.0)
-    squares, scaled = linalg.eigh(structure.M, at_rest.stuck_stiffness)  # 1/ω² and φ
+    modes = problem.systems.stuck_modes
+    if modes.squares.size == structure.size:
+        squares, scaled = 1.0 / modes.squares, modes.shapes / np.sqrt(modes.squares)  # 1/ω², φᵀK'φ = 1
+    else:  # massless motions, which follow the others, have shapes too
+        squares, scaled = linalg.eigh(structure.M, problem.stuck_stiffness)
     low = squares >= (2.0 * np.pi * modes_to) ** -2
     above = scaled[:, ~low]
     sprung = np.sqrt(problem.contact_stiffness)[:, None] * (problem.B @ above)
     shares, vectors = linalg.eigh(sprung.T @ sprung)
     chosen = [vectors[:, shares > LEAST_SHARE]]
     harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest_load(problem))])
-    loose = loose_motions(problem) @ at_rest.stuck_stiffness
+    loose = problem.loose_motions @ problem.stuck_stiffness
     for direction in (*problem.static_powers, *harmonic.T, *problem.output_rows, *loose):
         flexible, whole = above.T @ direction, scaled.T @ direction
         if np.linalg.norm(flexible) ** 2 > NEGLIGIBLE_LOAD * np.linalg.norm(whole) ** 2:

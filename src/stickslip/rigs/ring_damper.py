@@ -22,6 +22,7 @@ from stickslip.rigs.beam_element import ring_of_beams
 from stickslip.structure.assembly import Spring
 from stickslip.structure.cyclic import MOST_SECTORS, CyclicStructure, cyclic
 from stickslip.structure.damping import ModalDamping
+from stickslip.structure.modes import natural_modes
 
 RIM = ("rim.r", "rim.t", "rim.rz")
 RING = ("ring.r", "ring.t")
@@ -111,7 +112,8 @@ def _together(rim: CyclicStructure, ring: CyclicStructure, web: float, damping: 
     hoop[0] = 0.0  # at nodal diameter 0 the gap takes the hoop strain
     masses = of_rim.T @ rim.masses @ of_rim + of_ring.T @ ring.masses[:, :2, :2] @ of_ring
     stiffnesses = of_rim.T @ held @ of_rim + of_ring.T @ hoop @ of_ring
-    dampings = of_rim.T @ np.array([modal_damping_matrix(M, K, damping) for M, K in zip(rim.masses, held, strict=True)]) @ of_rim
+    of_waves = [modal_damping_matrix(M, natural_modes(M, K), damping) for M, K in zip(rim.masses, held, strict=True)]
+    dampings = of_rim.T @ np.array(of_waves) @ of_rim
     return cyclic(rim.sectors, dofs, masses, stiffnesses, dampings)
 
 

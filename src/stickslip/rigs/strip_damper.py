@@ -20,6 +20,7 @@ from stickslip.structure.assembly import Spring
 from stickslip.structure.cyclic import NEXT, sector_chain
 from stickslip.structure.damping import ModalDamping
 from stickslip.structure.matrices import Structure
+from stickslip.structure.modes import natural_modes
 
 PIN = 1e4
 """Spring on the mean position of a strip, N/m: the stops that keep it under its gap."""
@@ -65,7 +66,7 @@ def strip_damper(
     shank, blade = positive("shank_stiffness", shank_stiffness), positive("blade_stiffness", blade_stiffness)
     M[:2, :2] = np.diag([positive("platform_mass", platform_mass), positive("tip_mass", tip_mass)])
     K[:2, :2] = [[shank + blade, -blade], [-blade, blade]]
-    C[:2, :2] = modal_damping_matrix(M[:2, :2], K[:2, :2], ModalDamping(damping))
+    C[:2, :2] = modal_damping_matrix(M[:2, :2], natural_modes(M[:2, :2], K[:2, :2]), ModalDamping(damping))
     M[2:, 2:] = positive("density", density) * area * (2.0 * overlap + not_negative("gap", gap)) / count * np.eye(count)
     for k in range(count - 1):
         bar = EA / (step + (gap if k == points - 1 else 0.0))

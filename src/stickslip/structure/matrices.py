@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from stickslip.checks import (
     InputError,
     counted,
     fault,
+    is_definite,
     nearest,
     several,
     square,
@@ -73,8 +75,8 @@ class Structure:
         scale = float(np.max(np.abs(self.M), initial=0.0))
         if scale < SMALLEST:
             raise fault("M", "must have mass", f"{scale:g} at most", "Check its unit.")
-        lowest = float(np.linalg.eigvalsh(self.M)[0])
-        if lowest < -1e-9 * scale * size:
+        if not is_definite(self.M, 1e-9 * scale * size):
+            lowest = float(np.linalg.eigvalsh(self.M)[0])
             raise fault("M", "must have no negative eigenvalue", lowest, "Check the sign and the units of the mass.")
 
     def __repr__(self) -> str:
@@ -90,11 +92,15 @@ class Structure:
         """q (n, ...) [m] of every degree of freedom for a motion of the coordinates y (m, ...)."""
         return y if self.shapes is None else np.asarray(self.shapes @ y)
 
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {dof: place for place, dof in enumerate(self.dofs)}
+
     def index(self, dof: str) -> int:
         """Position of a degree of freedom."""
         try:
-            return self.dofs.index(dof)
-        except ValueError:
+            return self._places[dof]
+        except KeyError:
             raise InputError(f"Degree of freedom {dof!r} does not exist. {nearest(dof, self.dofs)}") from None
 
     def row(self, direction: Mapping[str, float]) -> Array:
@@ -142,6 +148,7 @@ def check_names(dofs: Sequence[str]) -> None:
 
 def _refuse_negative_damping(C: Array) -> None:
     """A viscous damper takes energy out: the symmetric part of C has no negative eigenvalue."""
-    lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
-    if lowest < -1e-9 * float(np.max(np.abs(C), initial=0.0)) * C.shape[0]:
+    size = float(np.max(np.abs(C), initial=0.0)) * C.shape[0]
+    if size > 0.0 and not is_definite(0.5 * (C + C.T), 1e-9 * size):
+        lowest = float(np.linalg.eigvalsh(0.5 * (C + C.T))[0])
         raise fault("C", "must not feed energy in (no negative eigenvalue)", lowest, "Check the sign of the damping.")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from stickslip.checks import Array
+from stickslip.checks import Array, is_definite
 
 MASSLESS = 1e-12
 """Motions below this share of the mass of their degrees of freedom count as massless."""
@@ -34,6 +34,9 @@ def natural_modes(M: Array, K: Array) -> Modes:
 
     With massless motions q = V1 a + V0 b, V0 spanning the null space of M: K_00 b = −K_01 a, then the modes of the rest.
     """
+    scale = np.sqrt(np.maximum(np.diag(M).real, 0.0))
+    if scale.all() and is_definite(M / np.outer(scale, scale), -MASSLESS):
+        return Modes(*linalg.eigh(K, M))
     with_mass, massless = _split(M)
     if not massless.shape[1]:
         return Modes(*linalg.eigh(K, M))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
+from scipy import linalg
 
 from stickslip.checks import Array, counted, first_of
 from stickslip.curves.curve import HELD_BY_FRICTION, held_by_friction_alone
@@ -67,7 +70,13 @@ def _linear(problem: Problem, level: float, omega: float) -> Array:
     orders = max((harmonic for force in problem.forces for harmonic in force.amplitudes), default=1)
     load = problem.load(orders, level, omega)
     dynamic = system.K - omega**2 * system.M + 1j * omega * system.C
-    moved = system.outputs @ np.linalg.lstsq(dynamic, load[:, 1] - 1j * load[:, 2], rcond=None)[0]
+    force = load[:, 1] - 1j * load[:, 2]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", linalg.LinAlgWarning)
+            moved = system.outputs @ linalg.solve(dynamic, force)
+    except (linalg.LinAlgError, linalg.LinAlgWarning):
+        moved = system.outputs @ np.linalg.lstsq(dynamic, force, rcond=None)[0]
     return np.asarray(np.nan_to_num(moved, posinf=0.0, neginf=0.0))
 
 
