@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -352,3 +353,124 @@ def test_a_mean_motion_of_a_line_and_of_one_node():
     assert ss.mean_motion(structure_of([[0.0, 0.0, 0.0]]), "pad", (0.0, 0.0, 2.0)) == {"pad/1.z": 2.0}
     with pytest.raises(InputError, match="direction must not be zero"):
         ss.mean_motion(line, "pad", (0.0, 0.0, 0.0))
+
+
+def cylinder(columns=31, rows=13):
+    """A sector of ±40° of a cylinder of radius 20 mm, 28 x 10 mm, its nodes closer together at one edge."""
+    angle = (np.linspace(0.0, 1.0, columns) ** 1.3 * 80.0 - 40.0) * np.pi / 180.0
+    points = grid(angle, np.linspace(0.0, 10e-3, rows))
+    return np.stack([20e-3 * np.sin(points[:, 0]), 20e-3 * np.cos(points[:, 0]), points[:, 1]], axis=1)
+
+
+@each("count", (1, 2, 5, 12, 24, 60))
+def test_patches_cover_all_nodes_once_with_equal_areas_and_are_compact(count):
+    """Areas differ by what a node or two carry; no node lies further from the middle than in a rectangle five times as long as
+    wide."""
+    found = surface(cylinder(), (0.0, 1.0, 0.0))
+    patches = found.patches(count)
+    assert len(patches) == count
+    np.testing.assert_array_equal(np.sort(np.concatenate(patches)), np.arange(len(found.nodes)))
+    areas = np.array([found.weights[members].sum() for members in patches])
+    assert np.abs(areas - 1.0 / count).max() <= 1.5 * found.weights.max()
+    half_diagonal = 0.5 * np.sqrt(found.area / count) * np.sqrt(5.0 + 1.0 / 5.0)
+    for members in patches:
+        middle = np.average(found.points[members], axis=0, weights=found.weights[members])
+        assert np.linalg.norm(found.points[members] - middle, axis=1).max() <= half_diagonal
+
+
+def test_a_square_grid_is_divided_into_squares():
+    found = surface(grid(np.arange(8.0), np.arange(8.0)), (0.0, 0.0, 1.0))
+    blocks = {tuple(8 * i + j for i in range(a, a + 4) for j in range(b, b + 4)) for a in (0, 4) for b in (0, 4)}
+    assert {tuple(members.tolist()) for members in found.patches(4)} == blocks
+
+
+def wedge_on_a_pad(points=None, **more):
+    """Contacts of a curved pad against a rigid body, and the structure of both."""
+    body = ss.RigidBody(0.02, np.diag([1e-6, 2e-6, 2.5e-6]), (1e-3, 30e-3, 2e-3), node="damper")
+    structure = ss.assemble({"": structure_of(cylinder(9, 5)), "wedge": body.structure()})
+    pad = ss.NodeSurface.of(structure, "pad").facing(body.centre)
+    return structure, pad, ss.surface_contacts("L", LAW, pad, lambda point: body.at(point, "wedge"), points=points, **more)
+
+
+@each("count", (1, 4, 20))
+def test_a_patch_moves_as_the_mean_of_its_nodes_and_its_force_acts_on_them_by_area(count):
+    """w = frame Σ share_k (u_k - u_body(x_k)) for any motion; so, by virtual work, force and moment of the forces on nodes and
+    body are those of the contacts at the middles of the patches. Nothing moves in a rigid motion of all."""
+    structure, pad, contacts = wedge_on_a_pad(count)
+    assert [contact.name for contact in contacts] == [f"L {number}" for number in range(1, count + 1)]
+    rng = np.random.default_rng(count)
+    place = {node: k for k, node in enumerate(pad.nodes)}
+    u, shift, turn = rng.normal(size=(len(pad.nodes), 3)), rng.normal(size=3), rng.normal(size=3)
+    centre = np.array([1e-3, 30e-3, 2e-3])
+    q = {f"{node}.{axis}": u[k, a] for node, k in place.items() for a, axis in enumerate("xyz")}
+    q |= {f"wedge/damper.{axis}": shift[a] for a, axis in enumerate("xyz")}
+    q |= {f"wedge/damper.r{axis}": turn[a] for a, axis in enumerate("xyz")}
+    for contact, members in zip(contacts, pad.patches(count), strict=True):
+        share = pad.weights[members] / pad.weights[members].sum()
+        middle = share @ pad.points[members]
+        opposite = shift + np.cross(turn, middle - centre)
+        normal = share @ pad.normals[members]
+        normal /= np.linalg.norm(normal)
+        moved = [sum(q[dof] * c for dof, c in direction.items()) for direction in contact.directions]
+        relative = share @ u[members] - opposite
+        assert moved[2] == pytest.approx(normal @ relative, rel=1e-9)
+        assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(relative), rel=1e-9)
+        assert contact.law.kt == pytest.approx(LAW.kt * pad.weights[members].sum(), rel=1e-12)
+        assert contact.law.preload == pytest.approx(LAW.preload * pad.weights[members].sum(), rel=1e-12)
+        rows = structure.rows(contact.directions)
+        for axis in np.eye(3):
+            for rigid_shift, rigid_turn in ((axis, np.zeros(3)), (np.zeros(3), axis)):
+                rigid = np.zeros(structure.size)
+                for node, k in place.items():
+                    for a, value in zip("xyz", rigid_shift + np.cross(rigid_turn, pad.points[k]), strict=True):
+                        rigid[structure.index(f"{node}.{a}")] = value
+                forces = rows @ rigid
+                exact = rigid_shift + np.cross(rigid_turn, middle)
+                assert forces[2] == pytest.approx(normal @ exact, abs=1e-12)
+
+
+def test_as_many_points_as_nodes_or_more_are_the_contacts_at_the_nodes():
+    for points in (45, 46, 1000):
+        assert wedge_on_a_pad(points)[2] == wedge_on_a_pad()[2]
+    assert len(wedge_on_a_pad(44)[2]) == 44
+
+
+def test_the_nodes_of_patches_have_the_contacts_that_they_have_alone():
+    """Law, directions, start and balance of each node come back from the patches, after a change of the law too."""
+    structure, _, patches = wedge_on_a_pad(7, balanced=True)
+    _, _, alone = wedge_on_a_pad(balanced=True)
+    problem = ss.Problem(structure, patches, (ss.Force("pad/1.x", 1.0),), ("pad/1.x",))
+    softer = problem.with_contacts(lambda contact: contact.with_law(contact.law.share(0.5)))
+    for found, factor in ((problem.at_nodes, 1.0), (softer.at_nodes, 0.5)):
+        own = {contact.name: contact for contact in found.contacts}
+        assert sorted(own) == sorted(contact.name for contact in alone)
+        for contact in alone:
+            same = own[contact.name]
+            assert (same.tangential, same.normal, same.balanced) == (contact.tangential, contact.normal, True)
+            for name in ("kt", "kn", "preload", "mu"):
+                expected = getattr(contact.law, name) * (factor if name != "mu" else 1.0)
+                assert getattr(same.law, name) == pytest.approx(expected, rel=1e-12)
+    assert problem.at_nodes.at_nodes is not problem
+    assert found.at_nodes is found
+
+
+def test_gaps_of_the_mesh_are_means_over_patches():
+    low, up = facing_surfaces(lambda x, y: 1e-6 + 1.5e-3 * x)
+    law = ss.Gap(kn=1e6, gap=2e-6)
+    alone = {contact.name: contact for contact in ss.surface_contacts("s", law, low, up, mesh_gap=True)}
+    for patch in ss.surface_contacts("s", law, low, up, mesh_gap=True, points=3):
+        own = [alone[node.name].law.gap for node in patch.nodes]
+        assert patch.law.gap == pytest.approx(np.dot([node.share for node in patch.nodes], own), rel=1e-12)
+        np.testing.assert_allclose([contact.law.gap for contact in patch.at_nodes], own, rtol=1e-12)
+
+
+def test_a_mean_traction_of_a_patch_is_shared_by_its_nodes():
+    _, _, patches = wedge_on_a_pad(3, start=ss.MeanTraction(2.0))
+    tractions = [contact.starts[0].value for contact in patches[0].at_nodes]
+    assert sum(tractions) == pytest.approx(2.0)
+
+
+@each("points", (0, -1, 2.5, "a", float("nan")))
+def test_a_number_of_points_is_a_whole_one_from_1(points):
+    with pytest.raises(InputError, match=r"points must be (at least 1|a whole number)"):
+        wedge_on_a_pad(points)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.analyses.truncation import ALLOWED, modal_warning
+from stickslip.analyses.truncation import ALL_MODES, ALLOWED
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
 from stickslip.curves.curve import solve_curve
@@ -140,9 +140,9 @@ def test_the_response_reports_the_error_of_its_coordinates(whole, curves, balanc
 
 
 def test_warnings_name_the_output_that_all_modes_change_most():
-    assert not modal_warning(("a", "b"), np.array([0.5 * ALLOWED, -0.9 * ALLOWED]))
-    assert "change b at its highest peak by -3.0 %" in modal_warning(("a", "b"), np.array([0.01, -0.03]))
-    assert "could not be solved" in modal_warning(("a",), np.array([np.nan]))
+    assert not ALL_MODES.warning(("a", "b"), np.array([0.5 * ALLOWED, -0.9 * ALLOWED]))
+    assert "b changes at its highest peak by -3.0 %" in ALL_MODES.warning(("a", "b"), np.array([0.01, -0.03]))
+    assert "could not be solved" in ALL_MODES.warning(("a",), np.array([np.nan]))
 
 
 def test_coordinates_are_uncoupled_by_modal_damping(balances):

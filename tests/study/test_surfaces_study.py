@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from each import each
 
 import stickslip as ss
 from stickslip.checks import InputError
@@ -157,6 +158,28 @@ def test_loads_at_rest_hold_the_pull(folder):
 
 def test_notes_say_what_was_found(job):
     assert "L: 15 contacts on left/PLATR against damper, 329.6 mm2; mean normal 0.574, -0.819, 0" in job.notes
+
+
+def test_points_of_a_surface_stand_for_its_nodes(folder):
+    """4 points for the 15 nodes of one side; on the other, where 99 are asked for, all 15. Patches are softer."""
+    text = STUDY.replace('name = "L"', 'name = "L"\npoints = 4').replace('law = "iwan"', 'law = "iwan"\npoints = 99')
+    found = study(folder, text)
+    contacts = found.sweep.problem.contacts
+    assert [contact.name for contact in contacts[:4]] == ["L 1", "L 2", "L 3", "L 4"]
+    assert (len(contacts), sum(len(contact.nodes) for contact in contacts)) == (4 + 15, 15)
+    assert sum(contact.law.kt for contact in contacts[:4]) == pytest.approx(2e7)
+    assert any(note.startswith("L: 4 points of 15 nodes on left/PLATR against damper, 329.6 mm2") for note in found.notes)
+    assert any(note.startswith("contact 2: 15 contacts on right/PLATL") for note in found.notes)
+    every, patched = (job.sweep.problem.frequencies(stuck=True)[:4] for job in (study(folder, STUDY), found))
+    assert np.all((0.95 * every < patched) & (patched < every))
+
+
+@each(("value", "words"), (("0", "at least 1"), ("-1", "at least 1"), ("2.5", "whole number"), ('"a"', "whole number")))
+def test_points_of_a_surface_are_a_whole_number_from_1(value, words, folder):
+    with pytest.raises(InputError) as error:
+        study(folder, STUDY.replace('name = "L"', f'name = "L"\npoints = {value}'))
+    assert "points" in str(error.value)
+    assert words in str(error.value)
 
 
 def test_nodes_of_one_deck_that_face_each_other(folder):

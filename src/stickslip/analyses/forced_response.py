@@ -34,14 +34,15 @@ from stickslip.analyses.stability import with_stability
 from stickslip.analyses.stress import stress, with_stress
 from stickslip.analyses.time_check import TimeCheck, verify_in_time
 from stickslip.analyses.truncation import (
-    MODAL_ERROR,
+    ALL_MODES,
+    ALL_NODES,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
+    FinerProblem,
     coordinates_note,
     discretisation_errors,
+    errors_by,
     held_mean_warning,
-    modal_errors,
-    modal_warning,
     truncation_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
@@ -413,7 +414,7 @@ AUTOMATIC = 9
 class ForcedResponseWork(OneBalance):
     """A forced response as independent cases, one force level each; frequencies in Hz in the order of travel.
 
-    whole: the problem on all its modes, where `problem` is truncated.
+    finer: the problem on all its modes and with a contact at each node, where `problem` is truncated or has patches.
     """
 
     problem: Problem
@@ -426,7 +427,7 @@ class ForcedResponseWork(OneBalance):
     peak_tolerance: float = TOLERANCE
     measure: Measure = DISPLACEMENT_AMPLITUDE
     periods: int = 1
-    whole: Problem | None = None
+    finer: Problem | None = None
 
     @classmethod
     def of(
@@ -447,7 +448,7 @@ class ForcedResponseWork(OneBalance):
         Nt = _with_whole_delays(between("samples", samples, 1, MOST_SAMPLES), problem)
         if not positive("peak_tolerance", peak_tolerance) < 0.1:
             raise fault("peak_tolerance", "must lie between 0 and 0.1", peak_tolerance)
-        sentence, whole = "", problem
+        sentence, finer = "", problem.at_nodes
         reach = AUTOMATIC if isinstance(harmonics, str) else highest(harmonics_for(problem, harmonics, 'Or write "auto".'))
         problem = on_few_coordinates(problem, reach * max(frequencies))
         if isinstance(harmonics, str) and harmonics == "auto":
@@ -460,7 +461,7 @@ class ForcedResponseWork(OneBalance):
         if not exactly:
             refuse_unexcited(problem, measure)
         settings = (H, Nt, sentence, peak_tolerance, measure, int(periods))
-        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if whole is problem else whole)
+        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if finer is problem else finer)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -487,14 +488,24 @@ class ForcedResponseWork(OneBalance):
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
 
+    @property
+    def finer_problem(self) -> FinerProblem:
+        """What `finer` has more."""
+        return ALL_NODES if any(contact.nodes for contact in self.problem.contacts) else ALL_MODES
+
     @cached_property
-    def on_all_modes(self) -> HarmonicBalance | None:
-        """The balance on all modes, where that of the curves is on fewer coordinates."""
-        if self.whole is None:
+    def finer_balances(self) -> tuple[HarmonicBalance, HarmonicBalance] | None:
+        """The balance of `finer`, and of the same contacts on few coordinates."""
+        if self.finer is None:
             return None
-        structure = replace(self.whole.structure, C=self.whole.structural_damping, damping=None)
-        held = replace(self.whole, structure=structure, mean_springs=self.problem.mean_springs)
-        return HarmonicBalance(held, self.harmonics, self.samples, self.periods)
+        problem, how = self.problem, (self.harmonics, self.samples, self.periods)
+        structure = replace(self.finer.structure, C=self.finer.structural_damping, damping=None)
+        finer = HarmonicBalance(replace(self.finer, structure=structure, mean_springs=problem.mean_springs), *how)
+        if self.finer_problem is ALL_MODES:
+            return finer, self.balance
+        if problem.modes_to is None:
+            return finer, finer
+        return finer, HarmonicBalance(on_few_coordinates(finer.problem, 0.0, problem.modes_to), *how)
 
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
@@ -504,23 +515,24 @@ class ForcedResponseWork(OneBalance):
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
-        by_modes, by_modes_warning, held_mean = np.full(len(names), np.nan), "", ""
-        if self.on_all_modes is not None:
-            by_modes = modal_errors(self.on_all_modes, self.balance, curve, self.measure.over(self.periods))
-            by_modes_warning = modal_warning(names, by_modes)
-            springs = len(self.problem.mean_springs) - len(self.whole.mean_springs) if self.whole else 0
-            held_mean = held_mean_warning(self.balance, springs, curve, self.measure.over(self.periods))
+        finer, by_finer, held_mean = {}, "", ""
+        if self.finer is not None and self.finer_balances is not None:
+            measure = self.measure.over(self.periods)
+            change = errors_by(*self.finer_balances, self.balance, curve, measure)
+            finer, by_finer = {self.finer_problem.variable: change}, self.finer_problem.warning(names, change)
+            springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
+            held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             truncation_warning(self.harmonics, names, by_harmonics),
-            by_modes_warning,
+            by_finer,
             held_mean,
             sampling_warning(self.balance, curve)
             or samples_warning(self.samples, names, by_samples)
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "modal_error": by_modes}
-        return arrays | errors | {"case_message": message}
+        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples}
+        return arrays | errors | finer | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
@@ -540,11 +552,13 @@ class ForcedResponseWork(OneBalance):
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
         kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR}
+        for each in (ALL_MODES, ALL_NODES):
+            if any(each.variable in curve for curve in curves):
+                kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
-            kept["modal_error"] = MODAL_ERROR
             dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.structure.size}
-        if self.whole is not None:
-            dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.whole)
+            if self.finer is not None:
+                dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.finer)
         for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes

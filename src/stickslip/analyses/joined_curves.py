@@ -20,7 +20,7 @@ def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDAr
         if variable.dims[0] == "case" and "linear_point" not in variable.dims:
             values = dataset[variable.name].transpose(*variable.dims).values[case]
             found[variable.name] = _longer(values, variable.dims[1:], longer) if longer > 1 else np.asarray(values)
-    for name in ("truncation_error", "sampling_error", "modal_error"):
+    for name in ("truncation_error", "sampling_error", "modal_error", "patch_error"):
         if name in dataset:
             found[name] = dataset[name].values[case]
     return found

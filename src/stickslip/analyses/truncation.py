@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.checks import Array
+from stickslip.contact.point import Contact
 from stickslip.curves.curve import Curve
 from stickslip.harmonic.balance import HarmonicBalance, PathCondition
 from stickslip.harmonic.measure import Measure
@@ -36,10 +37,32 @@ SAMPLING_ERROR = {
     "long_name": "change of the output at its highest peak by more samples, estimated",
 }
 
-MODAL_ERROR = {
-    "units": "1",
-    "long_name": "relative change of the output at its highest peak when it is solved on all modes of the structure",
-}
+
+@dataclass(frozen=True)
+class FinerProblem:
+    """That on which the highest peaks are solved once more: `variable` of the results holds the relative change of the outputs;
+    allowed: the change from which on a curve comes with a warning."""
+
+    variable: str
+    words: str
+    allowed: float
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        return {"units": "1", "long_name": f"relative change of the output at its highest peak when it is solved {self.words}"}
+
+    def warning(self, outputs: tuple[str, ...], errors: Array) -> str:
+        """What to say where a highest peak changes, or could not be solved; empty where neither is so."""
+        if np.isnan(errors).all():
+            return f"The highest peak could not be solved {self.words}: what that changes is unknown."
+        worst = int(np.nanargmax(np.abs(errors)))
+        if not abs(errors[worst]) > self.allowed:
+            return ""
+        return f"{outputs[worst]} changes at its highest peak by {100.0 * errors[worst]:.1f} % when it is solved {self.words}."
+
+
+ALL_MODES = FinerProblem("modal_error", "on all modes of the structure", ALLOWED)
+ALL_NODES = FinerProblem("patch_error", "with a contact at each node of the patches", 0.01)
 
 SAMPLES_PER_HARMONIC = 8
 
@@ -82,25 +105,43 @@ def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> 
     return found
 
 
-def modal_errors(whole: HarmonicBalance, few: HarmonicBalance, curve: Curve, measure: Measure) -> Array:
-    """The relative change of each output (outputs,) at its highest peak on all modes; few: the balance of the curve.
+def errors_by(finer: HarmonicBalance, few: HarmonicBalance, balance: HarmonicBalance, curve: Curve, measure: Measure) -> Array:
+    """The relative change of each output (outputs,) at its highest peak when it is solved with `finer`.
 
-    The peak of all modes is a little beside that of the few. There the phase of the output is the same in the first order, while
-    its amplitude is at its maximum; so the output is solved at the phase it had, with the frequency as an unknown. Outputs whose
+    finer: the problem of the curve, that of `balance`, on all modes and with a contact at each node of its patches; few: the
+    contacts of `finer` on few coordinates.
+
+    The finer peak is a little beside that of the curve. There the phase of the output is the same in the first order, while its
+    amplitude is at its maximum; so the output is solved at the phase it had, with the frequency as an unknown. Outputs whose
     curve has no peak are solved at the frequency of their largest point. NaN where Newton's method does not arrive.
     """
-    errors = np.full(len(few.problem.outputs), np.nan)
-    for output, highest in highest_points(few, curve, measure).items():
-        point, w, row = highest.point, highest.evaluation.w, few.rows + output
+    errors = np.full(len(balance.problem.outputs), np.nan)
+    for output, highest in highest_points(balance, curve, measure).items():
+        point, X = highest.point, highest.evaluation.w[balance.rows + output]
+        row = finer.rows + output
         condition = fixed("omega", point.omega)
         if curve.peaks and curve.peaks[output]:
-            weight, (a, b) = np.zeros_like(w), w[row, few.first]
-            weight[row, few.first] = np.array([-b, a]) / (a * a + b * b)
+            weight, (a, b) = np.zeros((finer.rows + errors.size, X.size)), X[balance.first]
+            weight[row, balance.first] = np.array([-b, a]) / (a * a + b * b)
             condition = PathCondition("omega", weight, 0.0, 0.0)
-        solution = solved_on_all_modes(whole, few, point, condition)
+        start = replace(point, forces=_at_nodes(balance.problem.contacts, point.forces))
+        solution = solved_on_all_modes(finer, few, start, condition)
+        if solution is None:  # of large changes the frequency runs away, unless the contact forces are about right
+            near = solved_on_all_modes(finer, few, start, fixed("omega", point.omega))
+            solution = None if near is None else solved_on_all_modes(finer, few, near.point, condition)
         if solution is not None:
-            errors[output] = measure.size(solution.w[row], solution.point.omega) / measure.size(w[row], point.omega) - 1.0
+            errors[output] = measure.size(solution.w[row], solution.point.omega) / measure.size(X, point.omega) - 1.0
     return errors
+
+
+def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
+    """λ of contacts with that of patches shared by their nodes, as if these all moved as their mean: (rows, 2H+1)."""
+    shared, row = [], 0
+    for contact in contacts:
+        own = forces[row : row + len(contact.directions)]
+        shared += [node.share * own for node in contact.nodes] or [own]
+        row += len(own)
+    return np.concatenate(shared)
 
 
 def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Array:
@@ -162,16 +203,6 @@ def held_mean_warning(balance: HarmonicBalance, springs: int, curve: Curve, meas
     return ""
 
 
-def modal_warning(outputs: tuple[str, ...], errors: Array) -> str:
-    """What to say where all modes change a highest peak, or where it was not solved on them; empty where neither is so."""
-    if np.isnan(errors).all():
-        return "The highest peak could not be solved on all modes of the structure: the effect of those left out is unknown."
-    worst = int(np.nanargmax(np.abs(errors)))
-    if not abs(errors[worst]) > ALLOWED:
-        return ""
-    return f"All modes of the structure change {outputs[worst]} at its highest peak by {100.0 * errors[worst]:.1f} %."
-
-
 def coordinates_note(few: Problem, whole: Problem) -> str:
     """On which coordinates a problem was solved, and which means were held, for the first lines of a result."""
     note = (
@@ -187,16 +218,15 @@ def coordinates_note(few: Problem, whole: Problem) -> str:
     return note
 
 
-def modal_sentences(dataset: xr.Dataset) -> list[str]:
-    """On which coordinates a response was solved, and how much its highest peaks change on all modes."""
-    if "coordinates_chosen" not in dataset.attrs:
-        return []
-    errors = dataset["modal_error"].values
-    if np.isnan(errors).all():
-        return [str(dataset.attrs["coordinates_chosen"])]
-    case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
-    checked = (
-        f"Solved once more on all modes, the highest peaks change by {100.0 * abs(errors[case, output]):.2g} % at most "
-        f"({dataset['output'].values[output]} at force level {float(dataset['force_level'][case]):g})."
-    )
-    return [str(dataset.attrs["coordinates_chosen"]), checked]
+def finer_sentences(dataset: xr.Dataset) -> list[str]:
+    """On which coordinates a response was solved, and how much its highest peaks change on all modes, or with all nodes."""
+    sentences = [str(dataset.attrs["coordinates_chosen"])] if "coordinates_chosen" in dataset.attrs else []
+    for finer in (ALL_MODES, ALL_NODES):
+        if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
+            errors = dataset[finer.variable].values
+            case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
+            sentences.append(
+                f"Solved once more {finer.words}, the highest peaks change by {100.0 * abs(errors[case, output]):.2g} % at most "
+                f"({dataset['output'].values[output]} at force level {float(dataset['force_level'][case]):g})."
+            )
+    return sentences

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.checks import fault, finite, several, square, storable
+from stickslip.checks import Array, fault, finite, several, square, storable
 from stickslip.contact.law import Elements, Law
 from stickslip.contact.start import MeanTraction, SliderOffset, Start, TractionRatio
 
@@ -43,6 +44,19 @@ def node(name: str) -> Motion:
     return motion
 
 
+def mean(motions: Sequence[Motion], shares: Sequence[float] | Array) -> Motion:
+    """The mean motion of several places, each with its share: Σ share_k u_k. A force on it acts on each with its share."""
+
+    def motion(direction: Sequence[float]) -> Direction:
+        total: dict[str, float] = {}
+        for place, share in zip(motions, shares, strict=True):
+            for dof, coefficient in place(direction).items():
+                total[dof] = total.get(dof, 0.0) + share * coefficient
+        return total
+
+    return motion
+
+
 def difference(a: Direction, b: Direction) -> dict[str, float]:
     """The coefficients of a − b."""
     total = dict(a)
@@ -65,12 +79,28 @@ def between(a: str, b: str) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
+class PatchNode:
+    """A node of a patch of a contact surface, for which the contact of the patch stands.
+
+    name, tangential, normal: of the contact that it has where each node has its own; share: of the patch, by area; further: how
+    much larger its gap is than that of the patch [m].
+    """
+
+    name: str
+    share: float
+    tangential: tuple[Direction, ...]
+    normal: Direction | None
+    further: float = 0.0
+
+
+@dataclass(frozen=True)
 class Contact:
     """One contact point: law, directions, start state.
 
     tangential: no, one or two directions t1, t2; normal: the closing direction, if the law has a varying normal load.
     start: one rule for all directions, or one per tangential direction.
     balanced: z is counted from the preloaded equilibrium: the structure feels N − N0 (else the whole N).
+    nodes: of a patch of a surface, those whose mean motion it has (`surface_contacts`).
     """
 
     name: str
@@ -79,6 +109,7 @@ class Contact:
     normal: Direction | None = None
     start: Start | tuple[Start, ...] = field(default_factory=SliderOffset)
     balanced: bool = False
+    nodes: tuple[PatchNode, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         storable("The name of a contact", self.name)
@@ -149,6 +180,21 @@ class Contact:
     def starts(self) -> tuple[Start, ...]:
         """The start rule of each tangential direction."""
         return self.start if isinstance(self.start, tuple) else (self.start,) * len(self.tangential)
+
+    @property
+    def at_nodes(self) -> tuple[Contact, ...]:
+        """The contacts of the nodes of a patch, which share its law and mean traction by area; of any other contact itself."""
+        return tuple(self._at_node(each) for each in self.nodes) or (self,)
+
+    def _at_node(self, each: PatchNode) -> Contact:
+        law: Any = self.law.share(each.share)
+        if each.further:
+            law = replace(law, gap=law.gap + each.further)
+        starts = tuple(
+            replace(start, value=np.multiply(each.share, start.value).tolist()) if isinstance(start, MeanTraction) else start
+            for start in self.starts
+        )
+        return Contact(each.name, law, each.tangential, each.normal, starts, self.balanced)
 
     def with_start(self, start: Start | tuple[Start, ...]) -> Contact:
         """A copy with another start state."""

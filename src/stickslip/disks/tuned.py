@@ -252,7 +252,7 @@ class TunedDisk(Problem):
             )
         tangential = tuple(self._named(direction, sector) for direction in contact.tangential)
         normal = None if contact.normal is None else self._named(contact.normal, sector)
-        return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal)
+        return replace(contact, name=f"{sector} {contact.name}", tangential=tangential, normal=normal, nodes=())
 
     def _force(self, force: Force, sector: int) -> Force:
         turn = np.exp(-2j * np.pi * self.engine_order * (sector - 1) / self.sectors)

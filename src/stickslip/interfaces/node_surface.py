@@ -18,7 +18,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from stickslip.checks import Array, Index, InputError, fault, nearest, vector
-from stickslip.contact.point import Motion, node
+from stickslip.contact.point import Motion, mean, node
+from stickslip.interfaces.bisection import bisected
 from stickslip.structure.matrices import Structure
 
 FLAT = 1e-9
@@ -155,16 +156,7 @@ class NodeSurface:
         shares = self._shares(point)
         if shares is None:
             return None
-        places = [(node(self.nodes[corner]), share) for corner, share in shares.items()]
-
-        def motion(direction: Sequence[float]) -> dict[str, float]:
-            total: dict[str, float] = {}
-            for place, share in places:
-                for dof, coefficient in place(direction).items():
-                    total[dof] = total.get(dof, 0.0) + share * coefficient
-            return total
-
-        return motion
+        return mean([node(self.nodes[corner]) for corner in shares], list(shares.values()))
 
     def gap(self, point: Sequence[float], normal: Sequence[float]) -> float:
         """How far the surface stands off a point along a direction [m]; negative where it has passed it, NaN beyond its edge."""
@@ -179,6 +171,12 @@ class NodeSurface:
         if self._plane.rank < 2:
             raise InputError(f"Surface {self.name!r} must have nodes that do not lie on a line, to have places between them.")
         return self._plane.shares(vector("point", point, 3))
+
+    def patches(self, count: int, among: Index | None = None) -> list[Index]:
+        """The nodes, or those `among` them, in so many patches of about equal area, compact in space: their numbers, patch by
+        patch."""
+        chosen = np.arange(len(self.nodes)) if among is None else among
+        return [chosen[part] for part in bisected(self._plane.flat[chosen], self.weights[chosen], count)]
 
     @cached_property
     def _plane(self) -> _Plane:

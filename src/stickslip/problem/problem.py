@@ -348,6 +348,13 @@ class Problem:
         """A copy with every contact changed: `problem.with_contacts(lambda c: c.with_law(law))`."""
         return replace(self, contacts=tuple(change(contact) for contact in self.contacts))
 
+    @property
+    def at_nodes(self) -> Problem:
+        """The problem with a contact at each node of its patches (`surface_contacts`), or itself where it has none."""
+        if not any(contact.nodes for contact in self.contacts):
+            return self
+        return replace(self, contacts=tuple(each for contact in self.contacts for each in contact.at_nodes))
+
     def with_start(self, start: Start) -> Problem:
         """A copy with one start rule at every contact."""
         return self.with_contacts(lambda contact: contact.with_start(start))

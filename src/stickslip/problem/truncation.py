@@ -47,8 +47,11 @@ def on_few_coordinates(problem: Problem, frequency: float, modes_to: float | Non
     """The problem truncated, its loose means held, where contacts are many; else itself.
 
     frequency [Hz]: the highest that is balanced, H times that of the excitation; modes_to [Hz]: that of earlier results.
+    Patches count with all their nodes, since their highest peaks are solved with all nodes in any case: on few coordinates 144
+    rows of patches of two finite-element blades took 13 CPU s, on 996 degrees of freedom 99, and their means were loose.
     """
-    if problem.structure.shapes is not None or (modes_to is None and len(problem.B) < MANY_ROWS):
+    rows = sum(len(contact.directions) * max(len(contact.nodes), 1) for contact in problem.contacts)
+    if problem.structure.shapes is not None or (modes_to is None and rows < MANY_ROWS):
         return problem
     if modes_to is None and not can_be_truncated(problem):
         return problem

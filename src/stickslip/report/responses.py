@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.analyses.stress import has_stress
-from stickslip.analyses.truncation import ALLOWED, modal_sentences, truncation_warning
+from stickslip.analyses.truncation import ALL_NODES, ALLOWED, finer_sentences, truncation_warning
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.analyses.variability.percentiles import has_percentiles
 from stickslip.checks import counted
@@ -41,7 +41,7 @@ def sentences(dataset: xr.Dataset) -> list[str]:
     if _bounds_alone(dataset):
         return bound_sentences(dataset)
     chosen = dataset.attrs.get("harmonics_chosen")
-    lines = [*([f"{chosen}."] if chosen else []), *modal_sentences(dataset)]
+    lines = [*([f"{chosen}."] if chosen else []), *finer_sentences(dataset)]
     measure = measure_in(dataset)
     of = "" if measure == DISPLACEMENT_AMPLITUDE else f", {measure.words}"
     lines += [f"highest peaks of {dataset['output'].values[0]}{of}"]
@@ -99,7 +99,9 @@ def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
     kind = kind_words(dataset, case)
     words = f"{float(dataset['force_level'][case]):g}, {kind}" if kind else f"{float(dataset['force_level'][case]):<8g}"
-    return f"  force {words} {peak_words(dataset, case)}"
+    change = float(dataset[ALL_NODES.variable].values[case, 0]) if ALL_NODES.variable in dataset else np.nan
+    with_all_nodes = f"   with all nodes {100.0 * change:+.2g} %" if np.isfinite(change) else ""
+    return f"  force {words} {peak_words(dataset, case)}{with_all_nodes}"
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.analyses.truncation import modal_sentences
+from stickslip.analyses.truncation import finer_sentences
 from stickslip.analyses.variability.bounds_dataset import detached, has_bounds
 from stickslip.checks import Array, counted
 from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, QUANTITIES, Measure
@@ -264,7 +264,7 @@ def _overview_of(label: str, dataset: xr.Dataset, several: bool) -> str:
     whole = f"All {count} points converged" if good == count else f"{good} of {count} points converged"
     seconds = f"{float(dataset.attrs['cpu_seconds']):.3g} s of processor time"
     chosen = str(dataset.attrs.get("harmonics_chosen", ""))
-    note = " ".join([f"{whole}; {seconds}.", *([f"Chosen by “auto”: {chosen}."] if chosen else []), *modal_sentences(dataset)])
+    note = " ".join([f"{whole}; {seconds}.", *([f"Chosen by “auto”: {chosen}."] if chosen else []), *finer_sentences(dataset)])
     answers = [*([bounds_headline(detached(dataset))] if has_bounds(dataset) else []), headline(dataset)]
     return head + "".join(f'<p class="headline">{text(answer)}</p>' for answer in answers) + f'<p class="note">{text(note)}</p>'
 

@@ -47,6 +47,7 @@ def solved_on_all_modes(
 def _step(whole: HarmonicBalance, few: HarmonicBalance, evaluation: Evaluation, condition: PathCondition) -> tuple[Array, float]:
     """Newton's change of λ (rows, 2H+1) and of the parameter: J dλ = −R on the unknown entries, the known ones at once."""
     point = evaluation.point
+    # Called by itself, the kernel of these gains would be compiled anew in every process: more than all the rest takes.
     gains = few.evaluate(point).state.gains
     factors = few.factorise(Evaluation(point, evaluation.table, evaluation.state._replace(gains=gains)), condition)
     mask, offsets = factors.mask, factors.offsets

@@ -79,6 +79,15 @@ class SurfaceTable(ContactTable):
     mesh_gap: Annotated[
         bool, Field(description="add to `gap` how far the set of nodes opposite stands off each node of the mesh")
     ] = False
+    points: Annotated[
+        int | None,
+        Field(
+            ge=1,
+            le=100_000,
+            description="so many contacts, each the mean of a patch of nodes, in place of one at each node; what that changes of "
+            "the highest peaks is computed",
+        ),
+    ] = None
     mean_pressure: Annotated[
         NotNegative,
         PRESSURE,

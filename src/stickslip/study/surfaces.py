@@ -44,8 +44,8 @@ def contacts_on(table: SurfaceTable, number: int, parts: Parts, units: Units) ->
     if isinstance(table, FrictionTable):
         start = start_rules(table.start, units, 2, law.elements(2, law.has_normal).friction[0].stiffness.size)
     more: dict[str, Any] = {"start": start, "balanced": getattr(table, "balanced", False), "mesh_gap": table.mesh_gap}
-    contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, **more)
-    return contacts, _note(name, surface, len(contacts), table, _middle(table, against, parts))
+    contacts = surface_contacts(name, law, surface, against, tangent=table.tangent, points=table.points, **more)
+    return contacts, _note(name, surface, contacts, table, _middle(table, against, parts))
 
 
 def force_on(table: ForceTable, parts: Parts, units: Units) -> Force:
@@ -103,13 +103,17 @@ def _pressed(law: Law, pressure: float, surface: NodeSurface) -> Law:
     return pressed
 
 
-def _note(name: str, surface: NodeSurface, count: int, table: SurfaceTable, opposite: Array | None) -> str:
+def _note(name: str, surface: NodeSurface, contacts: tuple[Contact, ...], table: SurfaceTable, opposite: Array | None) -> str:
     """What was found, and what is likely a slip."""
     middle = surface.weights @ surface.normals
     normal = ", ".join(f"{axis:.3g}" for axis in np.round(middle / np.linalg.norm(middle), 6) + 0.0)
     area = f", {1e6 * surface.area:.4g} mm2" if surface.area else ""
-    found = [f"{name}: {counted(count, 'contact')} on {table.surface} against {table.against}{area}; mean normal {normal}"]
-    left = len(surface.nodes) - count
+    touching = sum(len(contact.at_nodes) for contact in contacts)
+    what = counted(len(contacts), "contact")
+    if len(contacts) < touching:
+        what = f"{counted(len(contacts), 'point')} of {counted(touching, 'node')}"
+    found = [f"{name}: {what} on {table.surface} against {table.against}{area}; mean normal {normal}"]
+    left = len(surface.nodes) - touching
     if left:
         found.append(
             f"{counted(left, 'node has', 'nodes have')} nothing opposite and no contact: their share of kt and kn is lost"
