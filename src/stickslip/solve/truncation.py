@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.more_harmonics import pad, resolved
 from stickslip.solve.sensitivity import respond, solved_factors
 
 MARGIN = 16
@@ -95,36 +95,3 @@ def solved_change(
     start = np.linalg.norm(X + size[:, None] * sampled[:, : balance.columns][:, counted], axis=1)
     moved = np.linalg.norm(found.evaluation.w[rows, counted], axis=1) - start
     return np.asarray(np.abs(moved) / np.maximum(size, np.finfo(float).tiny))
-
-
-def pad(forces: Array, columns: int) -> Array:
-    """λ with more harmonics (zeros) or fewer."""
-    padded = np.zeros((forces.shape[0], columns))
-    kept = min(forces.shape[1], columns)
-    padded[:, :kept] = forces[:, :kept]
-    return padded
-
-
-def resolved(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
-    """The same point with the harmonics of `finer`, started from the padded solution."""
-    point = evaluation.point
-    start = Point(pad(point.forces, finer.columns), point.omega, point.level)
-    correction = correct(finer, start, fixed("omega", point.omega), iterations=30, halvings=10)
-    if correction.converged:
-        return correction
-    correction = correct(finer, start, fixed("omega", point.omega), iterations=40, patience=30)
-    return correction if correction.converged else _two_by_two(finer, evaluation)
-
-
-def _two_by_two(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
-    """The same point with two harmonics more at a time: at once they may leave Newton's method too far from the solution."""
-    samples, known = finer.tables.E.shape[0], (evaluation.point.forces.shape[1] - 1) // 2
-    point = evaluation.point
-    for harmonics in (*range(known + 2, finer.highest, 2), finer.highest):
-        between = finer if harmonics == finer.highest else HarmonicBalance(finer.problem, harmonics, samples)
-        start = Point(pad(point.forces, between.columns), point.omega, point.level)
-        correction = correct(between, start, fixed("omega", point.omega), iterations=30, halvings=10)
-        if not correction.converged:
-            break
-        point = correction.evaluation.point
-    return correction
