@@ -79,16 +79,17 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
 
 
 def solved_change(
-    finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array
+    finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array, steps: int
 ) -> Array:
     """By how much the amplitude of each output changes where the point is solved with `finer` at its frequency:
     ||X'| − |X||/|X| of the counted columns together, (outputs,); NaN where Newton's method does not get there.
 
     Of large changes, for which one step is wrong, the phase is left out: at a peak it is a shift of the resonance, which in the
-    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself.
+    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself; steps: the
+    most damped ones.
     """
     rows = slice(balance.rows, None)
-    found, X = resolved(finer, evaluation), evaluation.w[rows, counted]
+    found, X = resolved(finer, evaluation, steps), evaluation.w[rows, counted]
     if not found.converged:
         return np.full(X.shape[0], np.nan)
     size = np.linalg.norm(X, axis=1)
