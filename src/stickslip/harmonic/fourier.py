@@ -35,8 +35,8 @@ def fourier(harmonics: int, samples: int) -> Fourier:
         raise fault("samples", f"must be at least 4 H + 2 = {4 * harmonics + 2}", samples, "Use more samples.")
     # Angles through exact multiples of 1/Nt, so that symmetric samples give symmetric values.
     turns = (np.arange(2 * harmonics + 1)[:, None] * np.arange(samples)[None, :]) % samples
-    angles = 2.0 * np.pi * turns / samples
-    cosine, sine = np.cos(angles), np.sin(angles)
+    angles = 2.0 * np.pi * np.arange(samples) / samples
+    cosine, sine = np.cos(angles)[turns], np.sin(angles)[turns]
     E = np.empty((samples, 2 * harmonics + 1))
     E[:, 0] = 1.0
     E[:, 1::2] = cosine[1 : harmonics + 1].T
