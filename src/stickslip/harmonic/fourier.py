@@ -45,8 +45,9 @@ def fourier(harmonics: int, samples: int) -> Fourier:
     D[:, 1::2], D[:, 2::2] = -order * E[:, 2::2], order * E[:, 1::2]
     P = (2.0 / samples) * E.T.copy()
     P[0] = 1.0 / samples
-    start = np.zeros((2 * harmonics + 1, 1))
-    cosines, sines = (np.ascontiguousarray(np.hstack([start, np.cumsum(table, axis=1)])) for table in (cosine, sine))
+    cosines, sines = np.zeros((2, 2 * harmonics + 1, samples + 1))
+    np.cumsum(cosine, axis=1, out=cosines[:, 1:])
+    np.cumsum(sine, axis=1, out=sines[:, 1:])
     return Fourier(E, D, P, cosines, sines)
 
 
