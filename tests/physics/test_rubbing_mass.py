@@ -77,10 +77,10 @@ def test_the_work_comes_close_to_that_of_rigid_friction(A):
 
 
 def test_a_list_without_the_mean_needs_no_spring_and_has_the_same_estimate():
-    held, odd = response(1.5, 41), response(1.5, list(range(1, 42, 2)), spring=0.0)
+    """Gross slip: force and work are those of friction that changes its sign twice, whatever the harmonics."""
+    held, odd = response(15.0, 5, 256), response(15.0, [1, 3, 5], 256, spring=0.0)
     assert float(odd.amplitude[0, 0, 0]) == pytest.approx(float(held.amplitude[0, 0, 0]), rel=1e-9)
-    assert float(odd.truncation_error[0, 0]) == pytest.approx(float(held.truncation_error[0, 0]), rel=1e-3)
-    assert float(held.truncation_error[0, 0]) > 0.004
+    assert max(float(each.truncation_error[0, 0]) for each in (held, odd)) < 1e-9
 
 
 @pytest.mark.parametrize("A", [1.01, 1.2, 1.5])
