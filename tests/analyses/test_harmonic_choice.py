@@ -12,7 +12,8 @@ from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.loads import Output
 from stickslip.rigs import chain_of_three, lumped_blisk, single_blade, single_mass
-from stickslip.solve.truncation import resolved, truncation_at
+from stickslip.solve.more_harmonics import resolved
+from stickslip.solve.truncation import truncation_at
 from stickslip.units import hertz
 
 

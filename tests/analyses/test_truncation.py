@@ -14,7 +14,7 @@ from stickslip.harmonic.balance import HarmonicBalance
 from stickslip.outcome import Outcome
 from stickslip.report.failures import warnings_of
 from stickslip.report.responses import sentences
-from stickslip.solve.truncation import resolved
+from stickslip.solve.more_harmonics import resolved
 
 CASES = {
     "one mass": (ss.rigs.single_mass(), ss.radians_per_second(0.5, 2.0), 1.3, (1, 3, 5)),

@@ -12,7 +12,8 @@ from stickslip.checks import InputError, between, fault, positive
 from stickslip.curves.curve import solve_curve
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance
 from stickslip.problem import Problem
-from stickslip.solve.truncation import Truncation, enough_beyond, resolved, truncation_at
+from stickslip.solve.more_harmonics import resolved
+from stickslip.solve.truncation import Truncation, enough_beyond, truncation_at
 
 FIRST, MOST = 3, 63
 SAMPLES_PER_HARMONIC = 8

@@ -22,9 +22,9 @@ from stickslip.harmonic.balance import Evaluation, HarmonicBalance, PathConditio
 from stickslip.harmonic.fourier import real_harmonics
 from stickslip.solve.continuation import trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, Tangent
+from stickslip.solve.more_harmonics import pad
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.steps import StepControl
-from stickslip.solve.truncation import pad
 from stickslip.solve.two_ways import Followed, followed_both_ways
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
+from stickslip.solve.more_harmonics import STEPS
 from stickslip.solve.newton import correct, fixed
 from stickslip.solve.truncation import change_by, enough_beyond, solved_change
 
@@ -79,6 +80,11 @@ MOST_UNKNOWNS = 3000
 """Size of the Newton matrix of the estimate: larger ones would cost as much as a curve, so that fewer harmonics are taken."""
 
 
+LEAST_SPENT = 3e10
+"""(Rows of the Newton matrix)³ times steps that the estimate may take, two seconds of computing or so; more where the curve took
+more."""
+
+
 def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, Array]:
     """What more harmonics, and what more samples, would change of every output at its highest peak, else at the largest point:
     (outputs,) each; NaN without a point, and where the contacts that slip are so many that no harmonic beyond H can be looked at.
@@ -86,11 +92,13 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
     Of the first harmonic where peaks are of its amplitude, else of all harmonics of the motion together.
     """
     errors, known = np.full((2, len(balance.problem.outputs)), np.nan), dict[float, Array]()
+    spent = max(LEAST_SPENT, sum(float(point.iterations) * point.active**3 for point in curve.points))
+    counted = balance.first if measure.kind == "amplitude" else slice(1, None)
     for output, highest in highest_points(balance, curve, measure).items():
         omega = highest.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
-            known[near] = _at_point(balance, highest, balance.first if measure.kind == "amplitude" else slice(1, None))
+            known[near] = _at_point(balance, highest, counted, spent)
         errors[:, output] = known[near][:, output]
     return errors[0], errors[1]
 
@@ -144,13 +152,14 @@ def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
     return np.concatenate(shared)
 
 
-def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Array:
-    """By harmonics and by samples, (2, outputs), with the same many samples, so that neither counts the other."""
+def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice, spent: float) -> Array:
+    """By harmonics and by samples, (2, outputs), with the same many samples, so that neither counts the other; spent: as
+    `LEAST_SPENT`."""
     rows = min(max(point.active / balance.kept.size, 1.0), balance.problem.structure.size)
     beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
     if beyond < balance.highest + 2:
         return np.full((2, len(balance.problem.outputs)), np.nan)
-    finer = finer_balance(balance.problem, beyond, MORE_SAMPLES * balance.tables.E.shape[0])
+    finer = finer_balance(balance, beyond)
     sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
     by_samples = change_by(sampled, balance, point.evaluation, counted)
     by_harmonics = change_by(finer, balance, point.evaluation, counted)
@@ -159,15 +168,18 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice) -> Ar
     for k, (more, before) in enumerate([(finer, by_samples), (sampled, np.zeros_like(by_samples))]):
         large = errors[k] > ALLOWED
         if large.any():
-            solved = solved_change(more, balance, point.evaluation, counted, before)
+            steps = min(STEPS, int(spent / (rows * more.kept.size) ** 3))
+            solved = solved_change(more, balance, point.evaluation, counted, before, steps)
             errors[k] = np.where(large & np.isfinite(solved), solved, errors[k])
     return errors
 
 
-def finer_balance(problem: Problem, harmonics: int, samples: int) -> HarmonicBalance:
-    """The balance with more harmonics; samples: of the coarse one, at least."""
-    enough = max(samples, SAMPLES_PER_HARMONIC * harmonics)
-    return HarmonicBalance(problem, harmonics, enough + -enough % problem.systems.sample_multiple)
+def finer_balance(balance: HarmonicBalance, beyond: int) -> HarmonicBalance:
+    """The balance with all harmonics up to `beyond` and more samples. The mean stays out where a list leaves it out: it is zero
+    there, and where friction alone holds a body it would make the matrix singular."""
+    harmonics = beyond if balance.kept[0] == 0 else tuple(range(1, beyond + 1))
+    samples = max(MORE_SAMPLES * balance.tables.E.shape[0], SAMPLES_PER_HARMONIC * beyond)
+    return HarmonicBalance(balance.problem, harmonics, samples + -samples % balance.problem.systems.sample_multiple)
 
 
 def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:

@@ -251,6 +251,13 @@ class HarmonicBalance:
         other.system = self.system._replace(table=table)
         return other
 
+    def with_harmonics(self, most: int) -> HarmonicBalance:
+        """The same balance with its harmonics up to another number: of a list those that it holds, else all of them."""
+        listed = most if isinstance(self.harmonics, int) else [h for h in self.harmonics if h <= most]
+        other = HarmonicBalance(self.problem, listed, self.tables.E.shape[0])
+        other.periods, other.system = self.periods, other.system._replace(table=self.table, control=self.system.control)
+        return other
+
     @property
     def control(self) -> Control | None:
         """The amplitude that the force level holds, or None where the level is given."""

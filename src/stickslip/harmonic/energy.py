@@ -138,7 +138,7 @@ class EnergyBalance:
         moving = q[:, 1:]
         stress = self._applied(lambda h: self._elastic(h, omega), q)
         E, repeats = self.balance.tables.E[:, 1:], systems.repeats
-        energies = 0.5 * np.einsum("ni,ij,nj->n", E, moving.T @ stress, E)
+        energies = 0.5 * np.sum((E @ (moving.T @ stress)) * E, axis=1)
         spectrum = np.fft.rfft(energies)
         spectrum[np.arange(spectrum.size) % repeats != 0] = 0.0
         averaged = np.fft.irfft(spectrum, energies.size) if repeats > 1 else energies

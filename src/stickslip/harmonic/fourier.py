@@ -35,8 +35,8 @@ def fourier(harmonics: int, samples: int) -> Fourier:
         raise fault("samples", f"must be at least 4 H + 2 = {4 * harmonics + 2}", samples, "Use more samples.")
     # Angles through exact multiples of 1/Nt, so that symmetric samples give symmetric values.
     turns = (np.arange(2 * harmonics + 1)[:, None] * np.arange(samples)[None, :]) % samples
-    angles = 2.0 * np.pi * turns / samples
-    cosine, sine = np.cos(angles), np.sin(angles)
+    angles = 2.0 * np.pi * np.arange(samples) / samples
+    cosine, sine = np.cos(angles)[turns], np.sin(angles)[turns]
     E = np.empty((samples, 2 * harmonics + 1))
     E[:, 0] = 1.0
     E[:, 1::2] = cosine[1 : harmonics + 1].T
@@ -45,8 +45,9 @@ def fourier(harmonics: int, samples: int) -> Fourier:
     D[:, 1::2], D[:, 2::2] = -order * E[:, 2::2], order * E[:, 1::2]
     P = (2.0 / samples) * E.T.copy()
     P[0] = 1.0 / samples
-    start = np.zeros((2 * harmonics + 1, 1))
-    cosines, sines = (np.ascontiguousarray(np.hstack([start, np.cumsum(table, axis=1)])) for table in (cosine, sine))
+    cosines, sines = np.zeros((2, 2 * harmonics + 1, samples + 1))
+    np.cumsum(cosine, axis=1, out=cosines[:, 1:])
+    np.cumsum(sine, axis=1, out=sines[:, 1:])
     return Fourier(E, D, P, cosines, sines)
 
 

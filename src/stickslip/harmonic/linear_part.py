@@ -133,7 +133,8 @@ def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> dict[int, S
     if systems.alike:
         key = systems.key(0)
         return {key: wave_states(systems.waves(0)) if systems.uncoupled else states(systems.at(0))}
-    sharing = {systems.key(h): [k for k in harmonics if systems.key(k) == systems.key(h)] for h in reversed(harmonics)}
+    keys = [systems.key(h) for h in harmonics]
+    sharing = {key: [h for h, own in zip(harmonics, keys, strict=True) if own == key] for key in reversed(keys)}
     return {key: wave_states(_waves(systems, those)) for key, those in sharing.items()}
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.harmonic.balance import HarmonicBalance, Parameter
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.held_amplitude import first_held
+from stickslip.solve.more_harmonics import resolved
 from stickslip.solve.newton import Correction, correct, fixed
 from stickslip.solve.steps import StepControl, Steps
 
@@ -36,13 +37,17 @@ INFINITE = "The response grows without bound."
 GROWN = 100.0
 """Growth of the vibration within `STILL` of the frequency, after which nothing bounds the response of an undamped structure."""
 
+FEW = 20
+"""Harmonics up to which a ramp is cheap; more are reached from fewer."""
+
 MET = 1e-7
 """Arc length within which a curve is back at a point; below the smallest step."""
 
 
 def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correction:
-    """A solved point at a frequency and level: Newton from the stuck state by descent, else a ramp of the force level from a
-    thousandth of it, else Newton with the patience to cross kinks, which costs more than the ramp and fails more often.
+    """A solved point at a frequency and level: Newton from the stuck state by descent, else with few harmonics first, else a
+    ramp of the force level from a thousandth of it, else Newton with the patience to cross kinks, which costs more than the ramp
+    and fails more often.
 
     Where the balance holds an amplitude, the level is the one that holds it.
     """
@@ -51,11 +56,25 @@ def first_point(balance: HarmonicBalance, omega: float, level: float) -> Correct
     descent = _descended(balance, omega, level, iterations=20)
     if descent.converged or descent.singular:
         return descent
+    if balance.highest > FEW:
+        carried = _from_fewer(balance, omega, level)
+        if carried is not None and carried.converged:
+            return carried
     ramped = _ramped(balance, omega, level)
     if ramped is not None and ramped.converged:
         return ramped
     patient = _patient(balance, omega, level)
     return patient if patient.converged else descent
+
+
+def _from_fewer(balance: HarmonicBalance, omega: float, level: float) -> Correction | None:
+    """The first point with a third of the harmonics, carried to all of them; None where there is none, and where the load acts on
+    more than these."""
+    fewer = balance.highest // 3
+    if any(harmonic > fewer for force in balance.problem.forces for harmonic in force.factors):
+        return None
+    first = first_point(balance.with_harmonics(fewer), omega, level)
+    return resolved(balance, first.evaluation) if first.converged else None
 
 
 def solve_cold(balance: HarmonicBalance, omega: float, level: float) -> Correction:

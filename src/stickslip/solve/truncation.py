@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.newton import Correction, correct, fixed
+from stickslip.solve.more_harmonics import pad, resolved
 from stickslip.solve.sensitivity import respond, solved_factors
 
 MARGIN = 16
@@ -79,52 +79,20 @@ def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Eval
 
 
 def solved_change(
-    finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array
+    finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array, steps: int
 ) -> Array:
     """By how much the amplitude of each output changes where the point is solved with `finer` at its frequency:
     ||X'| − |X||/|X| of the counted columns together, (outputs,); NaN where Newton's method does not get there.
 
     Of large changes, for which one step is wrong, the phase is left out: at a peak it is a shift of the resonance, which in the
-    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself.
+    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself; steps: the
+    most damped ones.
     """
     rows = slice(balance.rows, None)
-    found, X = resolved(finer, evaluation), evaluation.w[rows, counted]
+    found, X = resolved(finer, evaluation, steps), evaluation.w[rows, counted]
     if not found.converged:
         return np.full(X.shape[0], np.nan)
     size = np.linalg.norm(X, axis=1)
     start = np.linalg.norm(X + size[:, None] * sampled[:, : balance.columns][:, counted], axis=1)
     moved = np.linalg.norm(found.evaluation.w[rows, counted], axis=1) - start
     return np.asarray(np.abs(moved) / np.maximum(size, np.finfo(float).tiny))
-
-
-def pad(forces: Array, columns: int) -> Array:
-    """λ with more harmonics (zeros) or fewer."""
-    padded = np.zeros((forces.shape[0], columns))
-    kept = min(forces.shape[1], columns)
-    padded[:, :kept] = forces[:, :kept]
-    return padded
-
-
-def resolved(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
-    """The same point with the harmonics of `finer`, started from the padded solution."""
-    point = evaluation.point
-    start = Point(pad(point.forces, finer.columns), point.omega, point.level)
-    correction = correct(finer, start, fixed("omega", point.omega), iterations=30, halvings=10)
-    if correction.converged:
-        return correction
-    correction = correct(finer, start, fixed("omega", point.omega), iterations=40, patience=30)
-    return correction if correction.converged else _two_by_two(finer, evaluation)
-
-
-def _two_by_two(finer: HarmonicBalance, evaluation: Evaluation) -> Correction:
-    """The same point with two harmonics more at a time: at once they may leave Newton's method too far from the solution."""
-    samples, known = finer.tables.E.shape[0], (evaluation.point.forces.shape[1] - 1) // 2
-    point = evaluation.point
-    for harmonics in (*range(known + 2, finer.highest, 2), finer.highest):
-        between = finer if harmonics == finer.highest else HarmonicBalance(finer.problem, harmonics, samples)
-        start = Point(pad(point.forces, between.columns), point.omega, point.level)
-        correction = correct(between, start, fixed("omega", point.omega), iterations=30, halvings=10)
-        if not correction.converged:
-            break
-        point = correction.evaluation.point
-    return correction
