@@ -61,7 +61,7 @@ class LocalCluster:
         file = folder / "scheduler.json"
         self._start("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", file, "--no-dashboard")
         ends = time.monotonic() + 120.0
-        while not file.exists():
+        while not (file.exists() and file.read_text().endswith("}")):  # the scheduler may still be writing it
             assert time.monotonic() < ends
             time.sleep(0.1)
         self.address = json.loads(file.read_text())["address"]
