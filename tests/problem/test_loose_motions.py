@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.analyses.truncation import coordinates_note, held_mean_warning
 from stickslip.contact.macroslip import Macroslip
 from stickslip.contact.point import Contact
+from stickslip.curves.curve import solve_curve
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.problem import Problem
 from stickslip.problem.loose_motions import SOFT, loose_motions, soft_springs
 from stickslip.structure.matrices import Structure
@@ -65,3 +69,18 @@ def test_the_vibration_does_not_depend_on_the_spring():
     assert response.dataset["share_slip"].max() > 0.1
     np.testing.assert_allclose(amplitudes[0], amplitudes[2], rtol=1e-4)
     np.testing.assert_allclose(amplitudes[1], amplitudes[2], rtol=1e-4)
+
+
+def test_peaks_are_checked_not_to_depend_on_the_spring(monkeypatch):
+    problem = wedge_between()
+    held = replace(problem, mean_springs=soft_springs(problem))
+    balance = HarmonicBalance(held, 3, 128)
+    curve = solve_curve(balance, [2.0 * np.pi * 4.2], 6.0, exactly=True)
+    assert held_mean_warning(balance, 0, curve, DISPLACEMENT_AMPLITUDE) == ""
+    assert held_mean_warning(balance, 1, curve, DISPLACEMENT_AMPLITUDE) == ""
+    note = coordinates_note(replace(held, modes_to=100.0), problem)
+    assert "holds the mean position along body.z, which friction alone restrains" in note
+    monkeypatch.setattr("stickslip.analyses.truncation.INDEPENDENT", -1.0)
+    assert "left.x depends on the springs that hold mean positions" in held_mean_warning(
+        balance, 1, curve, DISPLACEMENT_AMPLITUDE
+    )

@@ -225,7 +225,7 @@ def coordinates_note(few: Problem, whole: Problem) -> str:
         along = ", ".join(spring.direction)
         note += (
             f" A spring of {spring.stiffness:.2g} N/m holds the mean position along {along}, which friction alone restrains; the "
-            "vibration does not depend on it."
+            "highest peaks are solved with a stiffer one too, and a warning says where they depend on it."
         )
     return note
 
