@@ -1,8 +1,12 @@
 """A page as a browser would read it: elements, table cells, and the charts with their numbers written out."""
 
+import base64
 import itertools
 import json
 from html.parser import HTMLParser
+from math import isfinite
+
+import numpy as np
 
 from stickslip.report import write
 
@@ -64,7 +68,10 @@ def decoded(part, parts):
     if isinstance(part, list):
         return [decoded(value, parts) for value in part]
     if isinstance(part, dict) and "factor" in part:
-        return [None if value is None else value * part["factor"] for value in parts[part["part"]]]
+        values = decoded(parts[part["part"]], parts)
+        return [None if value is None or not isfinite(value) else value * part["factor"] for value in values]
+    if isinstance(part, dict) and part.get("kind") == "Float32Array":
+        return np.frombuffer(base64.b64decode(part["bytes"]), "<f4").astype(float).tolist()
     if isinstance(part, dict) and "part" in part:
         found = decoded(parts[part["part"]], parts)
         return found | {key: value for key, value in part.items() if key != "part"} if isinstance(found, dict) else found

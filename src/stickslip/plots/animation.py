@@ -134,12 +134,14 @@ class Animation(MovingPicture):
             x = body.centre[0] + m * body.motion[:, :1] + np.cos(angle) * arm[:, 0] - np.sin(angle) * arm[:, 1]
             y = body.centre[1] + m * body.motion[:, 1:2] + np.sin(angle) * arm[:, 0] + np.cos(angle) * arm[:, 1]
             found.append(Polyline("section", 1e3 * _closed(x), 1e3 * _closed(y), "grey", filled=True))
-        largest = max((float(np.linalg.norm(point.force, axis=1).max()) for point in motion.points), default=0.0)
-        for k, point in enumerate(motion.points):
-            foot = point.place + m * point.motion
-            tip = foot + DRAWN_FORCE * self._extent / (largest or 1.0) * point.force
-            x, y = _arrow(foot, tip, 0.035 * self._extent)
-            found.append(Polyline("section", 1e3 * x, 1e3 * y, "ink", f"force, largest {largest:.3g} N" if k == 0 else ""))
+        if motion.points:
+            # One trace holds all arrows: a trace for each would cost more than everything else with hundreds of contacts.
+            force = np.stack([point.force for point in motion.points], axis=1)
+            foot = np.stack([point.place + m * point.motion for point in motion.points], axis=1)
+            largest = float(np.linalg.norm(force, axis=2).max())
+            tip = foot + DRAWN_FORCE * self._extent / (largest or 1.0) * force
+            x, y = _arrows(foot, tip, 0.035 * self._extent)
+            found.append(Polyline("section", 1e3 * x, 1e3 * y, "ink", f"force, largest {largest:.3g} N"))
         for state, words in enumerate(STATES):
             places = [np.where((p.state == state)[:, None], p.place + m * p.motion, np.nan) for p in motion.points]
             if places and (state != 2 or any(np.any(p.state == state) for p in motion.points)):
@@ -330,15 +332,15 @@ def _platform(face: FaceMotion, magnification: float, thick: float) -> Polyline:
     return Polyline("section", 1e3 * _closed(corners[..., 0]), 1e3 * _closed(corners[..., 1]), "pale", filled=True)
 
 
-def _arrow(foot: Array, tip: Array, head: float) -> tuple[Array, Array]:
-    """Shaft and head of arrows (frames, 2) as lines (frames, 6)."""
+def _arrows(foot: Array, tip: Array, head: float) -> tuple[Array, Array]:
+    """Shafts and heads of arrows (frames, arrows, 2) as lines (frames, 6 for each arrow), with a gap after each."""
     along = tip - foot
-    size = np.linalg.norm(along, axis=1, keepdims=True)
+    size = np.linalg.norm(along, axis=2, keepdims=True)
     unit = np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
-    across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+    across = np.stack([-unit[..., 1], unit[..., 0]], axis=2)
     back = np.minimum(head, size)
     left, right = (tip - back * (unit + side * 0.5 * across) for side in (1.0, -1.0))
-    points = np.stack([foot, tip, left, tip, right], axis=1)
+    points = np.stack([foot, tip, left, tip, right, np.full_like(tip, np.nan)], axis=2).reshape(len(foot), -1, 2)
     return points[..., 0], points[..., 1]
 
 

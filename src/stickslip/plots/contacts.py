@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,18 +59,21 @@ def hysteresis_loops(dataset: xr.Dataset) -> Chart:
     return Chart("Loops at the highest peak", panels, columns=len(lines) if shown else 1, note=note, legend=False)
 
 
-def loops_of(dataset: xr.Dataset, row: ContactRow, most: int, own: bool = False, step: int = 1) -> Chart:
-    """The loops of one contact at all force levels in one panel; own: each centred and to its own size, to compare shapes;
-    step: of the samples drawn."""
+def loops_of(dataset: xr.Dataset, most: int, step: int = 1) -> Callable[[ContactRow, bool], Chart]:
+    """The loops of one contact at all force levels in one panel; step: of the samples drawn.
+
+    What is returned draws them for a row; own: each centred and to its own size, to compare shapes.
+    """
     chosen = representatives(dataset.isel(sample=slice(None, None, step)), most)
-    layers = [
-        _loop(chosen.dataset, case, row, line["style"], line["label"], own)
-        for case, line in enumerate(case_lines(chosen.dataset))
-    ]
-    axes = loop_axes(dataset)
-    if own:
-        axes = Axis("relative displacement over half its range"), Axis("contact force over half its range")
-    return Chart(f"Loops at the highest peak: {row.label}", [Panel(*axes, layers, height=3.8)], note=chosen.words)
+    lines, axes = case_lines(chosen.dataset), loop_axes(dataset)
+    shapes = Axis("relative displacement over half its range"), Axis("contact force over half its range")
+
+    def drawn(row: ContactRow, own: bool) -> Chart:
+        layers = [_loop(chosen.dataset, case, row, line["style"], line["label"], own) for case, line in enumerate(lines)]
+        panel = Panel(*(shapes if own else axes), layers, height=3.8)
+        return Chart(f"Loops at the highest peak: {row.label}", [panel], note=chosen.words)
+
+    return drawn
 
 
 def loops_at(dataset: xr.Dataset, case: int, point: int, rows: list[ContactRow], samples: int) -> Chart:

@@ -115,14 +115,6 @@ def resolved(part: Any, dark: bool) -> Any:
     return part
 
 
-def colour_names(part: Any) -> set[str]:
-    """Names of all colours in a description."""
-    if isinstance(part, str):
-        return {part[1:]} if part.startswith("@") else set()
-    parts = part.values() if isinstance(part, Mapping) else part if isinstance(part, list) else ()
-    return {name for value in parts for name in colour_names(value)}
-
-
 def escaped(text: str) -> str:
     """A text as it is: plotly.js reads a little HTML, MathJax formulas, and this module names of colours."""
     text = html.escape(text, quote=False).replace("$", "&#36;")

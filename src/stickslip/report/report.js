@@ -22,7 +22,7 @@ function decoded(part) {
     const arrays = part.sum.map(decoded);
     return arrays[0].map((_, k) => part.weights.reduce((total, weight, i) => total + weight * arrays[i][k], 0));
   }
-  if ("factor" in part) return data.parts[part.part].map(x => x === null ? null : x * part.factor);
+  if ("factor" in part) return Array.from(decoded(data.parts[part.part]), x => Number.isFinite(x) ? x * part.factor : null);
   if ("part" in part) return decoded(data.parts[part.part]);
   return Object.fromEntries(Object.entries(part).map(([key, value]) => [key, decoded(value)]));
 }

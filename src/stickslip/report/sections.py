@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -182,7 +182,8 @@ def loops(datasets: Datasets, charts: Charts) -> str:
             step = max(1, dataset.sizes["sample"] // SAMPLES_OF_MANY) if many else 1
             sizes = f"in N and {length_unit(dataset).name}", "each to its own size"
             choices = Choice("Contact", list(dict.fromkeys([first, *rows]))), Choice("Loops", sizes)
-            html += charts.place("chart-loops", partial(_loops, dataset, rows, sizes[1], step), choices, label)
+            draw = loops_of(dataset, MOST_SHOWN, step)
+            html += charts.place("chart-loops", partial(_loops, draw, rows, sizes[1]), choices, label)
     note = (
         '<p class="note">One period at the highest peak of the first output. '
         "Double-click a level in the legend to see it alone.</p>"
@@ -190,8 +191,10 @@ def loops(datasets: Datasets, charts: Charts) -> str:
     return section("loops", "Hysteresis loops", html, note)
 
 
-def _loops(dataset: xr.Dataset, rows: Mapping[str, ContactRow], own: str, step: int, contact: str, size: str) -> Chart:
-    return loops_of(dataset, rows[contact], MOST_SHOWN, size == own, step)
+def _loops(
+    draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, ContactRow], own: str, contact: str, size: str
+) -> Chart:
+    return draw(rows[contact], size == own)
 
 
 def states(datasets: Datasets, charts: Charts) -> str:
