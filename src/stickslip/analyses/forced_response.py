@@ -498,14 +498,14 @@ class ForcedResponseWork(OneBalance):
         """The balance of `finer`, and of the same contacts on few coordinates."""
         if self.finer is None:
             return None
-        problem, how = self.problem, (self.harmonics, self.samples, self.periods)
+        how = self.harmonics, self.samples, self.periods
+        nodes, modes_to = self.finer_problem is ALL_NODES, self.problem.modes_to
+        few = self.problem if not nodes else self.finer if modes_to is None else on_few_coordinates(self.finer, 0.0, modes_to)
         structure = replace(self.finer.structure, C=self.finer.structural_damping, damping=None)
-        finer = HarmonicBalance(replace(self.finer, structure=structure, mean_springs=problem.mean_springs), *how)
-        if self.finer_problem is ALL_MODES:
+        finer = HarmonicBalance(replace(self.finer, structure=structure, mean_springs=few.mean_springs), *how)
+        if not nodes:
             return finer, self.balance
-        if problem.modes_to is None:
-            return finer, finer
-        return finer, HarmonicBalance(on_few_coordinates(finer.problem, 0.0, problem.modes_to), *how)
+        return finer, finer if modes_to is None else HarmonicBalance(few, *how)
 
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""

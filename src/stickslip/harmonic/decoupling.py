@@ -32,6 +32,7 @@ from stickslip.harmonic.receptance import (
     WAVE_FIRST,
     WAVE_SECOND,
 )
+from stickslip.problem import Problem
 from stickslip.problem.systems import LinearSystem, Wave
 
 NEGLIGIBLE, ROUNDED = 1e-8, 1e-10
@@ -53,6 +54,9 @@ CONDITION = 1e5
 Rounding ε splits a double pole with one eigenvector by √ε, which gives 1e7 to 1e8 whatever the last bits; only a pair of poles
 within about 1e-10 of coalescing passes the limit, and below it rounding grows to 1e-11 at most.
 """
+
+STILL = 1e30
+"""1/ω² [s²] of a state that follows the mean alone: at 1e-6 rad/s its gain is 1e-18 already."""
 
 FIRSTS, SECONDS = (PAIR_FIRST, BLOCK_FIRST, WAVE_FIRST), (PAIR_SECOND, BLOCK_SECOND, WAVE_SECOND)
 
@@ -117,6 +121,26 @@ def _real_states(
     output, source, shape, receiver = (np.ascontiguousarray(part) for part in (output, source, shape, receiver))
     above = np.empty((0, 0)) if above is None else np.ascontiguousarray(above)
     return States(output, source, shape, receiver, kind.astype(np.int64), p, q, np.zeros(p.size), above)
+
+
+def mean_states(problem: Problem) -> States | None:
+    """States that springs on the mean add to those of the vibration; None without such springs.
+
+    With compliance G₀ of the stuck structure and springs of stiffness k along D, the mean follows the loads by
+
+        (K' + D k Dᵀ)⁻¹ = G₀ − g (k⁻¹ + Dᵀg)⁻¹ gᵀ,  g = G₀ D  (Woodbury).
+
+    The second part is a state for each spring with a gain of 1 at harmonic 0 and of nothing at the others: a mode of an inertia
+    beyond all others (`STILL`). So every harmonic shares the states of the vibration, which stay real.
+    """
+    if not problem.mean_springs:
+        return None
+    D = problem.structure.rows([spring.direction for spring in problem.mean_springs]).T
+    g = linalg.cho_solve(linalg.cho_factor(problem.stuck_stiffness), D)
+    compliance = np.diag([1.0 / spring.stiffness for spring in problem.mean_springs]) + D.T @ g
+    source = -linalg.solve(compliance, g.T, assume_a="pos").T
+    system, kind = problem.systems.at(1), np.full(len(D.T), REAL_MODE)
+    return _real_states(system, g, source, kind, np.zeros(kind.size), np.full(kind.size, STILL))
 
 
 def _first_order(inverse_squares: Array, damping: NDArray[Any]) -> NDArray[Any]:

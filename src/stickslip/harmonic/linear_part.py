@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from stickslip.checks import Array, Index
-from stickslip.harmonic.decoupling import States, partners, states, wave_states
+from stickslip.harmonic.decoupling import States, mean_states, partners, states, wave_states
 from stickslip.harmonic.orders import Harmonics, highest, orders
 from stickslip.harmonic.receptance import (
     Modes,
@@ -36,13 +36,12 @@ class LinearPart:
         static = np.zeros((*powers.shape, 2 * H + 1))
         static[:, :, 0] = powers
         systems = problem.systems
-        parts = _states(systems, held)
-        ends = dict(zip(parts, np.cumsum([part.kind.size for part in parts.values()]), strict=True))
-        first, last = np.zeros(H + 1, dtype=np.int64), np.zeros(H + 1, dtype=np.int64)
-        for h in held:
-            key = systems.key(h)
-            first[h], last[h] = ends[key] - parts[key].kind.size, ends[key]
-        joined = _joined(list(parts.values()))
+        groups = _states(systems, held)
+        joined = _joined([part for _, part in groups])
+        first, last, end = np.zeros(H + 1, dtype=np.int64), np.zeros(H + 1, dtype=np.int64), 0
+        for sharing, part in groups:
+            first[sharing], end = end, end + part.kind.size
+            last[sharing] = end
         kind = joined.kind
         self.problem, self.harmonics, self.highest = problem, harmonics, H
         self.modes = Modes(
@@ -128,20 +127,22 @@ def _pulled(given: Modes, omega: float, weighted: Array, columns: Index) -> Arra
     return boxed(pulled(modes, driven_states(modes, frequency_gains(modes, omega, harmonics), omega, columns), weighted))
 
 
-def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> dict[int, States]:
-    """The states by the key of the harmonics that share them."""
+def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> list[tuple[list[int], States]]:
+    """The harmonics that share states, and these."""
     if systems.alike:
-        key = systems.key(0)
-        return {key: wave_states(systems.waves(0)) if systems.uncoupled else states(systems.at(0))}
+        own = wave_states(systems.waves(1)) if systems.uncoupled else states(systems.at(1))
+        springs = mean_states(systems.problem)
+        return [(list(harmonics), own if springs is None else _joined([own, springs]))]
     keys = [systems.key(h) for h in harmonics]
     sharing = {key: [h for h, own in zip(harmonics, keys, strict=True) if own == key] for key in reversed(keys)}
-    return {key: wave_states(_waves(systems, those)) for key, those in sharing.items()}
+    return [(those, wave_states(_waves(systems, those))) for those in sharing.values()]
 
 
 def _coordinates(systems: HarmonicSystems, joined: States) -> dict[str, Array]:
     """The degrees of freedom as a basis of the motion, where they are fewer than the states of one structure."""
     none = np.empty((0, 0))
-    if not systems.alike or systems.uncoupled or joined.output.shape[0] >= joined.kind.size:
+    size = joined.kind.size - len(systems.problem.mean_springs)
+    if not systems.alike or systems.uncoupled or joined.output.shape[0] >= size:
         return {"basis": none, "output": none, "input": none}
     system = systems.at(0)
     basis = np.ascontiguousarray(np.vstack([system.B, system.outputs]), dtype=float)
@@ -156,9 +157,9 @@ def _waves(systems: HarmonicSystems, harmonics: list[int]) -> list[Wave]:
     return [Wave(shares, system._replace(C=np.zeros_like(system.C))) for shares, system in waves]
 
 
-def _joined(waves: list[States]) -> States:
-    """The states of all waves, one after the other; only a single one may hold states that drive each other."""
-    if len(waves) == 1:
-        return waves[0]
-    joined = {name: np.ascontiguousarray(np.hstack([getattr(wave, name) for wave in waves])) for name in States._fields[:-1]}
-    return States(**joined, above=np.empty((0, 0)))
+def _joined(parts: list[States]) -> States:
+    """The states of all parts, one after the other; only those of the first may drive each other."""
+    names = States._fields[:-1]
+    joined = {name: np.ascontiguousarray(np.hstack([getattr(part, name) for part in parts])) for name in names}
+    above, size = parts[0].above, joined["kind"].size
+    return States(**joined, above=np.pad(above, (0, size - len(above))) if above.size else above)

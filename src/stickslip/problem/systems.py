@@ -69,12 +69,13 @@ class HarmonicSystems:
 
     @property
     def alike(self) -> bool:
-        """Whether one real system serves every harmonic."""
-        return not self.problem.mean_springs and not self.stiffens
+        """Whether one real system serves every harmonic, the mean with the mean springs in addition."""
+        return not self.stiffens
 
     def key(self, harmonic: int) -> int:
         """A number that harmonics with one and the same system share."""
-        return harmonic if self.stiffens else 0 if self.alike else min(harmonic, 1)
+        alike = self.alike and not self.problem.mean_springs
+        return harmonic if self.stiffens else 0 if alike else min(harmonic, 1)
 
     def at(self, harmonic: int) -> LinearSystem:
         """The system of a harmonic."""

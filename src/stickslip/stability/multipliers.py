@@ -103,7 +103,7 @@ class PeriodMap:
     def _modes_at(self, omega: float) -> BlockModes:
         """The modes of the structure, of a problem with `speed` at that of a frequency."""
         problem = self.balance.problem.at_frequency(omega)
-        if not problem.systems.alike:
+        if not problem.systems.alike or problem.mean_springs:
             raise InputError(
                 "Stability must be asked for a structure that all harmonics share, but mean springs act on harmonic 0 alone, "
                 "and aerodynamics of a disk on vibration alone."

@@ -89,7 +89,7 @@ class TimeModel:
 def time_model(problem: Problem) -> TimeModel:
     """Decompose a problem once; `step_matrices` then serves every step size."""
     refuse_speed(problem, "Time integration")
-    if not problem.systems.alike:
+    if not problem.systems.alike or problem.mean_springs:
         raise InputError(
             "Time integration must see one structure for all harmonics, but a tuned disk has one for each nodal diameter, "
             "mean springs act on harmonic 0 alone, and aerodynamics of a disk on vibration alone. Integrate the full disk, "
