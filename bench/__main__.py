@@ -15,6 +15,7 @@ import page
 from cases import CASES
 from channel import Side
 from explorer import explorer
+from fe_blades import fe_blades
 from growth import grow
 from headline import headline
 from many_contacts import many_contacts
@@ -48,11 +49,7 @@ def source_commit() -> str:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python bench", description=__doc__)
-    parser.add_argument(
-        "--only",
-        choices=("headline", "limit", "growth", "many_contacts", "startup", "memory", "blade", "scaling", "explorer", "page"),
-        help="one part; the rest stays",
-    )
+    parser.add_argument("--only", choices=(*page.PARTS, "page"), help="one part; the rest stays")
     return parser.parse_args()
 
 
@@ -71,6 +68,7 @@ def _measure(found: dict[str, Any], only: str | None) -> None:
         "blade": lambda: _blade(stickslip, pyharm),
         "growth": lambda: grow(stickslip),
         "many_contacts": lambda: many_contacts(environment.stickslip_side),
+        "fe_blades": lambda: fe_blades(stickslip),
         "startup": lambda: {
             "stickslip": startup(environment.stickslip_side, {case: {} for case in STARTED_WITH}),
             "pyHarm": startup(environment.pyharm_side, {"B1 F=1": {"ds": 0.1}, "B2a": {"ds": 2.0}, "B2b": {"ds": 0.5}}),

@@ -9,7 +9,7 @@ from typing import Any
 import explorer
 import figures
 from page_comparison import accuracy, blade, headline, memory, startup
-from page_cost import growth, limit, many_contacts, scaling
+from page_cost import fe_blades, growth, limit, many_contacts, scaling
 
 PARTS: dict[str, Callable[[Any], str]] = {
     "headline": lambda found: headline(found) + "\n\n" + accuracy(found),
@@ -17,6 +17,7 @@ PARTS: dict[str, Callable[[Any], str]] = {
     "limit": limit,
     "growth": growth,
     "many_contacts": many_contacts,
+    "fe_blades": fe_blades,
     "blade": blade,
     "memory": memory,
     "scaling": scaling,
@@ -33,6 +34,7 @@ TITLES = (
     "Near the limit",
     "How cost grows",
     "Many contacts",
+    "Two finite-element blades",
     "The single blade with two dampers",
     "Peak memory",
     "Many cases on several cores",

@@ -113,6 +113,33 @@ varied. Dashed: the slope that the dominating part should give in the end.
 """ + "\n\n".join(sections)
 
 
+def fe_blades(found: dict[str, Any]) -> str:
+    """Time and memory of the command on two finite-element blades."""
+    rows = [
+        [
+            row["name"],
+            str(row["rows"]),
+            str(row["contacts"]),
+            f"{row['cpu']:.1f}",
+            f"{row['cpu'] / found['B2a']:.0f}",
+            f"{row['peak_memory_MiB']:.0f}" if row["peak_memory_MiB"] else "",
+        ]
+        for row in found["rows"]
+    ]
+    head = ("problem", "rows of a blade", "contacts", "CPU s", "sweeps of B2a", "peak memory, MiB")
+    return f"""
+## Two finite-element blades
+
+Two blades of quadratic elements with a wedge between their platforms, a contact at each node of both undersides or at 24 points
+a side. The whole command `stickslip run`: the files of the finite-element program are read and reduced, three force levels traced
+with their peaks, results and report written; each row is a process of its own with its kernels compiled. The last row is one
+frequency of a mass on rigid friction. For other machines the time is also given in sweeps of B2a with peaks,
+{1e3 * found["B2a"]:.0f} CPU ms in the same run.
+
+{markdown(head, rows)}
+"""
+
+
 def many_contacts(found: dict[str, Any]) -> str:
     """Time and memory of a point against the number of contact nodes."""
     rows = [

@@ -191,9 +191,7 @@ def loops(datasets: Datasets, charts: Charts) -> str:
     return section("loops", "Hysteresis loops", html, note)
 
 
-def _loops(
-    draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, ContactRow], own: str, contact: str, size: str
-) -> Chart:
+def _loops(draw: Callable[[ContactRow, bool], Chart], rows: Mapping[str, ContactRow], own: str, contact: str, size: str) -> Chart:
     return draw(rows[contact], size == own)
 
 
