@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from problem.loose_wedge import wedge_between
 from typer.testing import CliRunner
 
 import stickslip as ss
@@ -13,6 +14,7 @@ from stickslip.analyses import stability
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.cli import app
 from stickslip.plots.response_curves import response_curves
+from stickslip.problem.loose_motions import soft_springs
 from stickslip.report.conclusions import headline
 from stickslip.report.failures import warnings_of
 from stickslip.report.responses import sentences, tables
@@ -141,7 +143,22 @@ def test_results_with_stability_are_kept_in_files(duffing, tmp_path):
     assert np.array_equal(read.stability.values, duffing.dataset.stability.values)
 
 
-def test_mean_springs_are_refused():
+def test_soft_mean_springs_leave_the_stability_as_it_is():
+    """A wedge that friction alone holds along its axis: its slow return depends on the spring, what is unstable does not."""
+    problem, found = wedge_between(), []
+    (spring,) = soft_springs(problem)
+    for times in (0.1, 1.0):
+        held = replace(problem, mean_springs=(replace(spring, stiffness=times * spring.stiffness),))
+        found.append(ss.forced_response(held, ss.hertz(4.0, 4.9), 5.0, harmonics=3, samples=128).with_stability().dataset)
+    few, more = (np.hypot(*np.moveaxis(dataset.multiplier.values[0], -1, 0)).max() for dataset in found)
+    assert few == pytest.approx(more, rel=1e-5)
+    assert few > 1.01
+    stiff = replace(problem, mean_springs=(replace(spring, stiffness=100.0 * spring.stiffness),))
+    with pytest.raises(ss.InputError, match="stiff mean springs act on harmonic 0"):
+        ss.forced_response(stiff, [4.2], 1.0, harmonics=3, samples=64).with_stability()
+
+
+def test_stiff_mean_springs_are_refused():
     problem = rigs.lumped_blisk("R", sectors=4, engine_order=1)
     response = ss.forced_response(problem, [float(problem.frequencies(stuck=True)[0])], harmonics=1, samples=24)
     with pytest.raises(ss.InputError, match="mean springs act on harmonic 0 alone"):
