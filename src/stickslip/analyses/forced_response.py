@@ -501,8 +501,11 @@ class ForcedResponseWork(OneBalance):
         how = self.harmonics, self.samples, self.periods
         nodes, modes_to = self.finer_problem is ALL_NODES, self.problem.modes_to
         few = self.problem if not nodes else self.finer if modes_to is None else on_few_coordinates(self.finer, 0.0, modes_to)
-        structure = replace(self.finer.structure, C=self.finer.structural_damping, damping=None)
-        finer = HarmonicBalance(replace(self.finer, structure=structure, mean_springs=few.mean_springs), *how)
+        whole = self.finer
+        if few.mean_springs != whole.mean_springs:  # the damping of the modes is known already
+            structure = replace(whole.structure, C=whole.structural_damping, damping=None)
+            whole = replace(whole, structure=structure, mean_springs=few.mean_springs)
+        finer = HarmonicBalance(whole, *how)
         if not nodes:
             return finer, self.balance
         return finer, finer if modes_to is None else HarmonicBalance(few, *how)
@@ -556,7 +559,7 @@ class ForcedResponseWork(OneBalance):
             if any(each.variable in curve for curve in curves):
                 kept[each.variable] = each.attributes
         if self.problem.modes_to is not None:
-            dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.structure.size}
+            dataset.attrs |= {"modes_to": self.problem.modes_to, "coordinates": self.problem.systems.coordinates}
             if self.finer is not None:
                 dataset.attrs["coordinates_chosen"] = coordinates_note(self.problem, self.finer)
         for name, attributes in kept.items():

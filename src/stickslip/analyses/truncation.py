@@ -217,9 +217,10 @@ def held_mean_warning(balance: HarmonicBalance, springs: int, curve: Curve, meas
 
 def coordinates_note(few: Problem, whole: Problem) -> str:
     """On which coordinates a problem was solved, and which means were held, for the first lines of a result."""
+    wave = " for each nodal diameter" if few.structure.shapes is None else ""
     note = (
-        f"Solved on {few.structure.size} coordinates of {whole.structure.size}: the modes up to {few.modes_to:.4g} Hz with all "
-        "contacts stuck, and the shapes above them that contacts, loads and outputs feel."
+        f"Solved on {few.systems.coordinates} coordinates of {whole.structure.size}{wave}: the modes up to {few.modes_to:.4g} Hz "
+        "with all contacts stuck, and the shapes above them that contacts, loads and outputs feel."
     )
     for spring in few.mean_springs[len(whole.mean_springs) :]:
         along = ", ".join(spring.direction)

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from math import gcd
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from stickslip.checks import Array
 from stickslip.problem import modal_damping_matrix
 from stickslip.problem.systems import HarmonicSystems, LinearSystem, Wave
+from stickslip.problem.truncation import kept_shapes, load_and_output_rows
 from stickslip.structure.cyclic import WaveMatrices, sector_name
 from stickslip.structure.damping import ModalDamping, RayleighDamping
 from stickslip.structure.modes import Modes, natural_modes
@@ -41,6 +43,8 @@ class SectorSystems(HarmonicSystems):
         super().__init__(disk)
         self.disk, self.engine_order, self.sectors, self.gas = disk.disk, disk.engine_order, disk.sectors, disk.wave_stiffnesses
         self.repeats = self.sample_multiple = repeats(disk.sectors, disk.engine_order)
+        self._known: dict[int, LinearSystem] = {}
+        self._kept: dict[int, tuple[NDArray[Any], int]] = {}
 
     def key(self, harmonic: int) -> int:
         """The nodal diameter of a harmonic; −1 for harmonic 0 where springs act on the mean alone, or gas forces on vibration."""
@@ -49,6 +53,12 @@ class SectorSystems(HarmonicSystems):
         return -1 if harmonic == 0 and (self.problem.mean_springs or self.gas) else harmonic * self.engine_order % self.sectors
 
     def at(self, harmonic: int) -> LinearSystem:
+        key = self.key(harmonic)
+        if key not in self._known:
+            self._known[key] = self._found(harmonic)
+        return self._known[key]
+
+    def _found(self, harmonic: int) -> LinearSystem:
         n = harmonic * self.engine_order
         M, stuck, C = self.matrices(n)
         assert C is not None
@@ -59,6 +69,20 @@ class SectorSystems(HarmonicSystems):
             stuck, C = stuck + gas_stiffness, C + gas_damping
         system = LinearSystem(M, C, stuck, self.relative_rows(n), self.problem.output_rows)
         return self.stiffened(system, harmonic, self._added(n)) if self.stiffens else system
+
+    def kept(self, harmonic: int) -> tuple[NDArray[Any], int] | None:
+        """Those of the nodal diameter of a harmonic, found once."""
+        problem = self.problem
+        if problem.modes_to is None:
+            return None
+        key = self.key(harmonic)
+        if key not in self._kept:
+            system = self.at(harmonic)
+            M, K, B = (part if np.any(part.imag) else part.real for part in (system.M, system.K, system.B))
+            squares, scaled = linalg.eigh(M, K)
+            directions = load_and_output_rows(problem)
+            self._kept[key] = kept_shapes(squares, scaled, B, problem.contact_stiffness, directions, problem.modes_to)
+        return self._kept[key]
 
     def _added(self, nodal_diameter: int) -> NDArray[np.complex128]:
         """K₁ of a nodal diameter."""
@@ -87,10 +111,13 @@ class SectorSystems(HarmonicSystems):
 
     def matrices(self, nodal_diameter: int) -> WaveMatrices:
         """M, K + BᴴK_cB and C (the damping rule applied) of a nodal diameter, (n, n) complex."""
-        bare = self.disk.at(nodal_diameter)
-        B = self.relative_rows(nodal_diameter)
-        stuck = bare.K + B.conj().T @ (self.problem.contact_stiffness[:, None] * B)
+        bare, stuck = self.disk.at(nodal_diameter), self._stuck(nodal_diameter)
         return WaveMatrices(bare.M, stuck, self._damping(bare, stuck))
+
+    def _stuck(self, nodal_diameter: int) -> NDArray[np.complex128]:
+        """K + BᴴK_cB of a nodal diameter."""
+        B = self.relative_rows(nodal_diameter)
+        return np.asarray(self.disk.at(nodal_diameter).K + B.conj().T @ (self.problem.contact_stiffness[:, None] * B))
 
     def _damping(self, bare: WaveMatrices, stuck: NDArray[np.complex128]) -> NDArray[np.complex128]:
         if bare.C is not None:
@@ -106,7 +133,7 @@ class SectorSystems(HarmonicSystems):
     def modes(self, nodal_diameter: int, stuck: bool = True) -> Modes:
         """Natural modes of a nodal diameter with all contacts stuck, or without them; complex shapes of one sector."""
         bare = self.disk.at(nodal_diameter)
-        return natural_modes(bare.M, self.matrices(nodal_diameter).K if stuck else bare.K)  # type: ignore[arg-type]
+        return natural_modes(bare.M, self._stuck(nodal_diameter) if stuck else bare.K)  # type: ignore[arg-type]
 
     def frequencies(self, stuck: bool) -> Array:
         """Natural frequencies of all nodal diameters that the engine orders excite, Hz, ascending."""

@@ -132,6 +132,7 @@ class TunedDisk(Problem):
         for waves in (disk.masses, disk.stiffnesses, disk.dampings, self.systems.relative_rows(1)):
             digest.update(b"" if waves is None else np.ascontiguousarray(waves).tobytes())
         digest.update(f"engine order {self.engine_order} of {self.sectors}".encode())
+        digest.update(b"" if self.modes_to is None else f"modes to {self.modes_to!r} Hz".encode())
         if self.aerodynamics:
             digest.update(repr(self.wave_stiffnesses).encode())
         return digest.hexdigest()[:16]

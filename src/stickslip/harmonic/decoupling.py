@@ -34,6 +34,7 @@ from stickslip.harmonic.receptance import (
 )
 from stickslip.problem import Problem
 from stickslip.problem.systems import LinearSystem, Wave
+from stickslip.problem.truncation import uncoupled_beyond
 
 NEGLIGIBLE, ROUNDED = 1e-8, 1e-10
 """Modal damping off the diagonal that does not couple modes i and j: of √(c_i c_j), and of the largest damping, as it rounds.
@@ -213,9 +214,12 @@ def schur_states(system: LinearSystem, modes: StuckModes, damping: Array) -> Sta
     return _real_states(system, shapes, shapes, kind, p, q, np.triu(T, 1))
 
 
-def wave_states(waves: Sequence[Wave]) -> States:
-    """States of the uncoupled complex Hermitian waves of a structure: motion shares ⊗ z of the sectors for motion z of a wave."""
-    parts = [(shares[:, None], _wave(system)) for shares, system in waves]
+def wave_states(waves: Sequence[Wave], kept: tuple[NDArray[Any], int] | None = None) -> States:
+    """States of the uncoupled complex Hermitian waves of a structure: motion shares ⊗ z of the sectors for motion z of a wave.
+
+    kept: the shapes on which the waves are projected, and how many of these are modes, as `HarmonicSystems.kept` gives them.
+    """
+    parts = [(shares[:, None], _wave(system) if kept is None else _few(system, *kept)) for shares, system in waves]
     output = np.hstack([np.kron(shares, output) for shares, (output, *_) in parts])
     source = np.hstack([np.kron(shares, drive.conj().T) for shares, (_, drive, *_) in parts]).conj()
     shape, receiver, p, q = ([part[k] for _, part in parts] for k in range(2, 6))
@@ -234,6 +238,14 @@ def _wave(system: LinearSystem) -> tuple[NDArray[Any], ...]:
         poles, drive, output = _poles(squares, damping)
         output, drive, p, q = shapes @ output, drive @ shapes.conj().T, -poles, np.zeros(poles.size)
     return output, drive, np.vstack([system.B, system.outputs]) @ output, (drive @ system.B.conj().T).T, p, q
+
+
+def _few(system: LinearSystem, shapes: NDArray[Any], modes: int) -> tuple[NDArray[Any], ...]:
+    """As `_wave`, of the system projected on shapes (n, kept), the first of which are modes."""
+    adjoint = shapes.conj().T
+    M, C, K = (adjoint @ matrix @ shapes for matrix in system[:3])
+    output, drive, *rest = _wave(LinearSystem(M, uncoupled_beyond(modes, C), K, system.B @ shapes, system.outputs @ shapes))
+    return shapes @ output, drive @ adjoint, *rest
 
 
 def _poles(squares: Array, damping: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:

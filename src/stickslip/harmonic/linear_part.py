@@ -135,7 +135,7 @@ def _states(systems: HarmonicSystems, harmonics: tuple[int, ...]) -> list[tuple[
         return [(list(harmonics), own if springs is None else _joined([own, springs]))]
     keys = [systems.key(h) for h in harmonics]
     sharing = {key: [h for h, own in zip(harmonics, keys, strict=True) if own == key] for key in reversed(keys)}
-    return [(those, wave_states(_waves(systems, those))) for those in sharing.values()]
+    return [(those, wave_states(_waves(systems, those), systems.kept(those[0]))) for those in sharing.values()]
 
 
 def _coordinates(systems: HarmonicSystems, joined: States) -> dict[str, Array]:

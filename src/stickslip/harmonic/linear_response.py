@@ -36,7 +36,7 @@ def linear_amplitudes(balance: HarmonicBalance, frequencies: Array) -> tuple[Arr
     """
     rows, outputs = balance.rows, balance.problem.output_rows.shape[0]
     free, stuck = np.empty((frequencies.size, outputs)), np.empty((frequencies.size, outputs))
-    released = _without_contacts(balance) if rows > balance.problem.structure.size else _on_contact_rows(balance)
+    released = _without_contacts(balance) if rows > balance.problem.systems.coordinates else _on_contact_rows(balance)
     none = np.zeros((rows, balance.columns))
     for k, frequency in enumerate(frequencies):
         omega = 2.0 * np.pi * frequency
@@ -70,6 +70,11 @@ def _without_contacts(balance: HarmonicBalance) -> Callable[[float, Complex], Co
     K = stuck - B.conj().T @ (balance.stiffness[:, None] * B)
     powers = balance.problem.load_powers(balance.highest)
     loads = powers[:, :, 1] - 1j * powers[:, :, 2]
+    kept = balance.problem.systems.kept(1)
+    if kept is not None:
+        shapes = kept[0]
+        M, C, K = (shapes.conj().T @ matrix @ shapes for matrix in (M, C, K))
+        outputs, loads = outputs @ shapes, loads @ shapes.conj()
 
     def released(omega: float, motion: Complex) -> Complex:
         load = omega ** np.arange(len(loads)) @ loads

@@ -8,7 +8,7 @@ holes or recesses, which are cut out. That suits surfaces that are flat or gentl
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,9 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.checks import Array, Index, InputError, fault, nearest, vector
+from stickslip.checks import Array, Index, InputError, between, fault, nearest, vector
 from stickslip.contact.point import Motion, mean, node
 from stickslip.interfaces.bisection import bisected
+from stickslip.structure.cyclic import NEXT
+from stickslip.structure.cyclic_reduction import about, rotation
 from stickslip.structure.matrices import Structure
 
 FLAT = 1e-9
@@ -61,7 +63,8 @@ ROUNDING = 1e-9
 @dataclass(frozen=True, eq=False)
 class NodeSurface:
     """The nodes of a contact surface: names; points (n, 3) [m]; normals (n, 3), unit, out of the body to which the nodes belong;
-    weights (n,), the share of each node in the surface, sum 1; area [m²], 0 where the points lie on a line.
+    weights (n,), the share of each node in the surface, sum 1; area [m²], 0 where the points lie on a line. turn (3, 3): of the
+    axes of the nodes, None where these are those of the points.
     """
 
     name: str
@@ -70,6 +73,7 @@ class NodeSurface:
     normals: Array
     weights: Array
     area: float
+    turn: Array | None = None
 
     @classmethod
     def of(
@@ -135,7 +139,26 @@ class NodeSurface:
 
     def facing(self, point: Sequence[float]) -> NodeSurface:
         """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
-        return self._of_points(self.name, self.nodes, self.points, None, point)
+        return replace(self._of_points(self.name, self.nodes, self.points, None, point), turn=self.turn)
+
+    def following(self, sectors: int, axis: str = "z") -> NodeSurface:
+        """The same surface of the following sector of a disk, turned by 2π/N about an axis through the origin.
+
+        Its nodes are named "next/NODE", as contacts of a `TunedDisk` name them, and move in axes that are turned with them.
+        """
+        order = np.argsort(about(axis))
+        turn = rotation(between("sectors", sectors, 2))[np.ix_(order, order)]
+        nodes = tuple(f"{NEXT}{name}" for name in self.nodes)
+        points, normals = self.points @ turn.T, self.normals @ turn.T
+        return NodeSurface(self.name, nodes, points, normals, self.weights, self.area, turn)
+
+    def motion(self, number: int) -> Motion:
+        """The motion of a node of the surface, by its number, along directions in the axes of the points."""
+        own = node(self.nodes[number])
+        if self.turn is None:
+            return own
+        back = self.turn.T
+        return lambda direction: own(back @ np.asarray(direction))
 
     @property
     def size(self) -> float:
@@ -156,7 +179,7 @@ class NodeSurface:
         shares = self._shares(point)
         if shares is None:
             return None
-        return mean([node(self.nodes[corner]) for corner in shares], list(shares.values()))
+        return mean([self.motion(corner) for corner in shares], list(shares.values()))
 
     def gap(self, point: Sequence[float], normal: Sequence[float]) -> float:
         """How far the surface stands off a point along a direction [m]; negative where it has passed it, NaN beyond its edge."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.checks import Array, Index, InputError, between, fault, of_kind, vector
 from stickslip.contact.law import Law
-from stickslip.contact.point import Contact, Motion, PatchNode, contact_in_space, ground, mean, node
+from stickslip.contact.point import Contact, Motion, PatchNode, contact_in_space, ground, mean
 from stickslip.contact.start import Start
 from stickslip.interfaces.node_surface import NodeSurface
 
@@ -58,7 +58,7 @@ def surface_contacts(
         raise fault("mesh_gap", "must go with a surface opposite and a law that has a gap and kn", type(law).__name__)
     most = len(surface.nodes) if points is None else between("points", points, 1)
     along = surface.long_axis if tangent is None else vector("tangent", tangent, 3)
-    places = [node(each) for each in surface.nodes]
+    places = [surface.motion(k) for k in range(len(surface.nodes))]
     opposites = {k: motion for k, point in enumerate(surface.points) if (motion := _opposite(against, point)) is not None}
     if not opposites:
         raise InputError(f"Surface {surface.name!r} must touch what lies opposite, but none of its nodes does.")

@@ -68,19 +68,19 @@ def reduced(
         progress(1.0, f"reduction found in {file}")
     C = matrices["C"] if matrices["C"].size else None
     dofs = (*kept, *_mode_names(matrices["M"].shape[0] - len(kept)))
-    nodes, sets, mesh = _kept_nodes(model, kept), _kept_sets(model, places), model.located[1]
+    nodes, sets, mesh = kept_nodes(model, kept), kept_sets(model, places), model.located[1]
     found = model.surface
     surfaces = () if found is None else (MeshSurface(*found[:2], matrices["recovery"], dofs),)
     return Structure(matrices["M"], matrices["K"], dofs, C, damping, nodes=nodes, sets=sets, mesh_points=mesh, surfaces=surfaces)
 
 
-def _kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
+def kept_nodes(model: Model, kept: dict[str, int]) -> dict[str, Point]:
     """Coordinates of the kept nodes by their names in the reduced model."""
     names = {name.rpartition(".")[0]: model.dofs[row].rpartition(".")[0] for name, row in kept.items()}
     return {name: model.nodes[node] for name, node in names.items() if node in model.nodes}
 
 
-def _kept_sets(model: Model, places: tuple[Place, ...]) -> dict[str, tuple[str, ...]]:
+def kept_sets(model: Model, places: tuple[Place, ...]) -> dict[str, tuple[str, ...]]:
     """The nodes of each place by their names in the reduced model."""
     rows = {model.dofs[row].rpartition(".")[0]: name.rpartition(".")[0] for place in places for name, row in place.dofs.items()}
     return {place.name: tuple(dict.fromkeys(rows[node] for node in place.nodes if node in rows)) for place in places}

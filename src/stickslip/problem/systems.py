@@ -96,6 +96,17 @@ class HarmonicSystems:
         share = added / (max(harmonic, 1) * self.problem.speed.engine_order) ** 2
         return system._replace(M=system.M - share) if harmonic else system._replace(M=-share, C=np.zeros_like(system.C))
 
+    def kept(self, harmonic: int) -> tuple[NDArray[Any], int] | None:
+        """The shapes (n, kept) on which a truncated problem meets a harmonic, and how many of them are its modes; None where the
+        degrees of freedom of the structure are the coordinates."""
+        return None
+
+    @property
+    def coordinates(self) -> int:
+        """How many coordinates each harmonic is solved for."""
+        kept = self.kept(self.excited[-1])
+        return self.problem.structure.size if kept is None else kept[0].shape[1]
+
     def order(self, harmonic: int) -> int:
         """k of i k ω at which the system of a harmonic responds: the harmonic, or 1 for a mean that the speed stiffens."""
         return 1 if harmonic == 0 and self.stiffens else harmonic

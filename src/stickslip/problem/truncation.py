@@ -14,12 +14,13 @@ projected on all of them (Ritz). What was left out is known afterwards: the high
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
-from stickslip.checks import InputError, positive
+from stickslip.checks import Array, InputError, positive
 from stickslip.loads import BaseMotion
 from stickslip.problem.loose_motions import soft_springs
 from stickslip.problem.systems import HarmonicSystems
@@ -51,61 +52,92 @@ def on_few_coordinates(problem: Problem, frequency: float, modes_to: float | Non
     rows of patches of two finite-element blades took 13 CPU s, on 996 degrees of freedom 99, and their means were loose.
     """
     rows = sum(len(contact.directions) * max(len(contact.nodes), 1) for contact in problem.contacts)
-    if problem.structure.shapes is not None or (modes_to is None and rows < MANY_ROWS):
+    if problem.modes_to is not None or (modes_to is None and rows < MANY_ROWS):
         return problem
     if modes_to is None and not can_be_truncated(problem):
         return problem
     modes_to = modes_to or REACH * frequency
     if modes_to not in problem.known_few:
         few = truncated(problem, modes_to)
-        few = replace(few, mean_springs=(*few.mean_springs, *soft_springs(problem)))
-        problem.known_few[modes_to] = few if few.structure.size < problem.structure.size else problem
+        springs = soft_springs(problem) if type(problem.systems) is HarmonicSystems else ()
+        few = replace(few, mean_springs=(*few.mean_springs, *springs))
+        problem.known_few[modes_to] = few if few.systems.coordinates < problem.systems.coordinates else problem
     return problem.known_few[modes_to]
 
 
 def truncated(problem: Problem, modes_to: float) -> Problem:
-    """The problem on its stuck modes up to a frequency [Hz] and the shapes above that contacts, loads and outputs feel."""
+    """The problem on its stuck modes up to a frequency [Hz] and the shapes above that contacts, loads and outputs feel.
+
+    Those of a tuned disk belong to a nodal diameter each: its `systems` find them.
+    """
     positive("modes_to", modes_to)
     if not can_be_truncated(problem):
-        raise InputError("Only a problem with all its degrees of freedom, no disk, and without base motion can be truncated.")
+        raise InputError(
+            "Only a problem with all its degrees of freedom, no full disk, without base motion and, of a disk, without a "
+            "stiffness that goes with the speed can be truncated."
+        )
+    if type(problem.systems) is not HarmonicSystems:
+        return replace(problem, modes_to=modes_to)
     structure = problem.structure
     modes = problem.systems.stuck_modes
     if modes.squares.size == structure.size:
         squares, scaled = 1.0 / modes.squares, modes.shapes / np.sqrt(modes.squares)  # 1/ω², φᵀK'φ = 1
     else:  # massless motions, which follow the others, have shapes too
         squares, scaled = linalg.eigh(structure.M, problem.stuck_stiffness)
+    loose = problem.loose_motions @ problem.stuck_stiffness
+    directions = np.vstack([load_and_output_rows(problem), loose])
+    shapes, first = kept_shapes(squares, scaled, problem.B, problem.contact_stiffness, directions, modes_to)
+    M, C, K = (shapes.T @ matrix @ shapes for matrix in (structure.M, problem.structural_damping, structure.K))
+    speed = problem.speed
+    if speed is not None and speed.stiffness is not None:
+        speed = replace(speed, stiffness=shapes.T @ speed.stiffness @ shapes)
+    few = replace(structure, M=M, C=uncoupled_beyond(first, C), K=K, damping=None, shapes=shapes)
+    return replace(problem, structure=few, speed=speed, modes_to=modes_to)
+
+
+def load_and_output_rows(problem: Problem) -> Array:
+    """The directions of loads and outputs over the degrees of freedom, (rows, n)."""
+    harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest_load(problem))])
+    return np.vstack([problem.static_powers, harmonic.T, problem.output_rows])
+
+
+def kept_shapes(
+    squares: Array, scaled: NDArray[Any], B: NDArray[Any], stiffness: Array, directions: NDArray[Any], modes_to: float
+) -> tuple[NDArray[Any], int]:
+    """The shapes that are kept of one structure, (n, kept), real or complex, and how many of them, the first, are its modes.
+
+    squares, scaled: 1/ω² and modes φ with φᴴK'φ = 1 of the stuck structure; B, stiffness: contact rows and K_c; directions
+    (rows, n): loads and outputs, whose static shapes stay.
+    """
     low = squares >= (2.0 * np.pi * modes_to) ** -2
     above = scaled[:, ~low]
-    sprung = np.sqrt(problem.contact_stiffness)[:, None] * (problem.B @ above)
-    shares, vectors = linalg.eigh(sprung.T @ sprung)
+    sprung = np.sqrt(stiffness)[:, None] * (B @ above)
+    shares, vectors = linalg.eigh(sprung.conj().T @ sprung)
     chosen = [vectors[:, shares > LEAST_SHARE]]
-    harmonic = np.hstack([powers[:, np.any(powers != 0.0, axis=0)] for powers in problem.load_powers(highest_load(problem))])
-    loose = problem.loose_motions @ problem.stuck_stiffness
-    for direction in (*problem.static_powers, *harmonic.T, *problem.output_rows, *loose):
-        flexible, whole = above.T @ direction, scaled.T @ direction
+    for direction in directions:
+        flexible, whole = above.conj().T @ direction, scaled.conj().T @ direction
         if np.linalg.norm(flexible) ** 2 > NEGLIGIBLE_LOAD * np.linalg.norm(whole) ** 2:
             chosen.append(flexible[:, None] / np.linalg.norm(flexible))
     kept, sizes, _ = linalg.svd(np.hstack(chosen), full_matrices=False)
     kept = kept[:, sizes > DEPENDENT]
     # Modes of the kept shapes by themselves, so that the coordinates are natural ones.
-    kept = kept @ linalg.eigh(kept.T @ (squares[~low, None] * kept))[1][:, ::-1]
-    shapes = np.ascontiguousarray(np.hstack([scaled[:, low], above @ kept]))
-    M, C, K = (shapes.T @ matrix @ shapes for matrix in (structure.M, problem.structural_damping, structure.K))
-    # Far from resonance, what couples the damping of the shapes above counts for nothing, and would make all of them complex.
-    first = np.count_nonzero(low)
+    kept = kept @ linalg.eigh(kept.conj().T @ (squares[~low, None] * kept))[1][:, ::-1]
+    return np.ascontiguousarray(np.hstack([scaled[:, low], above @ kept])), int(np.count_nonzero(low))
+
+
+def uncoupled_beyond(first: int, C: NDArray[Any]) -> NDArray[Any]:
+    """The damping of kept shapes without what couples those beyond the modes: far from resonance it counts for nothing, and would
+    make all of them complex."""
     C[first:, first:] = np.diag(np.diag(C[first:, first:]))
-    speed = problem.speed
-    if speed is not None and speed.stiffness is not None:
-        speed = replace(speed, stiffness=shapes.T @ speed.stiffness @ shapes)
-    few = replace(structure, M=M, C=C, K=K, damping=None, shapes=shapes)
-    return replace(problem, structure=few, speed=speed, modes_to=modes_to)
+    return C
 
 
 def can_be_truncated(problem: Problem) -> bool:
-    """Whether `truncated` takes a problem. A base moves rows of M that few coordinates no longer have; of a disk each nodal
-    diameter has modes of its own."""
+    """Whether `truncated` takes a problem. A base moves rows of M that few coordinates no longer have; the sectors of a full disk
+    have waves of their own, and where the speed stiffens a disk each harmonic meets other modes at each frequency."""
     moved = any(isinstance(force, BaseMotion) for force in problem.forces)
-    return type(problem.systems) is HarmonicSystems and problem.structure.shapes is None and not moved
+    one_sector = not problem.systems.one_for_vibration and not problem.systems.stiffens
+    return (type(problem.systems) is HarmonicSystems or one_sector) and problem.modes_to is None and not moved
 
 
 def highest_load(problem: Problem) -> int:

@@ -33,6 +33,14 @@ def rotation(sectors: int, steps: int = 1) -> Array:
     return np.array([[cos(angle), -sin(angle), 0.0], [sin(angle), cos(angle), 0.0], [0.0, 0.0, 1.0]])
 
 
+def about(axis: str) -> list[int]:
+    """The axes x, y, z in the order in which the third is the axis of rotation and all are right-handed."""
+    if axis not in ("x", "y", "z"):
+        raise fault("The axis of rotation", 'must be "x", "y" or "z"', axis)
+    third = "xyz".index(axis)
+    return [(third + 1) % 3, (third + 2) % 3, third]
+
+
 @dataclass(frozen=True, eq=False)
 class Sector:
     """A meshed sector with the pairs of nodes of its two faces: right = R left. solid: clamped where the disk is."""
