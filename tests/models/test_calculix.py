@@ -115,10 +115,16 @@ def test_empty_files(run, tmp_path, file, said):
         ss.read_model(tmp_path / "run" / "blade.inp")
 
 
-def test_a_deck_that_includes_others_says_so(run, tmp_path):
+def test_a_deck_that_includes_others_is_read_with_them(run, tmp_path):
     shutil.copytree(run, tmp_path / "run")
+    whole = ss.read_model(tmp_path / "run" / "blade.inp", units="mm-t-s")
+    (tmp_path / "run" / "blade.inp").rename(tmp_path / "run" / "mesh.inp")
     (tmp_path / "run" / "blade.inp").write_text("*INCLUDE, INPUT=mesh.inp\n*STEP\n")
-    assert "includes other files, which are not read" in str(ss.read_model(tmp_path / "run" / "blade.inp").notes)
+    model = ss.read_model(tmp_path / "run" / "blade.inp", units="mm-t-s")
+    assert (model.nodes, model.sets, model.notes) == (whole.nodes, whole.sets, ())
+    (tmp_path / "run" / "mesh.inp").unlink()
+    with pytest.raises(InputError, match=r"The file that blade\.inp, line 1 includes must exist in the folder of the deck"):
+        ss.read_model(tmp_path / "run" / "blade.inp")
 
 
 def test_the_study_of_the_tutorial(run):

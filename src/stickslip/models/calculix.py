@@ -12,7 +12,8 @@ import numpy as np
 
 from stickslip.checks import Array, fault
 from stickslip.models.content import Content, dof
-from stickslip.models.deck import Deck, read_deck
+from stickslip.models.deck import Deck
+from stickslip.models.input_deck import read_deck
 from stickslip.models.limits import refuse_cut
 from stickslip.models.numbers import table, triplets, whole
 from stickslip.structure.sparse import Sparse, both_triangles

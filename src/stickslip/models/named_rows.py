@@ -19,7 +19,8 @@ import numpy as np
 from stickslip.checks import InputError, counted, existing, fault, first_of, nearest
 from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
-from stickslip.models.deck import Deck, read_deck
+from stickslip.models.deck import Deck
+from stickslip.models.input_deck import read_deck
 from stickslip.models.nastran_grid import read_grid
 from stickslip.models.numbers import whole
 from stickslip.structure.matrices import Point
@@ -28,7 +29,7 @@ COLUMNS = ("node", "direction", "x", "y", "z", "set")
 DECKS: Mapping[str, Callable[[Path], Deck]] = {
     ".cdb": read_archive,
     ".inp": read_deck,
-    **dict.fromkeys((".bdf", ".dat", ".nas"), read_grid),
+    **dict.fromkeys((".bdf", ".dat", ".nas", ".pch", ".asm"), read_grid),
 }
 """Readers of the decks of programs, by the ending of the file."""
 SHOWN = 5
@@ -94,7 +95,9 @@ def with_names(content: Content, path: Path) -> Content:
 
 
 def with_nodes(content: Content, deck: Deck, file: str) -> Content:
-    """The content with coordinates and sets of a deck, which must speak of its nodes."""
+    """The content with coordinates and sets of a deck, which must speak of its nodes; and with its names of rows."""
+    if not content.dofs and deck.rows:
+        content = replace(content, dofs=deck.rows)
     if not content.dofs:
         remedy = "Give a table with columns node and direction and a line for each row."
         raise fault(file, "must name the rows of the matrices, whose own file does not", "a file of nodes", remedy)
@@ -107,6 +110,7 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if infinite is not None:
         raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
+    deck = deck.along_own_axes
     notes = (*content.notes, *deck.notes, *_missing(known, deck, file))
     return replace(content, nodes=nodes, sets=sets, notes=notes, cells=deck.cells or content.cells)
 
