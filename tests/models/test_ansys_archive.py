@@ -29,7 +29,7 @@ def test_nodes_with_axes_of_their_own(tmp_path):
     assert list(found.nodes) == ["1", "2", "3", "4", "5"]
     assert (
         found.turned
-        == "4 nodes of a.cdb move in axes of their own (angles of NBLOCK or N): x, y, z of their rows are those directions."
+        == "4 nodes of a.cdb with axes of their own (angles of NBLOCK or N): x, y, z of these rows are those directions."
     )
     assert found.along_own_axes.notes == (found.turned,)
 

@@ -127,6 +127,21 @@ def test_a_deck_that_includes_others_is_read_with_them(run, tmp_path):
         ss.read_model(tmp_path / "run" / "blade.inp")
 
 
+def test_nodes_of_shells_have_several_rows_a_direction(tmp_path):
+    """CalculiX expands a shell into solids and names each node of these by that of the shell (2.20, tried on S8 and B32R)."""
+    rows = ["1.1", "1.2", "1.3", *3 * ["2.1", "2.2", "2.3"], "3.1", "4.2", "4.2"]
+    (tmp_path / "s.dof").write_text("\n".join(rows) + "\n")
+    for ending, value in (("sti", 5.0), ("mas", 1.0)):
+        (tmp_path / f"s.{ending}").write_text("".join(f"{k} {k} {value}\n" for k in range(1, len(rows) + 1)))
+    (tmp_path / "s.inp").write_text("*NODE\n1, 0., 0.\n2, 1., 0.\n3, 2., 0.\n4, 3., 0.\n*NSET, NSET=EDGE\n1, 2\n")
+    model = ss.read_model(tmp_path / "s.sti")
+    middle = [f"2-{part}.{axis}" for part in (1, 2, 3) for axis in "xyz"]
+    assert model.dofs == ("1.x", "1.y", "1.z", *middle, "3.x", "4-1.y", "4-2.y")
+    assert model.sets == {"EDGE": ("1", "2-1", "2-2", "2-3")}
+    assert set(model.nodes) == {"1", "3"}
+    assert model.notes[0].startswith("s.dof names 2 nodes of shells or beams several times")
+
+
 def test_the_study_of_the_tutorial(run):
     """The same problem as in the example: its natural frequencies, and where its places were found."""
     page = (DATA.parents[2] / "docs" / "calculix.md").read_text()

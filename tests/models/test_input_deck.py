@@ -149,7 +149,7 @@ def test_rows_of_nodes_with_axes_of_their_own(tmp_path):
     (tmp_path / "job_MASS1.mtx").write_text("".join(f"{k},1, {k},1, 1.0\n" for k in (1, 2)))
     (tmp_path / "job.inp").write_text(text)
     (note,) = ss.read_model(tmp_path / "job_STIF1.mtx").notes
-    assert note.startswith("2 nodes of job.inp move in axes of their own (*TRANSFORM")
+    assert note.startswith("2 nodes of job.inp with axes of their own (*TRANSFORM")
     for name in ("sti", "mas"):
         (tmp_path / f"job.{name}").write_text("1 1 5.0\n")
     (tmp_path / "job.dof").write_text("1.1\n")

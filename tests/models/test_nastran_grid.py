@@ -53,7 +53,7 @@ def test_defaults_of_all_grid_points(tmp_path):
     )
     assert found.nodes["1"] == pytest.approx((1.0, 2.0, 8.0))
     assert found.nodes["80000000001"] == (1.0, 2.0, 3.0)
-    assert found.turned.startswith("1 node of blade.bdf move in axes of their own (CD of GRID)")
+    assert found.turned.startswith("1 node of blade.bdf with axes of their own (CD of GRID)")
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ class Deck:
 def own_axes(number: int, file: str, card: str) -> str:
     """What to say of nodes with axes of their own, nothing where there are none."""
     nodes = counted(number, "node")
-    return f"{nodes} of {file} move in axes of their own ({card}): x, y, z of their rows are those directions." if number else ""
+    return f"{nodes} of {file} with axes of their own ({card}): x, y, z of these rows are those directions." if number else ""
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import NamedTuple
 
 from stickslip.checks import fault
 from stickslip.models.deck import MOST_GENERATED
-from stickslip.models.included_files import Line
+from stickslip.models.included_files import Line, Lines
 
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
 REPEAT = re.compile(r"=\(?(\d{1,9})\)?")
@@ -40,6 +41,19 @@ def included(text: str, more: Iterator[str]) -> str | None:
     while name.count(mark) < 2 and (line := next(more, None)) is not None:
         name += line.strip()
     return name.split(mark)[1]
+
+
+def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
+    """The lines of the bulk data of a deck, after Executive and Case Control where it has them; memory: as `Lines` has it."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        started = not any(SECTION.match(text) for text in file)
+
+    def named(text: str, more: Iterator[str]) -> str | None:
+        nonlocal started
+        started = started or SECTION.match(text) is not None
+        return included(text, more) if started else None
+
+    yield from (line for line in Lines(path, named, memory).read() if started)
 
 
 def entries(lines: Iterable[Line]) -> Iterator[Entry]:
@@ -71,7 +85,7 @@ def entries(lines: Iterable[Line]) -> Iterator[Entry]:
         else:
             if entry is not None:
                 yield entry
-            entry = Entry([first.rstrip("*").upper(), *rest], line)
+            entry = Entry([first.partition(" ")[0].rstrip("*").upper(), *rest], line)
     if entry is not None:
         yield entry
 
@@ -102,8 +116,8 @@ def _replicated(previous: list[str], pattern: list[str], line: Line) -> list[str
             return [*made, *previous[len(made) :]]
         if word.startswith("*"):
             step = word.strip("*()")
-            plain = re.fullmatch(r"[+-]?\d+", old) and re.fullmatch(r"[+-]?\d+", step)
-            made.append(str(int(old) + int(step)) if plain else repr(number(old) + number(step)))
+            plain = re.fullmatch(r"[+-]?\d*", old) and re.fullmatch(r"[+-]?\d+", step)
+            made.append(str(int(old or 0) + int(step)) if plain else repr(number(old) + number(step)))
         elif word.startswith("=") and word != "=":
             raise fault(f"{line.place}, replication", "must hold =, ==, *increment or a value", word, "Write the entries out.")
         else:

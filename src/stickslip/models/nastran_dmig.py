@@ -17,9 +17,8 @@ from scipy import sparse
 from stickslip.checks import fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck
-from stickslip.models.included_files import Lines
 from stickslip.models.limits import CUT_SHORT, refuse_cut
-from stickslip.models.nastran_cards import entries, included, integer, number, positive_integer
+from stickslip.models.nastran_cards import bulk_lines, entries, integer, number, positive_integer
 from stickslip.models.nastran_grid import BulkData
 from stickslip.structure.sparse import both_triangles
 
@@ -60,7 +59,7 @@ def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
     """The matrices by name, and the grid points."""
     matrices: dict[str, Matrix] = {}
     bulk, last = BulkData(), ""
-    for entry in entries(Lines(path, included, 60).read()):
+    for entry in entries(bulk_lines(path, 60)):
         last = entry.fields[0]
         if last == "DMIG":
             _take(entry.fields, matrices)

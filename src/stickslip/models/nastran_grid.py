@@ -14,13 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, InputError, fault
 from stickslip.models.bulk_cards import BULK_CARDS
 from stickslip.models.cells import FoundCells
 from stickslip.models.content import dof, located
 from stickslip.models.deck import CardsMet, Deck, own_axes
-from stickslip.models.included_files import Lines
-from stickslip.models.nastran_cards import BEGIN, Entry, entries, included, integer, number, positive_integer
+from stickslip.models.nastran_cards import BEGIN, Entry, bulk_lines, entries, integer, number, positive_integer
 from stickslip.structure.matrices import Point
 
 ELEMENTS = {
@@ -148,15 +147,16 @@ class BulkData:
     present: str = MAIN
 
     def take(self, entry: Entry) -> None:
-        """Keep what an entry says. What stands before BEGIN BULK, Executive and Case Control, says nothing."""
+        """Keep what an entry says, in the section where it stands."""
         name, *rest = entry.fields
         if name == BEGIN:
             self.present = " ".join(rest[0].replace("BULK", " ").replace("=", " ").split()) or MAIN
-            if self.present == MAIN:
-                self.sections, self.met = {MAIN: Grid()}, CardsMet(BULK_CARDS)
             self.sections.setdefault(self.present, Grid())
         elif self.met.obeys(name, entry.line.place):
-            self.sections[self.present].take(entry.fields)
+            try:
+                self.sections[self.present].take(entry.fields)
+            except InputError as error:
+                raise InputError(f"{entry.line.place}, {name}: {error}") from None
 
     def deck(self, file: str) -> Deck:
         """The grid points of the main section; those of the only superelement where that has none, as a punch file of one."""
@@ -172,7 +172,7 @@ class BulkData:
 def read_grid(path: Path) -> Deck:
     """Coordinates of the grid points of a bulk data file and the files that it includes."""
     bulk = BulkData()
-    for entry in entries(Lines(path, included, 20).read()):
+    for entry in entries(bulk_lines(path, 20)):
         bulk.take(entry)
     return bulk.deck(path.name)
 
