@@ -157,6 +157,11 @@ def test_info_at_the_command_line(run):
     assert result.exit_code == 0
     for words in ("CalculiX matrices", "PAD: 5 nodes", "473.5001, 1676.35, 2912.721", "positive definite"):
         assert words in result.output
+    np.savez(run / "a.npz", KELAST=4.0 * np.eye(2), M=np.eye(2), C=np.eye(2))
+    named = CliRunner().invoke(app, ["info", str(run / "a.npz"), "--variables", "K=KELAST", "--no-damping"])
+    assert "rows              2 (M 2, K 2 entries)" in named.output
+    unnamed = CliRunner().invoke(app, ["info", str(run / "a.npz"), "--variables", "KELAST"])
+    assert (unnamed.exit_code, "must be LETTER=NAME, such as K=KELAST" in unnamed.output) == (2, True)
     wrong = CliRunner().invoke(app, ["info", str(run / "blade.dat")])
     assert wrong.exit_code == 2
     assert "must be a file ending in" in wrong.output

@@ -32,7 +32,7 @@ LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 FIRST_NODE = 11
 """Numbers of a line of EBLOCK before its nodes."""
 SIGNIFICANT = 4
-"""Characters by which commands are told apart."""
+"""Characters that make a command."""
 SYSTEMS = ("LOCA", "CS", "CLOC", "CSKP", "CSWP")
 """Commands that make a coordinate system and activate it."""
 

@@ -11,6 +11,8 @@ from stickslip.structure.mesh_surface import Cells
 
 MOST_GENERATED = 10_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
+MOST_MADE = 2_000_000
+"""Nodes that cards of a deck make of others, in all."""
 SHOWN = 8
 """Cards that a note lists."""
 

@@ -19,7 +19,7 @@ import numpy as np
 from stickslip.checks import InputError, fault, nearest
 from stickslip.models.cells import PLATES, SOLIDS, FoundCells
 from stickslip.models.content import located_once
-from stickslip.models.deck import MOST_GENERATED, CardsMet, Deck, own_axes
+from stickslip.models.deck import MOST_GENERATED, MOST_MADE, CardsMet, Deck, own_axes
 from stickslip.models.included_files import Lines
 from stickslip.models.input_cards import MODEL_CARDS, Card, cards, fields, included
 from stickslip.models.input_points import GLOBAL, Frame, between, cartesian, frame, on_line, turned_about
@@ -35,7 +35,7 @@ SHAPES = {
 }
 NUMBERED_ANEW = (
     "{file} is an assembly: its nodes are called INSTANCE.NUMBER, {node} say. Abaqus numbers the rows of an assembly anew, as "
-    "the .dat file of the job lists; a table of rows (names) tells which row is whose."
+    "the .dat file of the job lists; a table of rows (names) says which row is whose."
 )
 Members = dict[str, dict[str, None]]
 """Nodes or elements by the name of a set, in the order of the deck."""
@@ -90,6 +90,7 @@ class _Reader:
         self.whole = self.mesh = Mesh()
         self.parts: dict[str, Mesh] = {}
         self.instances: dict[str, Mesh] = {}
+        self.made = 0
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
@@ -106,6 +107,7 @@ class _Reader:
             words = [*fields(line), *[""] * 10][:10]
             first, last = (self._known(word) for word in words[:2])
             numbers = _span(int(first), int(last), int(words[2] or 1), line)
+            self._make(len(numbers))
             extra = self._extra(words) if card.name("LINE") else None
             normal = tuple(float(word or 0.0) for word in words[7:10])
             ends = self.mesh.nodes[first], self.mesh.nodes[last]
@@ -133,7 +135,7 @@ class _Reader:
             if len(ends[0]) != len(ends[1]):
                 raise fault("The sets of *NFILL", "must have the same number of nodes", [len(ends[0]), len(ends[1])])
             intervals, step = (int(word or 1) for word in counts)
-            _span(0, intervals * len(ends[0]), 1, line)
+            self._make(intervals * len(ends[0]))
             for first, last in zip(*ends, strict=True):
                 points = between(self.mesh.nodes[self._known(first)], self.mesh.nodes[self._known(last)], intervals)
                 inner = [str(int(first) + k * step) for k in range(1, intervals)]
@@ -187,6 +189,7 @@ class _Reader:
         part = card.name("PART")
         if part not in self.parts:
             raise fault("PART of *INSTANCE", "must be a part of the deck", part, nearest(part, self.parts))
+        self._make(len(self.parts[part].nodes))
         self.mesh = self.instances[card.name("NAME")] = deepcopy(self.parts[part])
         self.mesh.placed = card.data
 
@@ -233,6 +236,12 @@ class _Reader:
             return card.data
         texts = (line.text.strip() for line in self.lines.of_file(card.options["INPUT"].strip("\"'"), card.line))
         return [*(text for text in texts if text and not text.startswith("**")), *card.data]
+
+    def _make(self, number: int) -> None:
+        """Count nodes that a card makes of others."""
+        self.made += number
+        if number < 0 or self.made > MOST_MADE:
+            raise fault("Nodes that cards of the deck make", f"must be at most {MOST_MADE}", self.made)
 
     def _add(self, node: str, point: Point) -> None:
         located_once(self.mesh.nodes, node, point)
@@ -351,10 +360,8 @@ def _placement(data: list[str]) -> Callable[[Point], Point]:
 
 def _span(first: int, last: int, step: int, line: str) -> range:
     """The numbers from first to last, both included."""
-    if step < 1 or last <= first or (last - first) % step or (last - first) // step > MOST_GENERATED:
-        raise fault(
-            "Generated nodes", f"must lead from one number to a higher one in equal steps, at most {MOST_GENERATED}", line[:60]
-        )
+    if step < 1 or last <= first or (last - first) % step:
+        raise fault("Generated nodes", "must lead from one number to a higher one in equal steps", line[:60])
     return range(first, last + 1, step)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -128,10 +129,14 @@ def _missing(known: set[str], deck: Deck, file: str) -> Iterator[str]:
 def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
     """A deck by its reader; what that raises on a damaged one becomes an `InputError`."""
     try:
-        return reader(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return reader(path)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
-    except (OSError, ValueError, IndexError) as error:
+    except MemoryError:
+        raise fault(path.name, "must fit into the memory", "larger") from None
+    except Exception as error:  # whatever a damaged deck leads to
         raise fault("The file of names", "must be readable", path.name, f"It is damaged ({str(error)[:200]}).") from None
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stickslip.checks import fault
-from stickslip.models.deck import MOST_GENERATED
 from stickslip.models.included_files import Line, Lines
 
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
@@ -20,6 +19,10 @@ REPEAT = re.compile(r"=\(?(\d{1,9})\)?")
 SECTION = re.compile(r"\s*BEGIN\s+(BULK\b.*|SUPER\b.*|MODULE\b.*|AUXMODEL\b.*|$)", re.IGNORECASE)
 BEGIN = "BEGIN"
 """The name of the entry that stands for BEGIN BULK, BEGIN SUPER=7: its second field is what follows the word."""
+
+
+MOST_REPLICATED = 100_000
+"""Entries that = makes in a deck: more is a slip."""
 
 
 class Entry(NamedTuple):
@@ -60,6 +63,7 @@ def entries(lines: Iterable[Line]) -> Iterator[Entry]:
     """Each bulk data entry with its continuations, replicated ones written out; up to ENDDATA."""
     entry: Entry | None = None
     pattern: list[str] = []
+    made = 0
     for line in lines:
         text = line.text.split("$")[0].expandtabs()
         if not text.strip():
@@ -73,7 +77,8 @@ def entries(lines: Iterable[Line]) -> Iterator[Entry]:
             count = REPEAT.fullmatch(first)
             pattern = pattern if count else rest
             times = int(count[1]) if count else 1
-            if times > MOST_GENERATED or not pattern or len(entry.fields) > SMALL + 1:
+            made += times
+            if made > MOST_REPLICATED or not pattern or len(entry.fields) > SMALL + 1:
                 raise fault(f"{line.place}, replication", "must repeat entries of one line", first, "Write the entries out.")
             for number in range(times):
                 entry = Entry(_replicated(entry.fields, pattern, line), line)
