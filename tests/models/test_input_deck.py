@@ -134,6 +134,22 @@ def test_nodes_of_the_elements_of_a_set(tmp_path):
     }
 
 
+def test_nodes_of_the_elements_of_an_instance(tmp_path):
+    part = BLADE.replace("*END PART", "*ELEMENT, TYPE=T3D2, ELSET=E\n5, 1, 2\n6, 3, 4\n*END PART")
+    sets = "*ELSET, ELSET=E, INSTANCE=P-1\n6\n*NSET, NSET=A, ELSET=E\n*NSET, NSET=B, ELSET=P-1.E\n"
+    sets += "*NSET, NSET=C, ELSET=E, INSTANCE=P-1\n"
+    found = deck(tmp_path, part + ONE + sets + "*END ASSEMBLY\n")
+    assert {name: found.sets[name] for name in "ABC"} == {"A": ("3", "4"), "B": ("1", "2", "3", "4"), "C": ("1", "2", "3", "4")}
+
+
+def test_heat_elements_go_on_without_a_comma(tmp_path):
+    """DC3D20 has as many nodes as its name says, whatever ends its first line."""
+    text = (
+        NODES + "*ELEMENT, TYPE=DC3D20, ELSET=E\n1, 1,2,3,4,5,6,7,8,9,10,11,12,13,14,15\n16,17,18,19,20\n*NSET, NSET=A, ELSET=E\n"
+    )
+    assert deck(tmp_path, text).sets["A"] == tuple(str(node) for node in range(1, 21))
+
+
 def test_members_that_are_not_known_are_refused_with_the_line(tmp_path):
     for text in ("*NSET, NSET=A\n1, PADS\n", "*NSET, NSET=A, ELSET=E\n", "*ELSET, ELSET=E\nX\n"):
         with pytest.raises(InputError, match=r"a\.inp, line 8, .*must be a number or a set defined before"):

@@ -25,7 +25,7 @@ from stickslip.models.input_cards import MODEL_CARDS, Card, cards, fields, inclu
 from stickslip.models.input_points import GLOBAL, Frame, between, cartesian, frame, on_line, turned_about
 from stickslip.structure.matrices import Point
 
-ELEMENT = re.compile(r"(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
+ELEMENT = re.compile(r"[DA]?(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
 """Names of elements with faces: family and number of nodes, which those with V have a choice of."""
 SHAPES = {
     **{("C3D", nodes): kind for kind, counts in SOLIDS.items() for nodes in counts},
@@ -60,7 +60,7 @@ class Mesh:
 
 def read_deck(path: Path) -> Deck:
     """Nodes, sets of nodes and elements of a deck and the files that it includes."""
-    lines = Lines(path, included, 10)
+    lines = Lines(path, included, 15)
     reader, met, in_step = _Reader(lines), CardsMet(MODEL_CARDS), False
     for card in cards(lines.read()):
         in_step = card.keyword == "STEP" or (in_step and card.keyword != "END STEP")
@@ -149,8 +149,7 @@ class _Reader:
 
     def nset(self, card: Card) -> None:
         if elsets := card.name("ELSET"):
-            _, mesh, prefix = self._scope(card)
-            name, mesh, prefix = self._dotted(elsets, mesh, prefix, "elsets")
+            name, mesh, prefix = self._dotted(elsets, *self._scope(card), "elsets")
             members = [f"{prefix}{node}" for element in mesh.elsets[name] for node in self._nodes_of(mesh, element)]
         else:
             members = list(self._listed(card, "sets"))
@@ -256,14 +255,14 @@ class _Reader:
             raise fault("A node that others are made of", "must be defined before", word)
         return node
 
-    def _scope(self, card: Card) -> tuple[str, Mesh, str]:
+    def _scope(self, card: Card) -> tuple[Mesh, str]:
         """The mesh that the numbers of a card belong to, and what stands before them in the assembly."""
         name = card.name("INSTANCE")
         if not name or self.mesh is not self.whole:
-            return "", self.mesh, ""
+            return self.mesh, ""
         if name not in self.instances:
             raise fault("INSTANCE", "must be an instance of the assembly", name, nearest(name, self.instances))
-        return name, self.instances[name], f"{name}."
+        return self.instances[name], f"{name}."
 
     def _dotted(self, word: str, mesh: Mesh, prefix: str, kind: str) -> tuple[str, Mesh, str]:
         """A set by its name in its mesh: INSTANCE.NAME leads to that of the instance."""
@@ -291,7 +290,7 @@ class _Reader:
 
     def _listed(self, card: Card, kind: str) -> Iterator[str]:
         """The members that a card of a set lists: numbers, other sets, or first, last, step."""
-        _, mesh, prefix = self._scope(card)
+        mesh, prefix = self._scope(card)
         for line in self._data(card):
             words = [word.strip('"').upper() for word in fields(line) if word]
             if "GENERATE" in card.options:
@@ -300,8 +299,11 @@ class _Reader:
                 for word in words:
                     yield from self._meant(word, mesh, prefix, kind)
 
-    @staticmethod
-    def _nodes_of(mesh: Mesh, element: str) -> tuple[str, ...]:
+    def _nodes_of(self, mesh: Mesh, element: str) -> Iterable[str]:
+        """The nodes of an element, 5 or P-1.5."""
+        instance, _, number = element.rpartition(".")
+        if instance in self.instances:
+            return (f"{instance}.{node}" for node in self._nodes_of(self.instances[instance], number))
         if element not in mesh.elements:
             raise fault("The elements of *NSET, ELSET=", "must stand in the deck", element, "Write the nodes of the set out.")
         return mesh.elements[element]
