@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from each import each
+from models import nastran_files
 
 import stickslip as ss
 from stickslip.models.bulk_cards import BULK_CARDS
@@ -189,6 +190,8 @@ def test_a_superelement_names_the_rows_of_its_matrices(tmp_path):
     model = ss.read_model(tmp_path / "part.npz", names=tmp_path / "part.pch")
     assert model.dofs == (*(f"3.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz")), "11.x", "11.z", "901.q0", "902.q0")
     assert model.nodes["11"] == (0.0, 1.0, 0.0)
+    (tmp_path / "part.op4").write_text(nastran_files.op4_text({"KXX": 1e4 * np.eye(10), "MXX": np.eye(10)}, "dense"))
+    assert ss.read_model(tmp_path / "part.op4").dofs == model.dofs
     np.savez(tmp_path / "part.npz", M=np.eye(9), K=1e4 * np.eye(9))
     with pytest.raises(ss.InputError, match=r"dofs, the names of the rows of M, must have 9 entries, but is 10"):
         ss.read_model(tmp_path / "part.npz", names=tmp_path / "part.pch")
