@@ -79,6 +79,8 @@ def test_generated_nodes_on_a_line_and_an_arc(tmp_path):
         assert places(found, 11, 21) == [(2 * c, 2 * s, 1.0), (2 * s, 2 * c, 1.0)]
     found = deck(tmp_path, quarter + "1, 31, 10, 99, , , , 0., 0., -1.\n")  # the other way round: 270° in three steps
     assert places(found, 11, 21) == [(0.0, -2.0, 1.0), (-2.0, 0.0, 1.0)]
+    with pytest.raises(InputError, match=r"must have a node as its centre where \*SYSTEM is in force"):
+        deck(tmp_path, "*SYSTEM\n1., 0., 0.\n" + quarter + "1, 31, 10, , 0., 0., 1.\n")
 
 
 def test_nodes_between_two_sets(tmp_path):

@@ -110,6 +110,8 @@ class _Reader:
             self._make(len(numbers))
             extra = self._extra(words) if card.name("LINE") else None
             normal = tuple(float(word or 0.0) for word in words[7:10])
+            if self.mesh.frame is not GLOBAL and (any(normal) or (extra is not None and not words[3])):
+                raise fault("An arc of *NGEN", "must have a node as its centre where *SYSTEM is in force", line[:60])
             ends = self.mesh.nodes[first], self.mesh.nodes[last]
             points = on_line(card.name("LINE"), *ends, extra, normal, len(numbers) - 1)
             for number, point in zip(numbers[1:-1], points[1:-1], strict=True):
@@ -122,7 +124,7 @@ class _Reader:
         if words[3]:
             return self.mesh.nodes[self._known(words[3])]
         x, y, z = (float(word or 0.0) for word in words[4:7])
-        return self.mesh.frame.place((x, y, z))
+        return x, y, z
 
     def nfill(self, card: Card) -> None:
         for option in ("BIAS", "SINGULAR", "TWOSTEP"):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from stickslip.checks import fault
 from stickslip.models.included_files import Line, Lines
+from stickslip.models.limits import within_memory
 
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
 REPEAT = re.compile(r"=\(?(\d{1,9})\)?")
@@ -48,6 +49,7 @@ def included(text: str, more: Iterator[str]) -> str | None:
 
 def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
     """The lines of the bulk data of a deck, after Executive and Case Control where it has them; memory: as `Lines` has it."""
+    within_memory(path.name, memory * path.stat().st_size)
     with path.open(encoding="utf-8", errors="replace") as file:
         started = not any(SECTION.match(text) for text in file)
 
