@@ -133,7 +133,8 @@ def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
             warnings.simplefilter("ignore")
             return reader(path)
     except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
+        said = str(error)
+        raise InputError(said if said.startswith(path.name) else f"{path.name}: {said}") from None
     except MemoryError:
         raise fault(path.name, "must fit into the memory", "larger") from None
     except Exception as error:  # whatever a damaged deck leads to
