@@ -174,6 +174,23 @@ def test_rows_of_nodes_with_axes_of_their_own(tmp_path):
     assert ss.read_model(tmp_path / "job.sti").notes == ()
 
 
+def test_axes_of_a_set_that_comes_later_and_of_an_instance(tmp_path):
+    """Abaqus/CAE writes *TRANSFORM before its set."""
+    turned = '*TRANSFORM, NSET="_T-Axes of 1"\n1., 0., 0., 0., 1., 0.\n*NSET, NSET="_T-Axes of 1"\n1, 3\n'
+    assert deck(tmp_path, NODES + turned).turned.startswith("2 nodes of a.inp with axes of their own")
+    part = BLADE.replace("*END PART", turned + "*END PART")
+    assert deck(tmp_path, part + TWO + "*END ASSEMBLY\n").turned.startswith("4 nodes of a.inp")
+    with pytest.raises(InputError, match="A member of a set must be a number or a set defined before, but is 'X'"):
+        deck(tmp_path, NODES + "*TRANSFORM, NSET=X\n1., 0., 0., 0., 1., 0.\n")
+
+
+def test_keywords_without_blanks_and_instances_of_flat_decks(tmp_path):
+    """CalculiX takes both: *SHELLSECTION, and INSTANCE= where the deck has none."""
+    found = deck(tmp_path, NODES + "*SHELLSECTION, ELSET=E\n0.1\n*NSET, NSET=A, INSTANCE=PART-1-1\n1, 2\n")
+    assert (found.sets, found.notes) == ({"A": ("1", "2")}, ())
+    assert deck(tmp_path, BLADE.replace("END PART", "ENDPART") + "*INSTANCE, NAME=I, PART=BLADE\n*ENDINSTANCE\n").nodes
+
+
 def test_included_files_and_files_of_data(tmp_path):
     found = deck(
         tmp_path,
@@ -216,7 +233,7 @@ def test_what_is_not_obeyed_is_refused_or_said(tmp_path):
         (note,) = deck(tmp_path, NODES + f"*{card}\n").notes
         assert note.startswith(f"a.inp: *{card} is not read; ")
     (note,) = deck(tmp_path, NODES + "*NEW THING\n*NEW THING\n*STEP\n*NEWER THING\n*END STEP\n").notes
-    assert note.startswith("a.inp: *NEW THING (a.inp, line 6) not known to this reader")
+    assert note.startswith("a.inp: *NEWTHING (a.inp, line 6) not known to this reader")
     for card in MODEL_CARDS.harmless:
         assert deck(tmp_path, NODES + f"*{card}\n").notes == ()
 

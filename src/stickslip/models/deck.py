@@ -89,4 +89,4 @@ class CardsMet:
         if not self.unknown:
             return missing
         listed = first_of([f"{card} ({place})" for card, place in self.unknown.items()], SHOWN)
-        return *missing, f"{file}: {listed} not known to this reader: nodes and sets that they define or move are not right."
+        return *missing, f"{file}: {listed} not known to this reader: what they do to nodes and sets is missing here."

@@ -58,7 +58,8 @@ def _card(line: Line) -> Card:
     keyword, *words = line.text[1:].split(",")
     pairs = (word.partition("=") for word in words)
     options = {"".join(name.upper().split()): value.strip() for name, _, value in pairs}
-    return Card(" ".join(keyword.upper().split()), options, [], line)
+    compact = "".join(keyword.upper().split())
+    return Card(SPACED.get(compact, compact), options, [], line)
 
 
 def included(text: str, more: Iterator[str]) -> str | None:
@@ -157,3 +158,5 @@ MODEL_CARDS = CardList(
     },
     sign="*",
 )
+SPACED = {"".join(name.split()): name for name in (*MODEL_CARDS.known, "STEP", "END STEP")}
+"""Keywords as the manuals write them; blanks in a keyword do not count."""

@@ -45,7 +45,8 @@ Members = dict[str, dict[str, None]]
 class Mesh:
     """Nodes, sets and elements of a part, an instance, or the deck itself with its assembly; `frame` is that of *SYSTEM.
 
-    elements: all nodes by element; placed: the data lines that place an instance.
+    elements: all nodes by element; turned: nodes and sets of *TRANSFORM, which may stand before these; placed: the data lines
+    that place an instance.
     """
 
     nodes: dict[str, Point] = field(default_factory=dict)
@@ -53,7 +54,7 @@ class Mesh:
     elements: dict[str, tuple[str, ...]] = field(default_factory=dict)
     elsets: Members = field(default_factory=dict)
     cells: FoundCells = field(default_factory=FoundCells)
-    turned: dict[str, None] = field(default_factory=dict)
+    turned: list[str] = field(default_factory=list)
     frame: Frame = GLOBAL
     placed: list[str] = field(default_factory=list)
 
@@ -175,8 +176,7 @@ class _Reader:
             own[words[0]] = None
 
     def transform(self, card: Card) -> None:
-        name = card.name("NSET")
-        self.mesh.turned.update(dict.fromkeys([name] if name.isdecimal() else self._members_of(name)))
+        self.mesh.turned.append(card.name("NSET"))
 
     def part(self, card: Card) -> None:
         self.mesh = self.parts[card.name("NAME")] = Mesh()
@@ -207,29 +207,29 @@ class _Reader:
         if not self.instances:
             whole = self.whole
             sets = {name: tuple(members) for name, members in whole.sets.items()}
-            return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file, len(whole.turned)))
+            return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file))
         return self._assembled(file)
 
     def _assembled(self, file: str) -> Deck:
         (first, only), *others = self.instances.items()
         plain = not others and not only.nodes.keys() & self.whole.nodes.keys()
         names = {f"{first}.{node}": node for node in only.nodes} if plain else {}
-        nodes, own, turned = dict(self.whole.nodes), list[tuple[str, tuple[str, ...]]](), len(self.whole.turned)
+        nodes, own = dict(self.whole.nodes), list[tuple[str, tuple[str, ...]]]()
         for instance, mesh in self.instances.items():
             named = {node: names.get(f"{instance}.{node}", f"{instance}.{node}") for node in mesh.nodes}
             nodes |= {named[node]: point for node, point in mesh.nodes.items()}
             own += [(f"{instance}.{name}", tuple(named.get(node, node) for node in each)) for name, each in mesh.sets.items()]
-            turned += len(mesh.turned)
         sets = {name: tuple(names.get(node, node) for node in members) for name, members in self.whole.sets.items()}
         bare = Counter(name.rpartition(".")[2] for name, _ in own)
         alone = {name.rpartition(".")[2]: each for name, each in own if bare[name.rpartition(".")[2]] == 1}
         notes = () if plain else (NUMBERED_ANEW.format(file=file, node=f"{first}.{next(iter(only.nodes), 1)}"),)
         cells = only.cells.cells if plain else {}
-        return Deck(nodes, alone | sets | dict(own), (*notes, *only.cells.notes(file)), cells, self._turned(file, turned))
+        return Deck(nodes, alone | sets | dict(own), (*notes, *only.cells.notes(file)), cells, self._turned(file))
 
-    @staticmethod
-    def _turned(file: str, number: int) -> str:
-        return own_axes(number, file, "*TRANSFORM, which Abaqus applies to rows")
+    def _turned(self, file: str) -> str:
+        meshes = [(self.whole, ""), *((mesh, f"{name}.") for name, mesh in self.instances.items())]
+        nodes = {node for mesh, prefix in meshes for name in mesh.turned for node in self._meant(name, mesh, prefix, "sets")}
+        return own_axes(len(nodes), file, "*TRANSFORM, which Abaqus applies to rows")
 
     def _data(self, card: Card) -> Iterable[str]:
         """The data lines of a card, those of its file if it names one."""
@@ -260,7 +260,7 @@ class _Reader:
     def _scope(self, card: Card) -> tuple[Mesh, str]:
         """The mesh that the numbers of a card belong to, and what stands before them in the assembly."""
         name = card.name("INSTANCE")
-        if not name or self.mesh is not self.whole:
+        if not name or self.mesh is not self.whole or not (self.parts or self.instances):
             return self.mesh, ""
         if name not in self.instances:
             raise fault("INSTANCE", "must be an instance of the assembly", name, nearest(name, self.instances))
