@@ -32,6 +32,14 @@ def test_a_keyword_line_that_ends_in_a_comma_goes_on(tmp_path):
     assert found.notes == ()
 
 
+def test_a_comma_too_many_and_parts_without_instances(tmp_path):
+    """A number is no parameter, as CalculiX reads such lines, which knows no parts either; a name could be both."""
+    found = deck(tmp_path, f"*PART, NAME=P\n{NODES}*NSET, NSET=A, \n 2, 3,\n4\n*NSET, NSET=B\nA\n")
+    assert (found.sets, len(found.nodes), found.notes) == ({"A": ("2", "3", "4"), "B": ("2", "3", "4")}, 4, ())
+    with pytest.raises(InputError, match=r"line 8, \*NSET: A parameter of \*NSET must be one of .* but is 'A'"):
+        deck(tmp_path, NODES + "*NSET, NSET=A\n1\n*NSET, NSET=B,\nA, 2\n")
+
+
 def test_cylindrical_nodes(tmp_path):
     """r = 2 at 0°, 90°, 180°, 270°."""
     found = deck(tmp_path, "*NODE, SYSTEM=C\n1, 2., 0., 0.\n2, 2., 90., 0.\n3, 2., 180., 0.\n4, 2., 270., 1.\n")

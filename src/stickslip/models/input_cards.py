@@ -6,11 +6,15 @@ The lists hold model data alone: what stands between *STEP and *END STEP cannot 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from stickslip.models.deck import CardList
 from stickslip.models.included_files import Line
+
+PARAMETER = re.compile(r"[A-Za-z]")
+"""How a parameter begins."""
 
 
 @dataclass(frozen=True)
@@ -28,30 +32,42 @@ class Card:
 
 
 def cards(lines: Iterable[Line]) -> Iterator[Card]:
-    """Each keyword with its data lines; comments and blank lines are left out, a keyword line that ends in a comma goes on."""
+    """Each keyword with its data lines; comments and blank lines are left out."""
     card: Card | None = None
-    keyword: Line | None = None
+    for line in _joined(lines):
+        if line.text.startswith("*"):
+            if card is not None:
+                yield card
+            card = _card(line)
+        elif card is not None:
+            card.data.append(line.text)
+    if card is not None:
+        yield card
+
+
+def _joined(lines: Iterable[Line]) -> Iterator[Line]:
+    """Keyword lines that end in a comma with the lines on which they go on, all others as they are.
+
+    A number is no parameter: before one the comma is one too many, as CalculiX takes it.
+    """
+    unfinished: Line | None = None
     for line in lines:
         text = line.text.strip()
         if text.startswith("**") or not text:
             continue
-        if keyword is not None:
-            keyword = keyword._replace(text=keyword.text + text)
-        elif text.startswith("*"):
-            keyword = line._replace(text=text)
-        elif card is not None:
-            card.data.append(text)
+        if unfinished is not None and PARAMETER.match(text):
+            unfinished = unfinished._replace(text=unfinished.text + text)
+            if not text.endswith(","):
+                yield unfinished
+                unfinished = None
             continue
-        if keyword is not None and not keyword.text.endswith(","):
-            if card is not None:
-                yield card
-            card, keyword = _card(keyword), None
-    if keyword is not None:
-        if card is not None:
-            yield card
-        card = _card(keyword)
-    if card is not None:
-        yield card
+        if unfinished is not None:
+            yield unfinished
+        unfinished = line._replace(text=text) if text.startswith("*") and text.endswith(",") else None
+        if unfinished is None:
+            yield line._replace(text=text)
+    if unfinished is not None:
+        yield unfinished
 
 
 def _card(line: Line) -> Card:

@@ -11,7 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,8 @@ NUMBERED_ANEW = (
     "{file} is an assembly: its nodes are called INSTANCE.NUMBER, {node} say. Abaqus numbers the rows of an assembly anew, as "
     "the .dat file of the job lists; a table of rows (names) says which row is whose."
 )
+SET_OPTIONS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT", ""}
+"""Parameters of *NSET and *ELSET; what follows a comma at the end of the line must not be taken for one."""
 Members = dict[str, dict[str, None]]
 """Nodes or elements by the name of a set, in the order of the deck."""
 
@@ -204,11 +206,14 @@ class _Reader:
 
     def deck(self, file: str) -> Deck:
         """Everything under the names that the rows of the matrices have."""
-        if not self.instances:
-            whole = self.whole
-            sets = {name: tuple(members) for name, members in whole.sets.items()}
-            return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file))
-        return self._assembled(file)
+        if self.instances:
+            return self._assembled(file)
+        whole = self.whole
+        if len(self.parts) == 1 and not whole.nodes:  # CalculiX knows no parts: the nodes of one are those of the deck
+            (part,) = self.parts.values()
+            self.whole = whole = replace(part, sets=part.sets | whole.sets, turned=part.turned + whole.turned)
+        sets = {name: tuple(members) for name, members in whole.sets.items()}
+        return Deck(whole.nodes, sets, whole.cells.notes(file), whole.cells.cells, self._turned(file))
 
     def _assembled(self, file: str) -> Deck:
         (first, only), *others = self.instances.items()
@@ -292,6 +297,8 @@ class _Reader:
 
     def _listed(self, card: Card, kind: str) -> Iterator[str]:
         """The members that a card of a set lists: numbers, other sets, or first, last, step."""
+        for option in card.options.keys() - SET_OPTIONS:
+            raise fault(f"A parameter of *{card.keyword}", f"must be one of {', '.join(sorted(SET_OPTIONS))}", option)
         mesh, prefix = self._scope(card)
         for line in self._data(card):
             words = [word.strip('"').upper() for word in fields(line) if word]
