@@ -38,7 +38,7 @@ NUMBERED_ANEW = (
     "the .dat file of the job lists; a table of rows (names) says which row is whose."
 )
 SET_OPTIONS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT", ""}
-"""Parameters of *NSET and *ELSET; what follows a comma at the end of the line must not be taken for one."""
+"""Parameters of *NSET and *ELSET: a member after a comma at the end of the line must not be taken for one."""
 Members = dict[str, dict[str, None]]
 """Nodes or elements by the name of a set, in the order of the deck."""
 
@@ -297,8 +297,9 @@ class _Reader:
 
     def _listed(self, card: Card, kind: str) -> Iterator[str]:
         """The members that a card of a set lists: numbers, other sets, or first, last, step."""
-        for option in card.options.keys() - SET_OPTIONS:
-            raise fault(f"A parameter of *{card.keyword}", f"must be one of {', '.join(sorted(SET_OPTIONS))}", option)
+        for option in {option for option, value in card.options.items() if not value} - SET_OPTIONS:
+            known = ", ".join(sorted(SET_OPTIONS - {""}))
+            raise fault(f"A parameter of *{card.keyword}", f"must be one of {known}", option, "Is it a member of the set?")
         mesh, prefix = self._scope(card)
         for line in self._data(card):
             words = [word.strip('"').upper() for word in fields(line) if word]
