@@ -297,9 +297,10 @@ class _Reader:
 
     def _listed(self, card: Card, kind: str) -> Iterator[str]:
         """The members that a card of a set lists: numbers, other sets, or first, last, step."""
-        for option in {option for option, value in card.options.items() if not value} - SET_OPTIONS:
+        strange = next((option for option, value in card.options.items() if not value and option not in SET_OPTIONS), None)
+        if strange is not None:
             known = ", ".join(sorted(SET_OPTIONS - {""}))
-            raise fault(f"A parameter of *{card.keyword}", f"must be one of {known}", option, "Is it a member of the set?")
+            raise fault(f"A parameter of *{card.keyword}", f"must be one of {known}", strange, "Is it a member of the set?")
         mesh, prefix = self._scope(card)
         for line in self._data(card):
             words = [word.strip('"').upper() for word in fields(line) if word]
