@@ -37,6 +37,30 @@ class Chain:
         io.savemat(folder / "chain.mat", rows, do_compression=True)
         return folder / "chain.mat"
 
+    def _mat4(self, folder):
+        io.savemat(
+            folder / "chain.mat", {"M": self.M, "K": sparse.csc_array(self.K), "C": self.C, "dofs": list(self.dofs)}, format="4"
+        )
+        return folder / "chain.mat"
+
+    def _octave_text(self, folder):
+        """As `save -text` of Octave writes a matrix, a sparse one and a cell array of names."""
+
+        def rows(matrix):
+            return "\n".join(" " + " ".join(f"{value:.17g}" for value in row) for row in matrix)
+
+        K = sparse.coo_array(self.K)
+        entries = "\n".join(f"{i + 1} {j + 1} {value:.17g}" for i, j, value in zip(*K.coords, K.data.tolist(), strict=True))
+        cells = "".join(f"# name: <cell-element>\n# type: string\n# elements: 1\n# length: 3\n{name}\n\n\n" for name in self.dofs)
+        (folder / "chain.mat").write_text(
+            "# Created by Octave 8.4.0, Mon Jan 01 00:00:00 2024 UTC <someone@somewhere>\n"
+            f"# name: M\n# type: matrix\n# rows: 6\n# columns: 6\n{rows(self.M)}\n\n\n"
+            f"# name: K\n# type: sparse matrix\n# nnz: {K.nnz}\n# rows: 6\n# columns: 6\n{entries}\n\n\n"
+            f"# name: C\n# type: matrix\n# rows: 6\n# columns: 6\n{rows(self.C)}\n\n\n"
+            f"# name: dofs\n# type: cell\n# rows: 6\n# columns: 1\n{cells}\n"
+        )
+        return folder / "chain.mat"
+
     def _mat73(self, folder):
         """As MATLAB writes it: columns first, a user block, cell arrays as references, sparse as data, ir, jc."""
         h5py = pytest.importorskip("h5py")
@@ -68,6 +92,19 @@ class Chain:
         for name in "MKC":
             io.hb_write(folder / f"{name.lower()}.rb", sparse.csc_array(getattr(self, name)))
         return folder / "k.rb"
+
+    def _harwell_boeing_symmetric(self, folder):
+        """The lower triangle, column by column; SciPy writes unsymmetric files alone."""
+        for name in "MKC":
+            lower = sparse.csc_array(np.tril(getattr(self, name)))
+            numbers = [*(lower.indptr + 1), *(lower.indices + 1)]
+            counts = "".join(f"{count:14d}" for count in (7 + 2 * lower.nnz, 7, lower.nnz, lower.nnz, 0))
+            sizes = "".join(f"{count:14d}" for count in (6, 6, lower.nnz, 0))
+            head = f"{'chain':72s}{name:8s}\n{counts}\nRSA           {sizes[:14]}{sizes[14:]}\n"
+            layout = f"{'(1I14)':16s}{'(1I14)':16s}{'(1E26.17)':20s}{'':20s}\n"
+            lines = [*(f"{number:14d}" for number in numbers), *(f"{value:26.17E}" for value in lower.data)]
+            (folder / f"{name.lower()}.rsa").write_text(head + layout + "\n".join(lines) + "\n")
+        return folder / "k.rsa"
 
     def _scipy(self, folder):
         for name in "MKC":

@@ -115,10 +115,31 @@ def test_empty_files(run, tmp_path, file, said):
         ss.read_model(tmp_path / "run" / "blade.inp")
 
 
-def test_a_deck_that_includes_others_says_so(run, tmp_path):
+def test_a_deck_that_includes_others_is_read_with_them(run, tmp_path):
     shutil.copytree(run, tmp_path / "run")
+    whole = ss.read_model(tmp_path / "run" / "blade.inp", units="mm-t-s")
+    (tmp_path / "run" / "blade.inp").rename(tmp_path / "run" / "mesh.inp")
     (tmp_path / "run" / "blade.inp").write_text("*INCLUDE, INPUT=mesh.inp\n*STEP\n")
-    assert "includes other files, which are not read" in str(ss.read_model(tmp_path / "run" / "blade.inp").notes)
+    model = ss.read_model(tmp_path / "run" / "blade.inp", units="mm-t-s")
+    assert (model.nodes, model.sets, model.notes) == (whole.nodes, whole.sets, ())
+    (tmp_path / "run" / "mesh.inp").unlink()
+    with pytest.raises(InputError, match=r"The file that blade\.inp, line 1 includes must exist in the folder of the deck"):
+        ss.read_model(tmp_path / "run" / "blade.inp")
+
+
+def test_nodes_of_shells_have_several_rows_a_direction(tmp_path):
+    """CalculiX expands a shell into solids and names each node of these by that of the shell (2.20, tried on S8 and B32R)."""
+    rows = ["1.1", "1.2", "1.3", *3 * ["2.1", "2.2", "2.3"], "3.1", "4.2", "4.2"]
+    (tmp_path / "s.dof").write_text("\n".join(rows) + "\n")
+    for ending, value in (("sti", 5.0), ("mas", 1.0)):
+        (tmp_path / f"s.{ending}").write_text("".join(f"{k} {k} {value}\n" for k in range(1, len(rows) + 1)))
+    (tmp_path / "s.inp").write_text("*NODE\n1, 0., 0.\n2, 1., 0.\n3, 2., 0.\n4, 3., 0.\n*NSET, NSET=EDGE\n1, 2\n")
+    model = ss.read_model(tmp_path / "s.sti")
+    middle = [f"2-{part}.{axis}" for part in (1, 2, 3) for axis in "xyz"]
+    assert model.dofs == ("1.x", "1.y", "1.z", *middle, "3.x", "4-1.y", "4-2.y")
+    assert model.sets == {"EDGE": ("1", "2-1", "2-2", "2-3")}
+    assert set(model.nodes) == {"1", "3"}
+    assert model.notes[0].startswith("s.dof names 2 nodes of shells or beams several times")
 
 
 def test_the_study_of_the_tutorial(run):
@@ -136,6 +157,11 @@ def test_info_at_the_command_line(run):
     assert result.exit_code == 0
     for words in ("CalculiX matrices", "PAD: 5 nodes", "473.5001, 1676.35, 2912.721", "positive definite"):
         assert words in result.output
+    np.savez(run / "a.npz", KELAST=4.0 * np.eye(2), M=np.eye(2), C=np.eye(2))
+    named = CliRunner().invoke(app, ["info", str(run / "a.npz"), "--variables", "K=KELAST", "--no-damping"])
+    assert "rows              2 (M 2, K 2 entries)" in named.output
+    unnamed = CliRunner().invoke(app, ["info", str(run / "a.npz"), "--variables", "KELAST"])
+    assert (unnamed.exit_code, "must be LETTER=NAME, such as K=KELAST" in unnamed.output) == (2, True)
     wrong = CliRunner().invoke(app, ["info", str(run / "blade.dat")])
     assert wrong.exit_code == 2
     assert "must be a file ending in" in wrong.output

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.models.ansys_deck import read_archive
-from stickslip.models.deck import read_deck
+from stickslip.models.input_deck import read_deck
 from stickslip.models.nastran_grid import read_grid
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*implausible")
@@ -109,16 +109,16 @@ def test_elements_of_an_archive_of_ansys(tmp_path):
     assert deck.sets == {"PAD": ("2", "4")}
     assert len(deck.nodes) == 20
     (tmp_path / "a.cdb").write_text(archive(f"{30.0:20.12E}"))
-    assert read_archive(tmp_path / "a.cdb").cells == {}
+    assert read_archive(tmp_path / "a.cdb").along_own_axes.cells == {}
     (tmp_path / "a.cdb").write_text(archive(f"{0.0:20.12E}"))
-    assert read_archive(tmp_path / "a.cdb").cells
+    assert read_archive(tmp_path / "a.cdb").along_own_axes.cells
 
 
 def test_no_shape_is_drawn_of_nodes_that_move_along_axes_of_their_own(tmp_path):
-    (tmp_path / "a.inp").write_text(DECK + "*TRANSFORM, NSET=A, TYPE=C\n0., 0., 0., 0., 0., 1.\n")
-    assert read_deck(tmp_path / "a.inp").cells == {}
+    (tmp_path / "a.inp").write_text(DECK + "*NSET, NSET=A\n1\n*TRANSFORM, NSET=A, TYPE=C\n0., 0., 0., 0., 0., 1.\n")
+    assert read_deck(tmp_path / "a.inp").along_own_axes.cells == {}
     (tmp_path / "a.bdf").write_text(BULK + "CORD2R,3,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,3,,1.,1.,0.,3\n")
-    assert read_grid(tmp_path / "a.bdf").cells == {}
+    assert read_grid(tmp_path / "a.bdf").along_own_axes.cells == {}
 
 
 def model_of_a_quadrilateral(folder, nodes):

@@ -1,11 +1,14 @@
 """The same model comes out of every format; units, names and pairs of files."""
 
+import shutil
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from models import nastran_files
 from models.conftest import KINDS
+from scipy import io, sparse
 
 import stickslip as ss
 from stickslip.checks import Faults, InputError
@@ -19,9 +22,48 @@ def test_every_format_gives_the_model(chain, tmp_path, kind):
     assert structure.dofs == chain.dofs
 
 
-@pytest.mark.parametrize("kind", ["npz", "mat", "mat_compressed", "mat73"])
+@pytest.mark.parametrize("kind", ["npz", "mat", "mat4", "mat_compressed", "mat73", "octave_text"])
 def test_names_in_the_file(chain, tmp_path, kind):
     assert ss.read_structure(chain.save(tmp_path, kind)).dofs == chain.dofs
+
+
+@pytest.mark.parametrize("version", ["mat", "mat73", "octave_text"])
+def test_matrices_in_a_struct(chain, tmp_path, version):
+    """rom.M and rom.inner.K; the names of rows in rom.dofs."""
+    path = tmp_path / "rom.mat"
+    if version == "mat":
+        names = np.array(chain.dofs, dtype=object)
+        io.savemat(path, {"rom": {"M": chain.M, "inner": {"K": sparse.csc_array(chain.K)}, "dofs": names}, "other": 3.0})
+    elif version == "mat73":
+        shutil.copy(chain.save(tmp_path, "mat73"), path)
+        with h5py.File(path, "r+") as file:
+            for name, target in (("M", "rom/M"), ("K", "rom/inner/K"), ("dofs", "rom/dofs")):
+                file.move(name, target)
+            del file["C"]
+    else:
+        head, *parts = chain.save(tmp_path, "octave_text").read_text().split("# name: ")
+        M, K, dofs = (part for part in map("# name: {}".format, [*parts[:2], "# name: ".join(parts[3:])]))
+        struct = "# name: {}\n# type: scalar struct\n# ndims: 2\n 1 1\n# length: {}\n"
+        inner = struct.format("inner", 1) + K + "\n\n"
+        other = "# name: other\n# type: scalar\n3\n\n\n"
+        path.write_text(head + struct.format("rom", 3) + M + inner + dofs + "\n\n" + other)
+    model = ss.read_model(path, variables={"M": "rom.M", "K": "rom.inner.K"})
+    np.testing.assert_array_equal(model.M.toarray(), chain.M)
+    np.testing.assert_allclose(model.K.toarray(), chain.K, rtol=1e-15)
+    assert (model.dofs, model.C) == (chain.dofs, None)
+
+
+def test_null_damping_of_one_row_is_none(tmp_path):
+    """Nastran's EXTSEOUT writes a 1×1 null matrix where there is no damping; K4 is structural damping."""
+    rows = {"KAA": np.eye(3), "MAA": np.eye(3), "BXX": np.zeros((1, 1)), "K4XX": np.zeros((1, 1))}
+    np.savez(tmp_path / "a.npz", **rows)
+    model = ss.read_model(tmp_path / "a.npz")
+    assert (model.C, model.notes) == (None, ())
+    np.savez(tmp_path / "a.npz", **rows | {"K4XX": 0.1 * np.eye(3)})
+    assert ss.read_model(tmp_path / "a.npz").notes == ("K4XX, structural damping of the file, is left out.",)
+    np.savez(tmp_path / "a.npz", **rows | {"BXX": np.ones((1, 1))})
+    with pytest.raises(InputError, match=r"C must have the shape of M"):
+        ss.read_model(tmp_path / "a.npz")
 
 
 def test_rows_without_names_are_numbered(chain, tmp_path):

@@ -27,7 +27,7 @@ def victims(tmp_path_factory):
     return Victims(tmp_path_factory.mktemp("victims"))
 
 
-SLOWLY_READ = {"matrix_market_dense", "harwell_boeing", "mapping"}
+SLOWLY_READ = {"matrix_market_dense", "harwell_boeing", "harwell_boeing_symmetric", "mat4", "mapping"}
 """In a process of its own, as `matrix_market` is."""
 
 

@@ -142,7 +142,28 @@ def test_a_device_is_no_file_of_names(tmp_path):
         ss.read_model(Chain().save(tmp_path, "npz"), names=tmp_path / "names.csv")
 
 
-@pytest.mark.parametrize(("name", "text"), [("blade.cdb", ARCHIVE), ("blade.bdf", BULK)])
+INPUT = """*PART, NAME=B
+*NODE
+1, 0.1, 0.02
+3, 0.3, 0.0
+*NGEN
+1, 3, 1
+*ELEMENT, TYPE=T3D2, ELSET=E
+1, 1, 2
+*NSET, NSET=N, ELSET=E
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=P-1, PART=B
+1., 0., 0.
+1., 0., 0., 1., 0., 1., 90.
+*END INSTANCE
+*NSET, NSET=Y
+P-1.2, P-1.N
+*END ASSEMBLY
+"""
+
+
+@pytest.mark.parametrize(("name", "text"), [("blade.cdb", ARCHIVE), ("blade.bdf", BULK), ("blade.inp", INPUT)])
 @given(data=st.data())
 def test_damaged_decks_are_refused_or_read(tmp_path_factory, name, text, data):
     folder = tmp_path_factory.mktemp("damaged")

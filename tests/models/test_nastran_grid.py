@@ -2,12 +2,17 @@
 
 import numpy as np
 import pytest
+from each import each
+from models import nastran_files
 
 import stickslip as ss
-from stickslip.models.nastran_grid import read_grid
+from stickslip.models.bulk_cards import BULK_CARDS
+from stickslip.models.nastran_grid import ELEMENTS, read_grid
 
 
-def deck(folder, text):
+def deck(folder, text, **files):
+    for name, content in files.items():
+        (folder / f"{name}.bdf").write_text(content)
     path = folder / "blade.bdf"
     path.write_text(text)
     return read_grid(path)
@@ -49,7 +54,7 @@ def test_defaults_of_all_grid_points(tmp_path):
     )
     assert found.nodes["1"] == pytest.approx((1.0, 2.0, 8.0))
     assert found.nodes["80000000001"] == (1.0, 2.0, 3.0)
-    assert found.notes == ("1 grid points of blade.bdf move in coordinate systems of their own: x, y, z are those directions.",)
+    assert found.turned.startswith("1 node of blade.bdf with axes of their own (CD of GRID)")
 
 
 @pytest.mark.parametrize(
@@ -73,3 +78,120 @@ def test_many_systems_in_a_row_end(tmp_path):
     found = deck(tmp_path, chain + last + "GRID,1,1,0.,0.,0.\nGRID,2,260,0.,0.,0.\n")
     assert found.nodes.keys() == {"2"}
     np.testing.assert_allclose(found.nodes["2"], (0.0, 0.0, 41.0))
+
+
+POINTS = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\n"
+
+
+@each("quoted", ["'mesh.bdf'", '"mesh.bdf"', "mesh.bdf", "'me\n      sh.bdf'", "'.\\mesh.bdf' $ a comment"])
+def test_included_files(tmp_path, quoted):
+    found = deck(tmp_path, f"SOL 103\nCEND\nBEGIN BULK\nINCLUDE {quoted}\nGRID,3,,2.,0.,0.\nENDDATA\n", mesh=POINTS)
+    assert list(found.nodes) == ["1", "2", "3"]
+    assert found.notes == ()
+
+
+def test_included_files_outside_of_the_folder_or_missing(tmp_path):
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "mesh.bdf").write_text(POINTS)
+    with pytest.raises(ss.InputError, match=r"The file that blade\.bdf, line 1 includes must lie in the folder of the deck"):
+        deck(tmp_path / "inner", "INCLUDE '../mesh.bdf'\n")
+    with pytest.raises(ss.InputError, match=r"The file that blade\.bdf, line 2 includes must exist .* Did you mean 'mesh\.bdf'"):
+        deck(tmp_path, "BEGIN BULK\nINCLUDE 'mesg.bdf'\n")
+
+
+def test_nothing_counts_before_begin_bulk_and_after_enddata(tmp_path):
+    found = deck(tmp_path, f"SET 1 = 1,2\nGRID,7,,0.,0.,0.\nBEGIN BULK\n{POINTS}ENDDATA\nGRID,3,,0.,0.,0.\n")
+    assert list(found.nodes) == ["1", "2"]
+
+
+def test_large_fields_in_free_format(tmp_path):
+    """GRID* has four fields a line, its continuation the rest: CD = 0 in the one, z alone in the other."""
+    found = deck(tmp_path, "GRID*,1,,0.,0.\n*,5.,0\nGRID*,2,,1.,0.\n*,6.\nGRID,3,,1.,2.,7.,0\n")
+    assert found.nodes == {"1": (0.0, 0.0, 5.0), "2": (1.0, 0.0, 6.0), "3": (1.0, 2.0, 7.0)}
+    with pytest.raises(ss.InputError, match=r"blade\.bdf, line 1 must hold at most 4 fields after its name"):
+        deck(tmp_path, "GRID*,1,,0.,0.,5.,0\n")
+
+
+@each(
+    "text",
+    [
+        "GRID,1,,0.,0.,0.\n=,*1,=,*1.,==\n=(2)\n",
+        "GRID,1,,0.,0.,0.\n=,*(1),,*(1.),=,=\n=2\n",
+        "GRID           1              0.      0.      0.\n=             *1       =     *1.      =       =\n=(2)\n",
+    ],
+)
+def test_replicated_entries(tmp_path, text):
+    """Four grid points one apart along x."""
+    assert deck(tmp_path, text).nodes == {str(k): (k - 1.0, 0.0, 0.0) for k in (1, 2, 3, 4)}
+
+
+def test_replication_out_of_its_columns_is_refused(tmp_path):
+    """*1. reaches over the end of its field: what it means is a guess."""
+    text = "GRID           1              0.      0.      0.\n=              *1              *1.      =      =\n=(2)\n"
+    with pytest.raises(ss.InputError, match=r"blade\.bdf, line 2, replication must hold .* Write the entries out"):
+        deck(tmp_path, text)
+
+
+def test_grid_points_of_superelements_have_numbers_of_their_own(tmp_path):
+    part = "BEGIN SUPER=7\nGRID,1,,9.,9.,9.\n"
+    found = deck(tmp_path, f"BEGIN BULK\n{POINTS}{part}ENDDATA\n")
+    assert found.nodes["1"] == (0.0, 0.0, 0.0)
+    assert found.notes == (
+        "blade.bdf: SUPER 7 left out, whose grid points have numbers of their own: name a file of the superelement.",
+    )
+    assert deck(tmp_path, part).nodes == {"1": (9.0, 9.0, 9.0)}  # the punch file of one superelement
+
+
+def test_what_is_not_obeyed_is_refused_or_said(tmp_path):
+    for card in BULK_CARDS.refused:
+        with pytest.raises(ss.InputError, match=r"blade\.bdf, line 3 must hold cards that this reader obeys"):
+            deck(tmp_path, f"{POINTS}{card},1,2\n")
+    for card in BULK_CARDS.noted:
+        (note,) = deck(tmp_path, f"{POINTS}{card},1,2\n").notes
+        assert note.startswith(f"blade.bdf: {card} is not read; ")
+    (note,) = deck(tmp_path, POINTS + "NEWCARD,1\n").notes
+    assert note.startswith("blade.bdf: NEWCARD (blade.bdf, line 3) not known to this reader")
+    assert deck(tmp_path, POINTS + "".join(f"{card},1\n" for card in BULK_CARDS.harmless)).notes == ()
+
+
+GEOMETRY = """
+CORD1C CORD1R CORD1S CORD2C CORD2R CORD2S CORD3G CORD3R GMCORD GRID GRDSET GRIDB GRIDF GRIDS POINT RINGAX RINGFL SECTAX
+SPOINT EPOINT SEQGP SNORM FEEDGE FEFACE GMCURV GMSURF AEGRID FREEPT POINTAX PRESPT SLBDY BNDGRID
+"""
+"""Bulk data entries of the chapters "Grid points", "Coordinate systems", "Scalar points", "Fluid points" and "Axisymmetry"."""
+SUPERELEMENTS = """
+CSUPER CSUPEXT EXTRN RELEASE SEBNDRY SEBSET SEBSET1 SEBULK SECONCT SECSET SECSET1 SEELT SEEXCLD SELABEL SELOC SELOAD SEMPLN
+SENQSET SEQSEP SEQSET SEQSET1 SESET SESUP SETREE SEUSET SEUSET1
+"""
+MATRICES_AND_SETS = """
+DMI DMIG DMIAX DTI ASET ASET1 BSET BSET1 CSET CSET1 OMIT OMIT1 QSET QSET1 SUPORT SUPORT1 USET USET1 SET1 SET3 MPC SPC SPC1
+"""
+MESH = """
+CHEXA CPENTA CPYRAM CTETRA CQUAD4 CQUAD8 CQUADR CTRIA3 CTRIA6 CTRIAR CBAR CBEAM CBEND CBUSH CROD CTUBE CONROD CSHEAR CELAS1
+CELAS2 CELAS3 CELAS4 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CMASS1 CMASS2 CMASS3 CMASS4 CONM1 CONM2 CVISC CGAP CFAST CWELD CSEAM
+CQUAD CQUADX CTRIAX CTRIAX6 GENEL PLOTEL RBAR RBE1 RBE2 RBE3 RROD RSPLINE RTRPLT RSSCON INCLUDE ENDDATA PARAM
+"""
+"""What the Quick Reference Guide lists under these headings."""
+
+
+@each("manual", [GEOMETRY, SUPERELEMENTS, MATRICES_AND_SETS, MESH])
+def test_the_lists_know_the_entries_of_the_manual(manual):
+    assert set(manual.split()) - BULK_CARDS.known == set()
+    lists = (BULK_CARDS.obeyed, BULK_CARDS.harmless, BULK_CARDS.refused.keys(), BULK_CARDS.noted.keys())
+    assert sum(map(len, lists)) == len(BULK_CARDS.known)
+    assert ELEMENTS.keys() < BULK_CARDS.obeyed
+
+
+def test_a_superelement_names_the_rows_of_its_matrices(tmp_path):
+    """OUTPUT4 of EXTSEOUT has no names; its punch file lists them in EXTRN, two grid points and two modes here."""
+    pch = "BEGIN SUPER 7\nEXTRN,3,123456,11,13,901,0,902,0\nGRID,3,,0.,0.,0.\nGRID,11,,0.,1.,0.\nSPOINT,901,902\n"
+    (tmp_path / "part.pch").write_text(pch)
+    np.savez(tmp_path / "part.npz", M=np.eye(10), K=1e4 * np.eye(10))
+    model = ss.read_model(tmp_path / "part.npz", names=tmp_path / "part.pch")
+    assert model.dofs == (*(f"3.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz")), "11.x", "11.z", "901.q0", "902.q0")
+    assert model.nodes["11"] == (0.0, 1.0, 0.0)
+    (tmp_path / "part.op4").write_text(nastran_files.op4_text({"KXX": 1e4 * np.eye(10), "MXX": np.eye(10)}, "dense"))
+    assert ss.read_model(tmp_path / "part.op4").dofs == model.dofs
+    np.savez(tmp_path / "part.npz", M=np.eye(9), K=1e4 * np.eye(9))
+    with pytest.raises(ss.InputError, match=r"dofs, the names of the rows of M, must have 9 entries, but is 10"):
+        ss.read_model(tmp_path / "part.npz", names=tmp_path / "part.pch")

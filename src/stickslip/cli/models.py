@@ -20,18 +20,30 @@ def info(
     model: Annotated[Path, typer.Argument(help="A finite-element model; of a pair of files that of the stiffness.")],
     units: Annotated[str, typer.Option(help="Units of the file: SI, mm-t-s, mm-kg-s or mm-kg-ms.")] = "SI",
     names: Annotated[Path | None, typer.Option(help="Names, coordinates, sets: a deck or a table (CSV).")] = None,
+    variables: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LETTER=NAME", help="A matrix of an unusual name, K=KELAST or M=rom.M; repeatable."),
+    ] = None,
+    no_damping: Annotated[bool, typer.Option("--no-damping", help="Leave the matrix C of the file out.")] = False,
     modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
 ) -> None:
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""
     import warnings
 
+    from stickslip.checks import fault
     from stickslip.models.describe import describe
     from stickslip.models.read import read_model
 
+    named = {}
+    for text in variables or ():
+        letter, equals, name = text.partition("=")
+        if not equals:
+            raise fault("--variables", "must be LETTER=NAME, such as K=KELAST", text)
+        named[letter.strip()] = name.strip()
     with progress_bar("Model") as report, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the description says the same
         report(0.0, "reading")
-        found = read_model(model, units=units, names=names)
+        found = read_model(model, units=units, names=names, variables=named, own_damping=not no_damping)
         report(0.3, f"modes of {found.size} rows")
         description = describe(found, modes)
     say(str(description))

@@ -15,7 +15,10 @@ import numpy as np
 
 from stickslip.checks import Array, Index, fault
 from stickslip.models.content import Content, dof
-from stickslip.models.deck import Deck, cards, fields, read_deck
+from stickslip.models.deck import Deck
+from stickslip.models.included_files import Line
+from stickslip.models.input_cards import cards, fields
+from stickslip.models.input_deck import read_deck
 from stickslip.models.limits import refuse_cut, within_file, within_memory
 from stickslip.models.numbers import numbers_in, table, triplets, whole
 from stickslip.structure.sparse import Sparse, both_triangles
@@ -44,7 +47,7 @@ def read(path: Path) -> Content:
 def _deck(path: Path) -> Deck:
     match = JOB.fullmatch(path.stem)
     beside = path.with_name(f"{match[1]}.inp" if match else f"{path.stem}.inp")
-    return read_deck(beside) if beside.is_file() else Deck()
+    return read_deck(beside).along_own_axes if beside.is_file() else Deck()
 
 
 def _matrix_input(path: Path, entries: Array, deck: Deck) -> Content:
@@ -70,13 +73,13 @@ def _substructure(path: Path, deck: Deck) -> Content:
     text = path.read_text(encoding="ascii", errors="replace")
     nodes, matrices = _element_nodes(text), {}
     dofs: tuple[str, ...] = ()
-    for keyword, options, data in cards(text.splitlines()):
-        if keyword == "USER ELEMENT":
+    for card in cards(Line(line, path.name, number) for number, line in enumerate(text.splitlines(), start=1)):
+        if card.keyword == "USER ELEMENT":
             if dofs:
                 raise fault(path.name, "must hold one substructure", "several *USER ELEMENT")
-            dofs = _directions(data, nodes)
-        elif keyword == "MATRIX" and options.get("TYPE"):
-            matrices[options["TYPE"]] = _packed(f"{path.name}, {options['TYPE']}", data, len(dofs))
+            dofs = _directions(card.data, nodes)
+        elif card.keyword == "MATRIX" and (kind := card.name("TYPE")):
+            matrices[kind] = _packed(f"{path.name}, {kind}", card.data, len(dofs))
     return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, deck.notes, deck.cells)
 
 

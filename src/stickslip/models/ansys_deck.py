@@ -2,7 +2,8 @@
 (EBLOCK), in fixed columns.
 
 NBLOCK is followed by a line with its columns, "(3i9,6e21.13e3)": whole numbers, the first of which is the node, then x, y, z and
-angles; zeros at the end of a line are left out. CMBLOCK, NAME, NODE, COUNT holds numbers; a negative one means "up to". A line of
+angles; zeros at the end of a line are left out. Archives without blocks have N,R5.3,LOC with coordinates and N,R5.3,ANG with
+angles of a node. CMBLOCK, NAME, NODE, COUNT holds numbers; a negative one means "up to". A line of
 EBLOCK, , SOLID has 11 numbers, the second the type and the ninth the number of nodes, then up to 8 nodes; the others follow.
 (Mechanical APDL Programmer's Reference: Mapped files, coded database.)
 """
@@ -10,14 +11,14 @@ EBLOCK, , SOLID has 11 numbers, the second the type and the ninth the number of 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 
 from stickslip.checks import fault
 from stickslip.models.cells import FoundCells
-from stickslip.models.content import located
-from stickslip.models.deck import MOST_GENERATED, Deck
+from stickslip.models.content import located_once
+from stickslip.models.deck import MOST_GENERATED, CardList, CardsMet, Deck, own_axes
 from stickslip.models.limits import within_memory
 from stickslip.structure.matrices import Point
 
@@ -30,28 +31,129 @@ ELEMENTS = {
 LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 FIRST_NODE = 11
 """Numbers of a line of EBLOCK before its nodes."""
-COLUMNS = re.compile(r"\(((?:\d+i\d+,?)+)(?:\d+e(\d+)\.\d+(?:e\d+)?)?\)", re.IGNORECASE)
+SIGNIFICANT = 4
+"""Characters that make a command."""
+SYSTEMS = ("LOCA", "CS", "CLOC", "CSKP", "CSWP")
+"""Commands that make a coordinate system and activate it."""
+
+
+def _commands(text: str) -> frozenset[str]:
+    return frozenset(word[:SIGNIFICANT] for word in text.split())
+
+
+ARCHIVE_COMMANDS = CardList(
+    obeyed=frozenset({"NBLO", "N", "ET", "ETBL", "EBLO", "CMBL", "CSYS", *SYSTEMS}),
+    harmless=_commands(
+        """
+        /BATCH /COM /CONFIG /CWD /CLEAR /DEBUG /ESHAPE /EOF /EXIT /FILNAME /GO /GOPR /GOLIST /GST /NERR /NOLIST /NOPR
+        /OUTPUT /POST1 /PREP7 /SHOW /SOLU /SOLUTION /STATUS /STITLE /SYP /TITLE /UNITS /VIEW /WB /PBC /TRACK /AUX2 /PMACRO
+        *ABBR *DIM *DEL *SET *PREAD *TREAD *VREAD *IF *ELSE *ELSEIF *ENDIF *GET *MSG *ASK *CFOPEN *CFCLOS *CFWRITE *VWRITE
+        *STATUS *VGET *TAXIS END ACEL ALLSEL ALPHAD ANTYPE ARCLEN ASEL AUTOTS BETAD BF BFBLOCK BFE BFEBLOCK BFUNIF CBDOF
+        CDOPT CE CECMOD CEDELE CELIST CESFOR CGLOC CGOMEGA CINT CMACEL CMDOMEGA CMOMEGA CMROTATE CNVTOL CORIOLIS CP CPDELE
+        CPINTF CRPLIM CSCIR CSDELE CUTCONTROL D DCGOMG DDELE DESIZE DIG DK DL DMPEXT DMPOPTION DMPRAT DMPSTR DOF DOMEGA DSYS
+        DUMP EALIVE EKILL EMATWRITE EMUNIT EQSLV ERESX EREINF ESEL ESYS ETCON ETDELE ETLIST EXBOPT EXTOPT EXPASS F FBLOCK
+        FDELE FILEPREFIX FINISH FK FLST GAUGE HARFRQ HROPT INISTATE INISOPT INRTIA IRLF K KBC KEYOPT KUSE L LCLEAR LNSRCH
+        LSCLEAR LSEL LUMPM MASCALE MAT MODCONTROL MODOPT MONITOR MP MPAMOD MPCHG MPCOPY MPDATA MPDELE MPDRES MPLIB MPTEMP
+        MPTGEN MPTRES MPUNDO MXPAND NCNV NEQIT NLDIAG NLGEOM NLHIST NLOPT NROPT NSEL NSUBST NUMOFF NUMVAR OMEGA OPNCONTROL
+        OUTPR OUTRES PIVCHECK PLTIME PRED PSTRES QRDOPT QSOPT R RDELE REAL RESCONTROL RESVEC RESWRITE RLBLOCK RMORE RMODIF
+        RSTOFF SAVE SECBLOCK SECCONTROL SECDATA SECFUNCTION SECJOINT SECLOCK SECMODIF SECNUM SECOFFSET SECPLOT SECREAD
+        SECSTOP SECTYPE SECWRITE SEDLIST SEEXP SELM SENERGY SEOPT SESYMM SET SETRAN SF SFBEAM SFCUM SFDELE SFE SFEBLOCK
+        SFGRAD SHPP SOLCONTROL SOLVE SPOPT SSTATE STABILIZE STEF TB TBCOPY TBDATA TBDELE TBEO TBFIELD TBFT TBLIST TBMODIF
+        TBPT TBTEMP TCHG TEMPERATURE THOPT TIME TIMINT TINTP TOFFST TREF TRNOPT TSHAPE TSPEC TUNIF TYPE UNPAUSE UPCOORD VSEL
+        WSPRINGS WTBCREATE XMLO CMSEL EDOPT ENORM KSEL NOOFFSET DELTIM TIMERANGE EXPAND CYCLIC RATE SNOPTION PCGOPT
+        DSPOPTION BCSOPTION CNTR CNCHECK MSAVE OVCHECK
+        """
+    ),
+    refused=dict.fromkeys(
+        _commands(
+            """
+            NGEN NSYM FILL NSCALE NKPT NROTAT NMODIF NANG NORA NORL NDELE NREAD NUMMRG NUMCMP MOVE TRANSFER QUAD NLAYER
+            CDREAD /INPUT *USE *DO *DOWHILE *REPEAT *GO *ULIB UPGEOM MORPH DAMORPH DVMORPH AMESH VMESH LMESH KMESH VSWEEP
+            RESUME VEXT EMODIF ENGEN ENSYM ESYM EGEN EINTF LGEN AGEN VGEN
+            """
+        ),
+        "Write the archive with CDWRITE, which writes every node and component out.",
+    ),
+    noted={
+        "E": "its element is not drawn",
+        "EN": "its element is not drawn",
+        "EMOR": "its element is not drawn",
+        "CM": "no set of nodes has the name of its component, which CMBLOCK lists",
+        "CMGR": "assemblies of components are no sets of nodes",
+    },
+)
+COLUMNS = re.compile(r"\(((?:\d+i\d+,?)+)(?:\d+[ea](\d+)(?:\.\d+)?(?:e\d+)?)?\)", re.IGNORECASE)
 
 
 def read_archive(path: Path) -> Deck:
-    """Nodes and node components of an archive; all else is passed over."""
+    """Nodes, node components and elements of an archive."""
     within_memory(path.name, 10 * path.stat().st_size)
-    nodes: list[tuple[str, Point]] = []
-    sets: dict[str, tuple[str, ...]] = {}
-    types: dict[str, str] = {}
-    found = FoundCells()
+    archive, met = _Archive(), CardsMet(ARCHIVE_COMMANDS)
     with path.open(encoding="ascii", errors="replace") as file:
-        for line in file:
+        lines = enumerate(file, start=1)
+        for number, line in lines:
             words = [word.strip().upper() for word in line.partition("!")[0].split(",")]
-            if words[0] == "NBLOCK":
-                nodes += _nodes(file, found)
-            elif words[0] == "ET" and len(words) > 2:
-                types[words[1]] = ELEMENTS.get(words[2].lstrip(LETTERS), "")
-            elif words[0] == "EBLOCK" and words[2:3] == ["SOLID"]:
-                _elements(file, types, found)
-            elif words[0] == "CMBLOCK" and len(words) > 3 and words[2].startswith("NODE"):
-                sets[words[1]] = tuple(map(str, _members(file, int(words[3]))))
-    return Deck(located(nodes), sets, found.notes(path.name), found.cells)
+            command = words[0].partition(" ")[0][:SIGNIFICANT]
+            if re.match(r"[A-Z/*][^=]*$", words[0]) and met.obeys(command, f"{path.name}, line {number}"):
+                archive.take(command, words, (more for _, more in lines))
+    deck = archive.deck(path.name)
+    deck.notes = (*deck.notes, *met.notes(path.name))
+    return deck
+
+
+class _Archive:
+    """What an archive says, command by command. types: kind of cell by element type; active: whether a system other than the
+    global Cartesian one is active, in which the command N would place nodes."""
+
+    def __init__(self) -> None:
+        self.nodes: dict[str, Point] = {}
+        self.sets: dict[str, tuple[str, ...]] = {}
+        self.types: dict[str, str] = {}
+        self.cells = FoundCells()
+        self.turned: set[str] = set()
+        self.active = False
+
+    def take(self, command: str, words: list[str], lines: Iterator[str]) -> None:
+        """A command with its arguments; `lines` are those after it."""
+        if command == "NBLO":
+            for node, point, angles in _nodes(lines):
+                self._add(node, point, angles)
+        elif command == "N":
+            self._node(words)
+        elif command == "ET" and len(words) > 2:
+            self.types[words[1]] = ELEMENTS.get(words[2].lstrip(LETTERS), "")
+        elif command == "ETBL":
+            self.types |= {number: ELEMENTS.get(kind, "") for number, kind in _types(lines)}
+        elif command == "EBLO" and words[2:3] == ["SOLID"]:
+            _elements(lines, self.types, self.cells)
+        elif command == "CMBL" and len(words) > 3 and words[2].startswith("NODE"):
+            self.sets[words[1]] = tuple(map(str, _members(lines, int(words[3]))))
+        elif command in ("CSYS", *SYSTEMS):
+            self.active = command != "CSYS" or words[1:2] not in ([], ["0"], [""])
+
+    def _node(self, words: list[str]) -> None:
+        """N, R5.3, LOC or ANG, node, three numbers, of an archive without blocks; or N, node, x, y, z, three angles."""
+        if words[1:2] and words[1].startswith("R5"):
+            kind, node, numbers = words[2], words[3], [float(word or 0.0) for word in (*words[4:7], *[""] * 3)[:3]]
+            if int(node) > 0 and kind == "LOC":
+                self._add(node, numbers, False)
+            elif int(node) > 0 and any(numbers):
+                self.turned.add(node)
+            return
+        if self.active:
+            raise fault("A command N", "must follow CSYS, 0", ", ".join(words[:5]), "Write the archive with CDWRITE.")
+        numbers = [float(word or 0.0) for word in (*words[2:8], *[""] * 6)[:6]]
+        self._add(words[1], numbers[:3], any(numbers[3:]))
+
+    def _add(self, node: str, point: Sequence[float], angles: bool) -> None:
+        x, y, z = point
+        located_once(self.nodes, str(int(node)), (x, y, z))
+        if angles:
+            self.turned.add(str(int(node)))
+
+    def deck(self, file: str) -> Deck:
+        turned = own_axes(len(self.turned), file, "angles of NBLOCK or N")
+        return Deck(self.nodes, self.sets, self.cells.notes(file), self.cells.cells, turned)
 
 
 def _columns(line: str) -> tuple[list[int], int]:
@@ -63,8 +165,8 @@ def _columns(line: str) -> tuple[list[int], int]:
     return [width for count, width in groups for _ in range(count)], int(match[2] or 0)
 
 
-def _nodes(lines: Iterator[str], found: FoundCells) -> Iterator[tuple[str, Point]]:
-    """Nodes up to the end of a block: a line that begins with "N," or -1."""
+def _nodes(lines: Iterator[str]) -> Iterator[tuple[str, list[float], bool]]:
+    """Nodes up to the end of a block, a line that begins with "N," or -1: coordinates, and whether angles turn their axes."""
     widths, wide = _columns(next(lines, ""))
     if not wide:
         raise fault("The columns of NBLOCK", "must be stated as (3i9,6e21.13e3)", "without those of coordinates")
@@ -73,10 +175,18 @@ def _nodes(lines: Iterator[str], found: FoundCells) -> Iterator[tuple[str, Point
         if text.startswith("N,") or text.strip() == "-1":
             return
         start = sum(widths)
-        # Angles turn the axes along which the node moves.
-        found.turned |= bool(text[start + 3 * wide :].strip(" 0.E+-"))
-        x, y, z = (float(text[start + k * wide : start + (k + 1) * wide].strip() or 0.0) for k in range(3))
-        yield str(int(text[: widths[0]])), (x, y, z)
+        angles = bool(text[start + 3 * wide :].strip(" 0.E+-"))
+        yield text[: widths[0]], [float(text[start + k * wide : start + (k + 1) * wide].strip() or 0.0) for k in range(3)], angles
+
+
+def _types(lines: Iterator[str]) -> Iterator[tuple[str, str]]:
+    """Number and element type of each line of a block that ends with -1."""
+    widths, _ = _columns(next(lines, ""))
+    for line in lines:
+        numbers = _cut(line, len(widths), widths[0])
+        if numbers[:1] == ["-1"] or len(numbers) < 2:
+            return
+        yield numbers[0], numbers[1]
 
 
 def _elements(lines: Iterator[str], types: Mapping[str, str], found: FoundCells) -> None:

@@ -6,13 +6,15 @@ with a line NODE.DIRECTION for each row; fixed degrees of freedom have none. (Ca
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, counted, fault
 from stickslip.models.content import Content, dof
-from stickslip.models.deck import Deck, read_deck
+from stickslip.models.deck import Deck
+from stickslip.models.input_deck import read_deck
 from stickslip.models.limits import refuse_cut
 from stickslip.models.numbers import table, triplets, whole
 from stickslip.structure.sparse import Sparse, both_triangles
@@ -31,7 +33,7 @@ def read(path: Path) -> Content:
             packed = file.with_name(f"{file.name}.gz")
             remedy = f"Unpack it: gunzip {packed.name}" if packed.is_file() else WRITE_THEM
             raise fault("A model of CalculiX", f"must have {file.name} beside {path.name}", "missing", remedy)
-    dofs = _names(names)
+    dofs, several = _names(names)
     entries = {letter: _entries(file) for letter, file in (("K", stiffness), ("M", mass))}
     if len(entries["K"]) != len(entries["M"]):
         raise fault(mass.name, f"must have as many lines as {stiffness.name}, {len(entries['K'])}", len(entries["M"]), CUT_SHORT)
@@ -39,9 +41,12 @@ def read(path: Path) -> Content:
     deck = path.with_suffix(".inp")
     found = read_deck(deck) if deck.is_file() else Deck()
     missing = (f"No {deck.name} beside the matrices: no coordinates and no sets of nodes.",)
-    return Content(
-        "CalculiX matrices", matrices, dofs, found.nodes, found.sets, found.notes if deck.is_file() else missing, found.cells
-    )
+    notes = found.notes if deck.is_file() else missing
+    if not several:
+        return Content("CalculiX matrices", matrices, dofs, found.nodes, found.sets, notes, found.cells)
+    nodes = {node: point for node, point in found.nodes.items() if node not in several}
+    sets = {name: tuple(own for node in each for own in several.get(node, [node])) for name, each in found.sets.items()}
+    return Content("CalculiX matrices", matrices, dofs, nodes, sets, (*notes, _expanded(names.name, several)))
 
 
 def _entries(path: Path) -> Array:
@@ -60,14 +65,37 @@ def _matrix(path: Path, entries: Array, size: int) -> Sparse:
     return both_triangles(path.name, triplets(path.name, rows, columns, entries[:, 2], size))
 
 
-def _names(path: Path) -> tuple[str, ...]:
-    """NODE.DIRECTION of each row."""
-    found = []
+def _expanded(file: str, several: Mapping[str, Sequence[str]]) -> str:
+    node, names = next(iter(several.items()))
+    nodes = f"{counted(len(several), 'node')} of shells or beams"
+    return (
+        f"{file} names {nodes} several times, since CalculiX computes with solids: their nodes at {node} are called "
+        f"{', '.join(names)} here, in the order of the rows and without coordinates. "
+        "Where all but one are fixed, this one keeps the number and the coordinates of the shell or beam."
+    )
+
+
+def _names(path: Path) -> tuple[tuple[str, ...], dict[str, list[str]]]:
+    """NODE.DIRECTION of each row; and by node the names of those that CalculiX made of one of a shell or beam, 17-1, 17-2, ...
+
+    Their rows follow one another: a direction that is not beyond the one before begins the next.
+    """
+    found: list[tuple[str, int]] = []
     for line in path.read_text(encoding="ascii", errors="replace").split():
         node, dot, direction = line.partition(".")
         if not (dot and node.isdecimal() and direction in DIRECTIONS):
             raise fault(f"A line of {path.name}", "must be NODE.DIRECTION with a direction of 1 to 6", line[:40])
-        found.append(dof(node, int(direction)))
+        found.append((node, int(direction)))
     if not found:
         raise fault(path.name, "must hold a line NODE.DIRECTION for each row", "empty", WRITE_THEM)
-    return tuple(found)
+    parts: dict[str, int] = {}
+    numbered: list[tuple[str, int, int]] = []
+    last: tuple[str, int] = "", 0
+    for node, number in found:
+        if node != last[0] or number <= last[1]:
+            parts[node] = parts.get(node, 0) + 1
+        numbered.append((node, parts[node], number))
+        last = node, number
+    several = {node: [f"{node}-{part}" for part in range(1, parts[node] + 1)] for node in parts if parts[node] > 1}
+    names = (dof(f"{node}-{part}" if node in several else node, number) for node, part, number in numbered)
+    return tuple(names), several

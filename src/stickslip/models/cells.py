@@ -19,11 +19,9 @@ LONGEST = 18
 
 @dataclass
 class FoundCells:
-    """Cells as they are read. turned: whether nodes move in axes of their own, along which displacements cannot be drawn; lost:
-    elements without numbers of all their corners."""
+    """Cells as they are read; lost: elements without numbers of all their corners."""
 
     corners: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
-    turned: bool = False
     lost: int = 0
 
     def add(self, kind: str, nodes: Sequence[str]) -> None:
@@ -36,8 +34,8 @@ class FoundCells:
 
     @property
     def cells(self) -> Cells:
-        """The cells by kind, none where displacements could not be drawn."""
-        return {} if self.turned else {kind: np.array(rows, dtype=np.int64) for kind, rows in self.corners.items()}
+        """The cells by kind."""
+        return {kind: np.array(rows, dtype=np.int64) for kind, rows in self.corners.items()}
 
     def notes(self, file: str) -> tuple[str, ...]:
         """What was left out."""

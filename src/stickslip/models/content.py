@@ -65,9 +65,14 @@ def located(pairs: Iterable[tuple[str, Point]]) -> dict[str, Point]:
     """Coordinates by node; one that stands twice must stand in one place."""
     found: dict[str, Point] = {}
     for node, point in pairs:
-        if found.setdefault(node, point) != point:
-            raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Which are its own?")
+        located_once(found, node, point)
     return found
+
+
+def located_once(found: dict[str, Point], node: str, point: Point) -> None:
+    """Add the coordinates of a node."""
+    if found.setdefault(node, point) != point:
+        raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Which are its own?")
 
 
 def dof(node: object, direction: int) -> str:

@@ -1,147 +1,92 @@
-"""Input decks of Abaqus and CalculiX: node coordinates, node sets and the corners of elements."""
+"""What a deck says about nodes, as the reader of each format returns it, and what becomes of the cards that it meets."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
-from stickslip.checks import fault
-from stickslip.models.cells import PLATES, SOLIDS, FoundCells
-from stickslip.models.content import located
-from stickslip.models.limits import within_memory
+from stickslip.checks import counted, fault, first_of
 from stickslip.structure.matrices import Point
 from stickslip.structure.mesh_surface import Cells
 
-ELEMENT = re.compile(r"(C3D|SC|S|STRI|M3D)(\d{1,2})(?!V)[A-Z]*\d?[A-Z]*")
-"""Names of elements with faces: family and number of nodes, which those with V have a choice of."""
-SHAPES = {
-    **{("C3D", nodes): kind for kind, counts in SOLIDS.items() for nodes in counts},
-    **{(family, nodes): kind for family in ("S", "STRI", "M3D") for kind, counts in PLATES.items() for nodes in counts},
-    ("SC", 6): "wedge",
-    ("SC", 8): "hexahedron",
-}
 MOST_GENERATED = 10_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
+MOST_MADE = 2_000_000
+"""Nodes that cards of a deck make of others, in all."""
+SHOWN = 8
+"""Cards that a note lists."""
 
 
 @dataclass
 class Deck:
     """nodes: coordinates by node; sets: nodes by the name of a set, in capitals; cells: corner nodes of elements by kind; notes:
-    what was not read."""
+    what was not read; turned: what to say where rows of matrices follow the axes that nodes have of their own;
+    rows: the names of the rows of matrices, where the deck says them."""
 
     nodes: dict[str, Point] = field(default_factory=dict)
     sets: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cells: Cells = field(default_factory=dict)
+    turned: str = ""
+    rows: tuple[str, ...] = ()
+
+    @property
+    def along_own_axes(self) -> Deck:
+        """The deck where rows follow the axes of nodes: with a note, and without cells, which would be drawn wrong."""
+        return replace(self, notes=(*self.notes, self.turned), cells={}) if self.turned else self
 
 
-def read_deck(path: Path) -> Deck:
-    """Nodes and sets of nodes of a deck; others are passed over; a note says that includes are not followed."""
-    within_memory(path.name, 10 * path.stat().st_size)
-    deck = Deck()
-    members: dict[str, dict[str, None]] = {}
-    nodes: list[tuple[str, Point]] = []
-    found = FoundCells()
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for keyword, options, data in cards(file):
-            if keyword == "NODE":
-                numbered = [_node(line) for line in data]
-                nodes += numbered
-                if "NSET" in options:
-                    _add(members, options["NSET"], [node for node, _ in numbered])
-            elif keyword == "ELEMENT":
-                _elements(options.get("TYPE", ""), data, found)
-            elif keyword == "TRANSFORM":
-                found.turned = True
-            elif keyword == "INCLUDE":
-                deck.notes = (
-                    f"{path.name} includes other files, which are not read: nodes, sets and elements there are missing.",
-                )
-            elif keyword == "NSET" and "NSET" in options:
-                _add(members, options["NSET"], _members(data, "GENERATE" in options, members))
-    if not nodes and not deck.notes:
-        deck.notes = (f"{path.name} holds no nodes.",)
-    deck.nodes, deck.cells, deck.notes = located(nodes), found.cells, (*deck.notes, *found.notes(path.name))
-    deck.sets = {name: tuple(nodes) for name, nodes in members.items()}
-    return deck
+def own_axes(number: int, file: str, card: str) -> str:
+    """What to say of nodes with axes of their own, nothing where there are none."""
+    nodes = counted(number, "node")
+    return f"{nodes} of {file} with axes of their own ({card}): x, y, z of these rows are those directions." if number else ""
 
 
-def cards(lines: Iterator[str] | list[str]) -> Iterator[tuple[str, dict[str, str], list[str]]]:
-    """Each keyword with its options and its data lines; names in capitals, comments left out."""
-    keyword = ""
-    options: dict[str, str] = {}
-    data: list[str] = []
-    for raw in lines:
-        line = raw.strip()
-        if line.startswith("**") or not line:
-            continue
-        if line.startswith("*"):
-            if keyword:
-                yield keyword, options, data
-            words = [word.strip() for word in line[1:].upper().split(",")]
-            pairs = (word.partition("=") for word in words[1:])
-            keyword, data = words[0], []
-            options = {name.strip(): value.strip() for name, _, value in pairs}
-        elif keyword:
-            data.append(line)
-    if keyword:
-        yield keyword, options, data
+@dataclass(frozen=True)
+class CardList:
+    """The cards of a format by what a reader of nodes, sets and elements does with them.
+
+    obeyed: they count; harmless: they say nothing about nodes, sets and elements, or only what the matrices hold already;
+    refused: by card what to do instead, since nodes or sets would be wrong or missing; noted: by card what is missing without
+    it, while all else is right.
+    """
+
+    obeyed: frozenset[str]
+    harmless: frozenset[str]
+    refused: Mapping[str, str]
+    noted: Mapping[str, str]
+    sign: str = ""
+
+    @property
+    def known(self) -> frozenset[str]:
+        return self.obeyed | self.harmless | self.refused.keys() | self.noted.keys()
 
 
-def fields(line: str) -> list[str]:
-    """The entries of a data line."""
-    return [word.strip() for word in line.rstrip(",").split(",")]
+@dataclass
+class CardsMet:
+    """The cards of one deck that are not obeyed, for its notes."""
 
+    cards: CardList
+    missing: dict[str, str] = field(default_factory=dict)
+    unknown: dict[str, str] = field(default_factory=dict)
 
-def _node(line: str) -> tuple[str, Point]:
-    words = [*fields(line), "", "", ""]
-    try:
-        x, y, z = (float(word.upper().replace("D", "E") or 0.0) for word in words[1:4])
-        return str(int(words[0])), (x, y, z)
-    except ValueError:
-        raise fault("A line of *NODE", "must hold a number and coordinates", line[:60]) from None
+    def obeys(self, name: str, place: str) -> bool:
+        """Whether the reader obeys the card at `place`, "blade.inp, line 7"; refuses one that would make the rest wrong."""
+        if name in self.cards.obeyed:
+            return True
+        shown = self.cards.sign + name
+        if name in self.cards.refused:
+            raise fault(place, "must hold cards that this reader obeys", shown, self.cards.refused[name])
+        if name in self.cards.noted:
+            self.missing.setdefault(shown, self.cards.noted[name])
+        elif name not in self.cards.harmless:
+            self.unknown.setdefault(shown, place)
+        return False
 
-
-def _elements(kind: str, data: list[str], found: FoundCells) -> None:
-    """Elements over one or more lines each: number, nodes. What has no faces, such as springs and beams, is passed over."""
-    match = ELEMENT.fullmatch(kind)
-    shape = SHAPES.get((match[1], int(match[2]))) if match else None
-    if match is None or shape is None:
-        return
-    words: list[str] = []
-    for line in data:
-        words += [word for word in fields(line) if word]
-        if len(words) > int(match[2]):
-            found.add(shape, words[1:])
-            words = []
-    found.lost += bool(words)
-
-
-def _add(members: dict[str, dict[str, None]], name: str, nodes: list[str]) -> None:
-    members.setdefault(name, {}).update(dict.fromkeys(nodes))
-
-
-def _members(data: list[str], generate: bool, known: dict[str, dict[str, None]]) -> list[str]:
-    """Nodes of a set: numbers, other sets, or first, last, step."""
-    found: list[str] = []
-    for line in data:
-        words = [word for word in fields(line) if word]
-        if generate:
-            found += _generated(words, line)
-        else:
-            for word in words:
-                found += [str(int(word))] if word.isdecimal() else known.get(word.upper(), {})
-    return found
-
-
-def _generated(words: list[str], line: str) -> list[str]:
-    try:
-        first, last, step = (int(word) for word in (*words, "1")[:3])
-        span = range(first, last + 1, step)
-    except ValueError:
-        raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
-    if len(span) > MOST_GENERATED:
-        raise fault("A set of nodes", f"must have at most {MOST_GENERATED} members", len(span))
-    return [str(node) for node in span]
+    def notes(self, file: str) -> tuple[str, ...]:
+        """One sentence for each card that is missing, one for all that are not known."""
+        missing = tuple(f"{file}: {card} is not read; {what}." for card, what in self.missing.items())
+        if not self.unknown:
+            return missing
+        listed = first_of([f"{card} ({place})" for card, place in self.unknown.items()], SHOWN)
+        return *missing, f"{file}: {listed} not known to this reader: what they do to nodes and sets is missing here."

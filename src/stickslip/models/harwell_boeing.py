@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,10 @@ def read(path: Path) -> Content:
 
 
 def arrays(path: Path) -> dict[str, Any]:
-    """The stored entries."""
-    return {"matrix": io.hb_read(path, spmatrix=False)}
+    """The stored entries. SciPy reads those of unsymmetric matrices alone, which symmetric ones have in the same lines."""
+    lines = path.read_text(encoding="ascii", errors="replace").splitlines(keepends=True)
+    lines[2] = re.sub(r"(\s*\S)\S", r"\1U", lines[2], count=1)
+    return {"matrix": io.hb_read(StringIO("".join(lines)), spmatrix=False)}
 
 
 def _header(path: Path) -> tuple[str, list[int]]:

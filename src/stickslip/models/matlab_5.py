@@ -1,10 +1,12 @@
-"""MATLAB files of version 5 to 7, read by SciPy.
+"""MATLAB files of version 4 to 7, read by SciPy.
 
-Numeric, logical and sparse arrays, text and a cell array `dofs` of names are read; everything else is passed over.
+Numeric, logical and sparse arrays, text and a cell array `dofs` of names are read, also as fields of a struct, rom.M; everything
+else is passed over.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,8 @@ from scipy import io
 
 from stickslip.checks import fault
 
+DEEPEST = 4
+"""Structs in structs."""
 NUMBERS = ("double", "single", "logical", "sparse", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 """MATLAB's classes of numbers."""
 
@@ -21,15 +25,28 @@ def arrays(path: Path) -> dict[str, Any]:
     """Arrays by name: numbers as arrays, sparse matrices, rows of characters as text, the cells of `dofs` as a list of text."""
     with path.open("rb") as file:
         start = file.read(128)
-    if start[126:128] not in (b"IM", b"MI"):
-        raise fault("A MATLAB file", "must be of version 5 to 7.3", "another", "save('model.mat', 'M', 'K') writes one.")
+    if start[126:128] not in (b"IM", b"MI") and 0 not in start[:4]:
+        raise fault("A MATLAB file", "must be of version 4 to 7.3", "another", "save('model.mat', 'M', 'K') writes one.")
     wanted = [name for name, shape, kind in io.whosmat(path) if _is_wanted(name, kind, len(shape))]
     found = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
-    return {name: _names(found[name]) if found[name].dtype == object else found[name] for name in wanted if name in found}
+    return {name: value for each in wanted if each in found for name, value in _values(each, found[each], DEEPEST)}
 
 
 def _is_wanted(name: str, kind: str, dimensions: int) -> bool:
-    return kind == "char" or (dimensions == 2 and (kind in NUMBERS or (kind == "cell" and name == "dofs")))
+    return kind == "char" or (dimensions == 2 and (kind in (*NUMBERS, "struct") or (kind == "cell" and name == "dofs")))
+
+
+def _values(name: str, value: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """An array under its name; those of a struct under theirs, "rom.M"."""
+    if value.dtype.names:
+        for field in value.dtype.names if depth and value.size == 1 else ():
+            inner = value[field].item()
+            if isinstance(inner, np.ndarray) or hasattr(inner, "nnz"):
+                yield from _values(f"{name}.{field}", inner, depth - 1)
+    elif value.dtype != object:
+        yield name, value
+    elif name.rpartition(".")[2] == "dofs":
+        yield name, _names(value)
 
 
 def _names(cells: Any) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ from stickslip.checks import fault
 from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_other_files, refuse_too_much
 from stickslip.models.limits import rows_with_entries
 
+DEEPEST = 4
+"""Structs in structs."""
+
 
 def arrays(path: Path) -> dict[str, Any]:
     """Arrays by name."""
@@ -19,19 +23,23 @@ def arrays(path: Path) -> dict[str, Any]:
 
     with h5py.File(path, "r") as file:
         refuse_other_files(file)
-        return {name: value for name in file if not name.startswith("#") and (value := _item(file, name)) is not None}
+        return {name: value for top in file if not top.startswith("#") for name, value in _items(file, top, file[top], DEEPEST)}
 
 
-def _item(file: Any, name: str) -> Any:
-    """A dense or sparse matrix or, for `dofs`, names; None for anything else."""
+def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, Any]]:
+    """A dense or sparse matrix or, for `dofs`, names; the fields of a struct as "rom.M"; nothing for anything else."""
     import h5py
 
-    item = file[name]
     if isinstance(item, h5py.Group):
-        return _sparse_group(name, item) if "MATLAB_sparse" in item.attrs else None
-    if name == "dofs":
-        return _hdf5_names(file, item)
-    return _dense(name, item).T if item.dtype.kind in "fiu" or item.dtype.names == ("real", "imag") else None
+        if "MATLAB_sparse" in item.attrs:
+            yield name, _sparse_group(name, item)
+        elif depth:
+            for field in item:
+                yield from _items(file, f"{name}.{field}", item[field], depth - 1)
+    elif name.rpartition(".")[2] == "dofs":
+        yield name, _hdf5_names(file, item)
+    elif item.dtype.kind in "fiu" or item.dtype.names == ("real", "imag"):
+        yield name, _dense(name, item).T
 
 
 def _dense(name: str, item: Any) -> Any:

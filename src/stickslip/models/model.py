@@ -112,6 +112,8 @@ def model_of(
     """The model of a content, converted to SI; all faults of the matrices at once. own_damping: whether its C counts."""
     names = tuple(dofs) or content.dofs
     found = chosen(content, variables, file)
+    if "C" in found and _is_placeholder(found["C"], found["K"]):
+        del found["C"]
     matrices = _checked({key: matrix for key, matrix in found.items() if key != "C" or own_damping}, file, names)
     size = _common_size(matrices, names)
     if not size:
@@ -123,7 +125,18 @@ def model_of(
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
-    return Model(*matrices_of, nodes, content.sets, content.format, file, content.notes, content.cells)
+    notes = (*content.notes, *(f"{name}, structural damping of the file, is left out." for name in _structural(content)))
+    return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells)
+
+
+def _is_placeholder(damping: Any, stiffness: Any) -> bool:
+    """Whether the damping is the null matrix of one row that Nastran's EXTSEOUT writes where there is none."""
+    return np.shape(damping) == (1, 1) != np.shape(stiffness) and not abs(damping).sum()
+
+
+def _structural(content: Content) -> list[str]:
+    """Matrices of structural damping as Nastran calls them: K4AA, K4XX, ..."""
+    return [name for name, matrix in content.matrices.items() if name.upper().startswith("K4") and abs(matrix).sum()]
 
 
 def _in_metres(node: str, point: Point, metres: float) -> Point:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,8 @@ import numpy as np
 from stickslip.checks import InputError, counted, existing, fault, first_of, nearest
 from stickslip.models.ansys_deck import read_archive
 from stickslip.models.content import DIRECTIONS, Content, located
-from stickslip.models.deck import Deck, read_deck
+from stickslip.models.deck import Deck
+from stickslip.models.input_deck import read_deck
 from stickslip.models.nastran_grid import read_grid
 from stickslip.models.numbers import whole
 from stickslip.structure.matrices import Point
@@ -28,7 +30,7 @@ COLUMNS = ("node", "direction", "x", "y", "z", "set")
 DECKS: Mapping[str, Callable[[Path], Deck]] = {
     ".cdb": read_archive,
     ".inp": read_deck,
-    **dict.fromkeys((".bdf", ".dat", ".nas"), read_grid),
+    **dict.fromkeys((".bdf", ".dat", ".nas", ".pch", ".asm"), read_grid),
 }
 """Readers of the decks of programs, by the ending of the file."""
 SHOWN = 5
@@ -94,7 +96,9 @@ def with_names(content: Content, path: Path) -> Content:
 
 
 def with_nodes(content: Content, deck: Deck, file: str) -> Content:
-    """The content with coordinates and sets of a deck, which must speak of its nodes."""
+    """The content with coordinates and sets of a deck, which must speak of its nodes; and with its names of rows."""
+    if not content.dofs and deck.rows:
+        content = replace(content, dofs=deck.rows)
     if not content.dofs:
         remedy = "Give a table with columns node and direction and a line for each row."
         raise fault(file, "must name the rows of the matrices, whose own file does not", "a file of nodes", remedy)
@@ -107,6 +111,7 @@ def with_nodes(content: Content, deck: Deck, file: str) -> Content:
     if infinite is not None:
         raise fault(f"{file}: the coordinates of node {infinite}", "must be finite numbers", list(deck.nodes[infinite]))
     nodes, sets = {**content.nodes, **deck.nodes}, {**content.sets, **deck.sets}
+    deck = deck.along_own_axes
     notes = (*content.notes, *deck.notes, *_missing(known, deck, file))
     return replace(content, nodes=nodes, sets=sets, notes=notes, cells=deck.cells or content.cells)
 
@@ -124,10 +129,15 @@ def _missing(known: set[str], deck: Deck, file: str) -> Iterator[str]:
 def _deck(reader: Callable[[Path], Deck], path: Path) -> Deck:
     """A deck by its reader; what that raises on a damaged one becomes an `InputError`."""
     try:
-        return reader(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return reader(path)
     except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
-    except (OSError, ValueError, IndexError) as error:
+        said = str(error)
+        raise InputError(said if said.startswith(path.name) else f"{path.name}: {said}") from None
+    except MemoryError:
+        raise fault(path.name, "must fit into the memory", "larger") from None
+    except Exception as error:  # whatever a damaged deck leads to
         raise fault("The file of names", "must be readable", path.name, f"It is damaged ({str(error)[:200]}).") from None
 
 

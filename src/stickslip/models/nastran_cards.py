@@ -1,46 +1,135 @@
 """Bulk data of Nastran as entries of fields: small fields of 8, large ones of 16 (NAME*), free format with commas.
 
-(MSC Nastran Quick Reference Guide, Format of bulk data entries.)
+Included files are read in place, replicated entries (=) written out, and nothing is read after ENDDATA.
+(MSC Nastran Quick Reference Guide, Format of bulk data entries; Replication; INCLUDE; ENDDATA.)
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
 
 from stickslip.checks import fault
+from stickslip.models.included_files import Line, Lines
+from stickslip.models.limits import within_memory
 
 EXPONENT = re.compile(r"([0-9.])([+-]\d+)$")
-CARD = 10
-"""Fields of an entry and its continuation mark in small format."""
+REPEAT = re.compile(r"=\(?(\d{1,9})\)?")
+SECTION = re.compile(r"\s*BEGIN\s+(BULK\b.*|SUPER\b.*|MODULE\b.*|AUXMODEL\b.*|$)", re.IGNORECASE)
+BEGIN = "BEGIN"
+"""The name of the entry that stands for BEGIN BULK, BEGIN SUPER=7: its second field is what follows the word."""
 
 
-def entries(lines: Iterator[str]) -> Iterator[list[str]]:
-    """Each bulk data entry with its continuations as fields; the name without its star."""
-    entry: list[str] = []
-    for raw in lines:
-        line = raw.split("$")[0].rstrip("\r\n").expandtabs()
-        if not line.strip():
+MOST_REPLICATED = 100_000
+"""Entries that = makes in a deck: more is a slip."""
+
+
+class Entry(NamedTuple):
+    """The fields of an entry with its continuations, the name without its star first; and where it begins."""
+
+    fields: list[str]
+    line: Line
+
+
+def included(text: str, more: Iterator[str]) -> str | None:
+    """The file of INCLUDE 'FILE', whose name in quotation marks may go on over several lines."""
+    match = re.match(r"\s*INCLUDE\b\s*=?\s*(.*)", text, re.IGNORECASE)
+    if not match:
+        return None
+    name = match[1].strip()
+    mark = name[:1]
+    if mark not in ("'", '"') or not mark:
+        return name.split("$")[0].strip()
+    while name.count(mark) < 2 and (line := next(more, None)) is not None:
+        name += line.strip()
+    return name.split(mark)[1]
+
+
+def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
+    """The lines of the bulk data of a deck, after Executive and Case Control where it has them; memory: as `Lines` has it."""
+    within_memory(path.name, memory * path.stat().st_size)
+    with path.open(encoding="utf-8", errors="replace") as file:
+        started = not any(SECTION.match(text) for text in file)
+
+    def named(text: str, more: Iterator[str]) -> str | None:
+        nonlocal started
+        started = started or SECTION.match(text) is not None
+        return included(text, more) if started else None
+
+    yield from (line for line in Lines(path, named, memory).read() if started)
+
+
+def entries(lines: Iterable[Line]) -> Iterator[Entry]:
+    """Each bulk data entry with its continuations, replicated ones written out; up to ENDDATA."""
+    entry: Entry | None = None
+    pattern: list[str] = []
+    made = 0
+    for line in lines:
+        text = line.text.split("$")[0].expandtabs()
+        if not text.strip():
             continue
-        first, *rest = _fields(line)
-        if first in ("", "*") or first[0] in "+*":
-            entry += rest
-            continue
-        if entry:
+        if re.match(r"\s*ENDDATA\b", text, re.IGNORECASE):
+            break
+        section = SECTION.match(text)
+        first, *rest = [BEGIN, section[1].upper()] if section else _fields(text, line)
+        if first.startswith("=") and entry is not None:
             yield entry
-        entry = [first.rstrip("*").upper(), *rest]
-    if entry:
+            count = REPEAT.fullmatch(first)
+            pattern = pattern if count else rest
+            times = int(count[1]) if count else 1
+            made += times
+            if made > MOST_REPLICATED or not pattern or len(entry.fields) > SMALL + 1:
+                raise fault(f"{line.place}, replication", "must repeat entries of one line", first, "Write the entries out.")
+            for number in range(times):
+                entry = Entry(_replicated(entry.fields, pattern, line), line)
+                if number < times - 1:
+                    yield entry
+        elif first in ("", "*") or first[0] in "+*":
+            if entry is not None:
+                entry.fields.extend(rest)
+        else:
+            if entry is not None:
+                yield entry
+            entry = Entry([first.partition(" ")[0].rstrip("*").upper(), *rest], line)
+    if entry is not None:
         yield entry
 
 
-def _fields(line: str) -> list[str]:
+SMALL, LARGE = 8, 4
+"""Fields of a line beside its first and the mark of its continuation."""
+
+
+def _fields(text: str, line: Line) -> list[str]:
     """The first field, and eight small or four large ones; blanks where the line ends early."""
-    if "," in line:
-        words = [word.strip() for word in line.split(",")]
-        return (words + [""] * (CARD - 1))[: CARD - 1]
-    width, number = (16, 4) if "*" in line[:8] else (8, 8)
-    places = range(8, 8 + width * number, width)
-    return [line[:8].strip(), *(line[place : place + width].strip() for place in places)]
+    count = LARGE if "*" in text.split(",")[0][:8] and not text.startswith("=") else SMALL
+    if "," in text:
+        words = [word.strip() for word in text.split(",")]
+        if any(words[count + 2 :]):
+            raise fault(
+                line.place, f"must hold at most {count} fields after its name", words[:20], "Continue it on another line."
+            )
+        return (words + [""] * count)[: count + 1]
+    width = 64 // count
+    return [text[:8].strip(), *(text[place : place + width].strip() for place in range(8, 72, width))]
+
+
+def _replicated(previous: list[str], pattern: list[str], line: Line) -> list[str]:
+    """The entry after `previous`: = is the same field, *x one greater by x, == all fields that are left, others themselves."""
+    made = [previous[0]]
+    for old, word in zip(previous[1:], pattern, strict=False):
+        if word == "==":
+            return [*made, *previous[len(made) :]]
+        if word.startswith("*"):
+            step = word.strip("*()")
+            plain = re.fullmatch(r"[+-]?\d*", old) and re.fullmatch(r"[+-]?\d+", step)
+            made.append(str(int(old or 0) + int(step)) if plain else repr(number(old) + number(step)))
+        elif word.startswith("=") and word != "=":
+            raise fault(f"{line.place}, replication", "must hold =, ==, *increment or a value", word, "Write the entries out.")
+        else:
+            made.append(old if word == "=" else word)
+    return made
 
 
 def integer(word: str) -> int:

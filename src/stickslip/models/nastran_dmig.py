@@ -17,9 +17,9 @@ from scipy import sparse
 from stickslip.checks import fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck
-from stickslip.models.limits import CUT_SHORT, refuse_cut, within_memory
-from stickslip.models.nastran_cards import entries, integer, number, positive_integer
-from stickslip.models.nastran_grid import Grid
+from stickslip.models.limits import CUT_SHORT, refuse_cut
+from stickslip.models.nastran_cards import bulk_lines, entries, integer, number, positive_integer
+from stickslip.models.nastran_grid import BulkData
 from stickslip.structure.sparse import both_triangles
 
 SYMMETRIC, SQUARE = 6, 1
@@ -42,7 +42,6 @@ class Matrix:
 
 def read(path: Path) -> Content:
     """Every square DMIG matrix of the file, over the degrees of freedom of all of them in ascending order."""
-    within_memory(path.name, 60 * path.stat().st_size)
     matrices, grid = _taken(path)
     rectangular = [name for name, matrix in matrices.items() if matrix.form in RECTANGULAR]
     notes = (f"Rectangular matrices of the file are left out: {', '.join(rectangular)}.",) if rectangular else ()
@@ -59,15 +58,15 @@ def read(path: Path) -> Content:
 def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
     """The matrices by name, and the grid points."""
     matrices: dict[str, Matrix] = {}
-    grid, entry = Grid(), list[str]()
-    with path.open(encoding="ascii", errors="replace") as file:
-        for entry in entries(file):
-            if entry[0] == "DMIG":
-                _take(entry, matrices)
-            grid.take(entry)
-    if entry and entry[0] == "DMIG":
+    bulk, last = BulkData(), ""
+    for entry in entries(bulk_lines(path, 60)):
+        last = entry.fields[0]
+        if last == "DMIG":
+            _take(entry.fields, matrices)
+        bulk.take(entry)
+    if last == "DMIG":
         refuse_cut(path)
-    return matrices, grid.deck(path.name)
+    return matrices, bulk.deck(path.name).along_own_axes
 
 
 def _assembled(name: str, matrix: Matrix, row: dict[GridComponent, int]) -> sparse.csc_array:

@@ -14,17 +14,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, InputError, fault
+from stickslip.models.bulk_cards import BULK_CARDS
 from stickslip.models.cells import FoundCells
-from stickslip.models.content import located
-from stickslip.models.deck import Deck
-from stickslip.models.limits import within_memory
-from stickslip.models.nastran_cards import entries, integer, number, positive_integer
+from stickslip.models.content import dof, located
+from stickslip.models.deck import CardsMet, Deck, own_axes
+from stickslip.models.nastran_cards import BEGIN, Entry, bulk_lines, entries, integer, number, positive_integer
 from stickslip.structure.matrices import Point
 
 ELEMENTS = {
     "CTETRA": "tetrahedron",
-    "CPYRAM": "pyramid",
+    **dict.fromkeys(("CPYRAM", "CPYRA"), "pyramid"),
     "CPENTA": "wedge",
     "CHEXA": "hexahedron",
     **dict.fromkeys(("CTRIA3", "CTRIA6", "CTRIAR"), "triangle"),
@@ -73,13 +73,14 @@ class _Defined(NamedTuple):
 class Grid:
     """Entries of a file that say where grid points are: number, system and coordinates of each; systems by number.
 
-    turned: how many grid points have displacements in a system of their own.
+    turned: how many grid points have displacements in a system of their own; external: grid point and components of EXTRN.
     """
 
     points: list[tuple[int, int, Point]] = field(default_factory=list)
     systems: dict[int, _Defined] = field(default_factory=dict)
     default: tuple[str, str] = ("", "")
     turned: int = 0
+    external: list[tuple[str, str]] = field(default_factory=list)
     elements: FoundCells = field(default_factory=FoundCells)
 
     def take(self, entry: list[str]) -> None:
@@ -92,6 +93,9 @@ class Grid:
             self.turned += integer(motion or "0") > BASIC
         elif name in ELEMENTS:
             self.elements.add(ELEMENTS[name], [word for word in entry[3:] if word])
+        elif name == "EXTRN":
+            pairs = zip(entry[1::2], entry[2::2], strict=False)
+            self.external += [(grid, components) for grid, components in pairs if grid]
         elif name == "GRDSET":
             self.default = entry[2], entry[6]
         elif name in ("CORD2R", "CORD2C", "CORD2S"):
@@ -109,12 +113,13 @@ class Grid:
         found = [(str(point), place) for (point, _, _), place in zip(self.points, places, strict=True) if place is not None]
         lost = len(self.points) - len(found)
         notes = [f"{lost} grid points of {file} are left out: their coordinate systems are not in the file."] if lost else []
-        if self.turned:
-            notes += [
-                f"{self.turned} grid points of {file} move in coordinate systems of their own: x, y, z are those directions."
-            ]
-        self.elements.turned = self.turned > 0
-        return Deck(located(found), notes=(*notes, *self.elements.notes(file)), cells=self.elements.cells)
+        turned = own_axes(self.turned, file, "CD of GRID")
+        rows = tuple(
+            dof(positive_integer(grid), integer(component))
+            for grid, components in self.external
+            for component in components or "0"
+        )
+        return Deck(located(found), {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
 
     def _places(self) -> list[Point | None]:
         """Where each grid point is; None in a system that is not known."""
@@ -130,14 +135,46 @@ class Grid:
         return [_point(known[of], x) if of in known else None for _, of, x in self.points]
 
 
+MAIN = "BULK"
+
+
+@dataclass
+class BulkData:
+    """What a file holds by its sections, MAIN and those of superelements: each has grid points of its own."""
+
+    sections: dict[str, Grid] = field(default_factory=lambda: {MAIN: Grid()})
+    met: CardsMet = field(default_factory=lambda: CardsMet(BULK_CARDS))
+    present: str = MAIN
+
+    def take(self, entry: Entry) -> None:
+        """Keep what an entry says, in the section where it stands."""
+        name, *rest = entry.fields
+        if name == BEGIN:
+            self.present = " ".join(rest[0].replace("BULK", " ").replace("=", " ").split()) or MAIN
+            self.sections.setdefault(self.present, Grid())
+        elif self.met.obeys(name, entry.line.place):
+            try:
+                self.sections[self.present].take(entry.fields)
+            except InputError as error:
+                raise InputError(f"{entry.line.place}, {name}: {error}") from None
+
+    def deck(self, file: str) -> Deck:
+        """The grid points of the main section; those of the only superelement where that has none, as a punch file of one."""
+        others = [section for section in self.sections if section != MAIN]
+        whole = not self.sections[MAIN].points and len(others) == 1
+        deck = self.sections[others[0] if whole else MAIN].deck(file)
+        left = "" if whole else ", ".join(section for section in others if self.sections[section].points)
+        notes = (f"{file}: {left} left out, whose grid points have numbers of their own: name a file of the superelement.",)
+        deck.notes = (*(notes if left else ()), *deck.notes, *self.met.notes(file))
+        return deck
+
+
 def read_grid(path: Path) -> Deck:
-    """Coordinates of the grid points of a bulk data file."""
-    within_memory(path.name, 20 * path.stat().st_size)
-    grid = Grid()
-    with path.open(encoding="ascii", errors="replace") as file:
-        for entry in entries(file):
-            grid.take(entry)
-    return grid.deck(path.name)
+    """Coordinates of the grid points of a bulk data file and the files that it includes."""
+    bulk = BulkData()
+    for entry in entries(bulk_lines(path, 20)):
+        bulk.take(entry)
+    return bulk.deck(path.name)
 
 
 def _point(system: CoordinateSystem, coordinates: Point) -> Point:

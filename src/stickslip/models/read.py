@@ -136,8 +136,18 @@ def read_content(path: Paths, variables: Mapping[Any, str]) -> tuple[Content, st
     place = _path("A model", path)
     content = _read_one(place)
     if set(content.matrices) != {""}:
-        return content, place.name
+        return _of_superelement(content, place), place.name
     return _together(_counterparts(place), variables), place.name
+
+
+def _of_superelement(content: Content, path: Path) -> Content:
+    """The content of an OUTPUT4 file with the names of its rows, where the punch file of the superelement stands beside."""
+    punch = path.with_suffix(".pch")
+    if content.dofs or path.suffix.lower() != ".op4" or not punch.is_file():
+        return content
+    with punch.open("rb") as file:
+        lists_rows = b"EXTRN" in file.read(1 << 20)
+    return with_names(content, punch) if lists_rows else content
 
 
 def _path(what: str, place: Any) -> Path:
