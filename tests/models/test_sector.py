@@ -26,14 +26,15 @@ def write(folder, sector, order=(0, 1, 2), without=()):
     body, edge = sector.solid, COARSE.contact_nodes()
     numbers = body.numbers.copy()
     numbers[list(without)] = -1
-    kept = np.sort(numbers[numbers >= 0])
-    places = sparse.triu(body.K[kept][:, kept]).tocoo()
-    for ending, matrix in ((".sti", body.K), (".mas", body.M)):
-        table = np.column_stack([places.row + 1, places.col + 1, matrix[kept[places.row], kept[places.col]]])
+    rows = [(node + 1, axis + 1, numbers[node, order[axis]]) for node in range(len(numbers)) for axis in range(3)]
+    rows = [(node, axis, row) for node, axis, row in rows if row >= 0]
+    kept = np.array([row for *_, row in rows])
+    K, M = (matrix[kept][:, kept] for matrix in (body.K, body.M))
+    places = sparse.triu(K).tocoo()
+    for ending, matrix in ((".sti", K), (".mas", M)):
+        table = np.column_stack([places.row + 1, places.col + 1, matrix[places.row, places.col]])
         np.savetxt(folder / f"disk{ending}", table, fmt=("%d", "%d", "%.15e"))
-    axis_of = {old: new for new, old in enumerate(order)}
-    named = sorted((row, f"{node + 1}.{axis_of[axis] + 1}") for (node, axis), row in np.ndenumerate(numbers) if row >= 0)
-    (folder / "disk.dof").write_text("".join(f"{name}\n" for _, name in named))
+    (folder / "disk.dof").write_text("".join(f"{node}.{axis}\n" for node, axis, _ in rows))
     text = "*NODE\n" + "".join(f"{k + 1}, {p[0]:.12e}, {p[1]:.12e}, {p[2]:.12e}\n" for k, p in enumerate(body.points[:, order]))
     sets = {"LOW": sector.left, "HIGH": sector.right, "TIP": [body.node(COARSE.tip())]}
     for side in ("right", "left"):
