@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite
+from stickslip.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite, first_of
 from stickslip.models.content import NEEDED, Content, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
@@ -21,6 +21,8 @@ from stickslip.units import UnitSystem
 
 CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
 LETTERS = ("M", "K", "C")
+SHOWN = 5
+"""Names that a note lists."""
 
 
 class Surface(NamedTuple):
@@ -119,11 +121,30 @@ def model_of(
     heaviest = float(np.max(np.abs(matrices["M"].data), initial=0.0))
     if heaviest < SMALLEST:
         raise fault(f"{file}: M" if file else "M", "must have mass", f"{heaviest:g} at most", "Check its unit, and the export.")
+    _positive_diagonal(f"{file}: M" if file else "M", matrices["M"])
+    notes = (*content.notes, *_unused(content, found, names, size))
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
-    return Model(*matrices_of, nodes, content.sets, content.format, file, content.notes, content.cells)
+    return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells)
+
+
+def _positive_diagonal(what: str, mass: Sparse) -> None:
+    """Refuse a mass whose row has entries but none on the diagonal: by itself it would have no mass, yet drag others along."""
+    coupled = np.flatnonzero((mass.diagonal() == 0.0) & (abs(mass).sum(axis=0) > 0.0))
+    if coupled.size:
+        row = int(coupled[0])
+        raise fault(f"{what}[{row}, {row}]", "must be positive, for its row has other entries", 0.0, "Check the file for damage.")
+
+
+def _unused(content: Content, found: Mapping[str, Any], names: Sequence[str], size: int) -> tuple[str, ...]:
+    """A note on arrays as long as the model that could be its damping or its names, where it has none of these."""
+    if "C" in found and names:
+        return ()
+    taken = {id(matrix) for matrix in found.values()}
+    unused = [name for name, array in content.matrices.items() if id(array) not in taken and np.shape(array)[:1] == (size,)]
+    return (f"Not used, but as long as the model: {first_of(unused, SHOWN)}.",) if unused else ()
 
 
 def _in_metres(node: str, point: Point, metres: float) -> Point:

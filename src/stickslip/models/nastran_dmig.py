@@ -7,6 +7,7 @@ IFO 6 is symmetric, each pair of entries once; 1 is square; 2 and 9 are rectangu
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import fault
+from stickslip.checks import counted, fault
 from stickslip.models.content import Content, dof
 from stickslip.models.deck import Deck
 from stickslip.models.limits import CUT_SHORT, refuse_cut, within_memory
@@ -26,15 +27,19 @@ SYMMETRIC, SQUARE = 6, 1
 RECTANGULAR = (2, 9)
 COMPLEX = (3, 4)
 TYPES = (1, 2, *COMPLEX)
+NAME = re.compile(r"[A-Z][A-Z0-9]{0,7}")
+LOST_COMMA = "Was the comma lost with which a continuation begins?"
 GridComponent = tuple[int, int]
 
 
 @dataclass
 class Matrix:
-    """A matrix as it is read: its form and type, and entries by (grid point, component) of row and column."""
+    """A matrix as it is read: its form and type, how many columns it says it has (0: nothing), and entries by (grid point,
+    component) of row and column."""
 
     form: int
     kind: int
+    size: int
     rows: list[GridComponent] = field(default_factory=list)
     columns: list[GridComponent] = field(default_factory=list)
     values: list[complex] = field(default_factory=list)
@@ -49,7 +54,15 @@ def read(path: Path) -> Content:
     matrices = {name: matrix for name, matrix in matrices.items() if name not in rectangular}
     if not matrices:
         raise fault(path.name, "must hold square DMIG entries", "none")
+    notes += tuple(
+        f"DMIG {name} holds {counted(len(set(matrix.columns)), 'column')} of the {matrix.size} that its header names."
+        for name, matrix in matrices.items()
+        if matrix.size and matrix.size != len(set(matrix.columns))
+    )
     keys = sorted({key for matrix in matrices.values() for key in (*matrix.rows, *matrix.columns)})
+    scalar = {grid for grid, component in keys if component == 0} & {grid for grid, component in keys if component}
+    if scalar:
+        raise fault(f"Point {min(scalar)}", "must be a grid point with components or a scalar point without", "both", LOST_COMMA)
     row = {key: index for index, key in enumerate(keys)}
     dofs = tuple(dof(*key) for key in keys)
     assembled = {name: _assembled(name, matrix, row) for name, matrix in matrices.items()}
@@ -64,6 +77,8 @@ def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
         for entry in entries(file):
             if entry[0] == "DMIG":
                 _take(entry, matrices)
+            elif matrices and not NAME.fullmatch(entry[0]):
+                raise fault("An entry of bulk data", "must begin with its name", entry[0] or "blank", LOST_COMMA)
             grid.take(entry)
     if entry and entry[0] == "DMIG":
         refuse_cut(path)
@@ -84,15 +99,19 @@ def _assembled(name: str, matrix: Matrix, row: dict[GridComponent, int]) -> spar
 def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
     """A header, or a column with its terms."""
     name = entry[1]
+    if not NAME.fullmatch(name.upper()):
+        raise fault("The name of a DMIG matrix", "must be a letter and up to seven letters or digits", name)
     if integer(entry[2]) == 0:
         if name in matrices:
             raise fault(f"DMIG {name}", "must have one header", "several", "Two files in one?")
-        form, kind = integer(entry[3]), integer(entry[4])
+        form, kind, polar = integer(entry[3]), integer(entry[4]), entry[6]
         if form not in (SYMMETRIC, SQUARE, *RECTANGULAR):
             raise fault(f"IFO of {name}", "must be 1 (square), 2, 9 (rectangular) or 6 (symmetric)", form)
         if kind not in TYPES:
             raise fault(f"TIN of {name}", "must be 1, 2 (real, single or double), 3 or 4 (complex)", kind)
-        matrices[name] = Matrix(form, kind)
+        if polar not in ("", "0"):
+            raise fault(f"POLAR of {name}", "must be 0 or blank: real and imaginary parts", polar)
+        matrices[name] = Matrix(form, kind, integer(entry[8] or "0") if len(entry) > 8 else 0)
         return
     if name not in matrices:
         raise fault(f"DMIG {name}", "must begin with its header (0 in the third field)", entry[2])
@@ -100,14 +119,25 @@ def _take(entry: list[str], matrices: dict[str, Matrix]) -> None:
     if matrix.form in RECTANGULAR:
         return
     column = positive_integer(entry[2]), _component(entry[3])
+    if entry[4]:
+        raise fault(f"The fifth field of a column of DMIG {name}", "must be blank", entry[4], LOST_COMMA)
     for start in range(5, len(entry), 4):
         grid, component, real, imaginary = (*entry[start : start + 4], "", "", "")[:4]
         if any(entry[start : start + 4]) and not (grid and (real or imaginary)):
             raise fault(f"A term of DMIG {name}", "must have a grid point and a value", entry[start : start + 4], CUT_SHORT)
+        if imaginary and matrix.kind not in COMPLEX:
+            raise fault(f"A term of DMIG {name}", "must be real, as its header says", entry[start : start + 4])
         if grid:
             matrix.rows.append((positive_integer(grid), _component(component)))
             matrix.columns.append(column)
-            matrix.values.append(complex(number(real), number(imaginary)))
+            matrix.values.append(complex(_value(real), _value(imaginary)))
+
+
+def _value(word: str) -> float:
+    """A real number, which has a decimal point or an exponent."""
+    if word and not set(".EeDd") & set(word):
+        raise fault("A value of a term", "must have a decimal point", word[:20])
+    return number(word)
 
 
 def _component(word: str) -> int:
