@@ -226,7 +226,7 @@ class Calculix(Chain):
 def chain_of(model):
     """What a model is written from."""
     chain = Calculix()
-    chain.M, chain.K, chain.C = (None if matrix is None else matrix.toarray() for matrix in (model.M, model.K, model.C))
+    chain.M, chain.K, chain.C = (None if matrix is None else matrix.toarray(order="C") for matrix in (model.M, model.K, model.C))
     chain.dofs = tuple(f"{node}.x" for node in range(1, model.size + 1)) if model.dofs[0].endswith(".q") else model.dofs
     return chain
 
@@ -245,6 +245,10 @@ def normal(path, kind):
     tokens = [[_token(token) for token in TOKEN.findall(line.upper())] for line in lines]
     if path.suffix == ".op4":  # the number in the last record of a matrix says nothing
         return [line for before, line in zip([[], *tokens], tokens, strict=False) if before[1:] != [1.0, 1.0]]
+    if kind.startswith("dmig"):  # a line with a name and those that continue it, in any order
+        begun = [place for place, line in enumerate(tokens) if line[0] == b"DMIG"]
+        tokens = [sum(tokens[first:last], []) for first, last in zip(begun, [*begun[1:], None], strict=True)]
+        return sorted(tokens, key=str)
     return sorted(tokens, key=str) if kind in UNORDERED else tokens
 
 

@@ -23,7 +23,11 @@ def arrays(path: Path) -> dict[str, Any]:
         start = file.read(128)
     if start[126:128] not in (b"IM", b"MI"):
         raise fault("A MATLAB file", "must be of version 5 to 7.3", "another", "save('model.mat', 'M', 'K') writes one.")
-    wanted = [name for name, shape, kind in io.whosmat(path) if _is_wanted(name, kind, len(shape))]
+    stored = io.whosmat(path)
+    damaged = [name for name, _, kind in stored if kind == "unknown" or not name.isidentifier()]
+    if damaged:
+        raise fault("A variable of a MATLAB file", "must have a name and a known class", damaged[0], "The file is damaged.")
+    wanted = [name for name, shape, kind in stored if _is_wanted(name, kind, len(shape))]
     found = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
     return {name: _names(found[name]) if found[name].dtype == object else found[name] for name in wanted if name in found}
 

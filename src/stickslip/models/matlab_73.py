@@ -47,9 +47,9 @@ def _sparse_group(name: str, group: Any) -> Any:
     data, indices = (_dense(name, group[key]) if key in group else np.zeros(0) for key in ("data", "ir"))
     rows_with_entries(name, max(rows, columns), data.size)
     starts = _dense(name, group["jc"])
-    matrix = sparse.csc_array((data, indices.astype(np.int64), starts.astype(np.int64)), (rows, columns))
-    matrix.check_format(full_check=True)
-    return matrix
+    if data.size != indices.size or data.size != starts[-1]:
+        raise fault(name, "must have as many values as rows of entries", [data.size, indices.size, int(starts[-1])])
+    return sparse.csc_array((data, indices.astype(np.int64), starts.astype(np.int64)), (rows, columns))
 
 
 def _hdf5_names(file: Any, item: Any) -> list[str]:

@@ -21,6 +21,8 @@ from stickslip.units import UnitSystem
 
 CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
 LETTERS = ("M", "K", "C")
+NEARLY = 1e-6
+"""Of a product of masses: what rounding in a file may add."""
 SHOWN = 5
 """Names that a note lists."""
 
@@ -121,21 +123,40 @@ def model_of(
     heaviest = float(np.max(np.abs(matrices["M"].data), initial=0.0))
     if heaviest < SMALLEST:
         raise fault(f"{file}: M" if file else "M", "must have mass", f"{heaviest:g} at most", "Check its unit, and the export.")
-    _positive_diagonal(f"{file}: M" if file else "M", matrices["M"])
-    notes = (*content.notes, *_unused(content, found, names, size))
+    _refuse_negative_mass(f"{file}: M" if file else "M", matrices["M"])
+    unused = _unused(content, found, names, size)
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
+    notes = (*content.notes, *unused, *_no_stiffness(matrices["K"], names))
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
     return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells)
 
 
-def _positive_diagonal(what: str, mass: Sparse) -> None:
-    """Refuse a mass whose row has entries but none on the diagonal: by itself it would have no mass, yet drag others along."""
-    coupled = np.flatnonzero((mass.diagonal() == 0.0) & (abs(mass).sum(axis=0) > 0.0))
-    if coupled.size:
-        row = int(coupled[0])
-        raise fault(f"{what}[{row}, {row}]", "must be positive, for its row has other entries", 0.0, "Check the file for damage.")
+def _refuse_negative_mass(what: str, mass: Sparse) -> None:
+    """Refuse an entry larger than those on the diagonal allow: a mass is positive semidefinite, so m_ij² <= m_ii m_jj."""
+    rows, columns = mass.nonzero()
+    diagonal = mass.diagonal()
+    too_large = mass[rows, columns] ** 2 > (1.0 + NEARLY) * diagonal[rows] * diagonal[columns]
+    if np.any(too_large):
+        row, column = (int(places[too_large][0]) for places in (rows, columns))
+        shown = [float(mass[place]) for place in ((row, row), (row, column), (column, column))]
+        raise fault(
+            f"{what}[{row}, {column}]",
+            "must be small against the masses of its row and column",
+            shown,
+            "Check the file for damage.",
+        )
+
+
+def _no_stiffness(stiffness: Sparse, names: Sequence[str]) -> tuple[str, ...]:
+    """A note on rows without stiffness of their own."""
+    rows = np.flatnonzero(stiffness.diagonal() == 0.0)
+    few = [names[row] for row in rows[:SHOWN].tolist()]
+    said = (
+        f"K has no entry on the diagonal of {counted(rows.size, 'row')}: {', '.join(few)}{', ...' if rows.size > SHOWN else ''}."
+    )
+    return (said,) if 0 < rows.size < len(names) else ()
 
 
 def _unused(content: Content, found: Mapping[str, Any], names: Sequence[str], size: int) -> tuple[str, ...]:

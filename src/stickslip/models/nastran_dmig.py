@@ -28,6 +28,7 @@ RECTANGULAR = (2, 9)
 COMPLEX = (3, 4)
 TYPES = (1, 2, *COMPLEX)
 NAME = re.compile(r"[A-Z][A-Z0-9]{0,7}")
+CUT_BY_COMMENT = re.compile(r"[*+]\s*\$")
 LOST_COMMA = "Was the comma lost with which a continuation begins?"
 GridComponent = tuple[int, int]
 
@@ -74,7 +75,7 @@ def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
     matrices: dict[str, Matrix] = {}
     grid, entry = Grid(), list[str]()
     with path.open(encoding="ascii", errors="replace") as file:
-        for entry in entries(file):
+        for entry in entries(map(_whole, file)):
             if entry[0] == "DMIG":
                 _take(entry, matrices)
             elif matrices and not NAME.fullmatch(entry[0]):
@@ -83,6 +84,13 @@ def _taken(path: Path) -> tuple[dict[str, Matrix], Deck]:
     if entry and entry[0] == "DMIG":
         refuse_cut(path)
     return matrices, grid.deck(path.name)
+
+
+def _whole(line: str) -> str:
+    """A line, unless a comment begins where a continuation has its fields."""
+    if CUT_BY_COMMENT.match(line):
+        raise fault("A continuation", "must hold fields", line.strip()[:60])
+    return line
 
 
 def _assembled(name: str, matrix: Matrix, row: dict[GridComponent, int]) -> sparse.csc_array:

@@ -58,11 +58,15 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
         )
     with archive.open(member) as file:
         claimed, kind = _claimed(file)
+        held = member.file_size - file.tell()
     if kind.hasobject:
         raise fault(
             member.filename, "must hold numbers or text", "Python objects", "They are never unpickled (allow_pickle=False)."
         )
-    within_file(f"{member.filename}, entries", claimed, member.file_size, max(kind.itemsize, 1))
+    if claimed * kind.itemsize != held:
+        raise fault(
+            f"{member.filename}, entries", f"must fill the {held} bytes behind its header", claimed, "Its header is wrong."
+        )
     with archive.open(member) as file:
         return npy.read_array(file, allow_pickle=False)
 
@@ -90,4 +94,7 @@ def _sparse(arrays: dict[str, Any]) -> Any:
         raise fault("The sparse format", f"must be coo or {' or '.join(SPARSE)}", name, "Convert it with .tocsc().")
     matrix = SPARSE[name]((data, arrays["indices"], arrays["indptr"]), shape)
     matrix.check_format(full_check=True)
+    matrix.sum_duplicates()
+    if not matrix.nnz == data.size == arrays["indices"].size:
+        raise fault("A sparse matrix", "must hold each entry once", f"{matrix.nnz} entries of {data.size} values")
     return matrix

@@ -42,7 +42,8 @@ def arrays_of(path: Path, reader: str) -> dict[str, Any]:
                 command, capture_output=True, text=True, errors="replace", timeout=limit, check=False, env=threads
             )
         except subprocess.TimeoutExpired:
-            raise fault("Reading", f"must end within {limit:.0f} s", "still going on", "The file is damaged.") from None
+            remedy = "The file is damaged, or the machine is busy: try again when it is not."
+            raise fault("Reading", f"must end within {limit:.0f} s", "still going on", remedy) from None
         if ended.returncode == WRONG:
             raise InputError(ended.stderr.strip()[:500])
         if not target.is_file():
@@ -64,6 +65,8 @@ def _apart(name: str, value: Any) -> dict[str, Any]:
     if sparse.issparse(value):
         matrix = sparse.csc_array(value)  # type: ignore[call-overload]
         matrix.check_format(full_check=True)
+        if not matrix.has_canonical_format:
+            raise fault(name, "must hold each entry once, and those of a column by rising rows", "otherwise")
         return {f"{name}/{part}": np.asarray(getattr(matrix, part)) for part in PARTS}
     return {name: np.array(value, dtype=np.str_) if isinstance(value, list) else value}
 
