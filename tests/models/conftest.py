@@ -7,7 +7,6 @@ import pytest
 from models import nastran_files
 from scipy import io, sparse
 
-
 ABAQUS = {"M": "MASS", "K": "STIF", "C": "DMPV"}
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -125,7 +124,7 @@ class Chain:
         for name in self.letters:
             matrix, kind = getattr(self, name), ABAQUS[name]
             triangle = np.tril(matrix) if np.array_equal(matrix, matrix.T) else matrix
-            ids = ["%d,%d" % place for place in self.places]
+            ids = [f"{node},{direction}" for node, direction in self.places]
             lines = [f"{ids[i]}, {ids[j]}, {matrix[i, j]:.17e}" for i, j in np.argwhere(triangle).tolist()]
             (folder / f"job_{kind}1.mtx").write_text("** a comment\n" + "\n".join(lines) + "\n")
         return folder / "job_STIF1.mtx"
@@ -174,9 +173,8 @@ for _style in nastran_files.STYLES:
         _save = lambda self, folder, write=_write, style=_style: self._nastran(folder, "chain.op4", write(self._named, style))  # noqa: E731
         setattr(Chain, f"_op4_{_name}_{_style}", _save)
 for _style in ("large", "free"):
-    _save = lambda self, folder, style=_style: self._nastran(
-        folder, "chain.pch", nastran_files.dmig(self._named, style, self.places)
-    )  # noqa: E731
+    _write = partial(nastran_files.dmig, style=_style)
+    _save = lambda self, folder, write=_write: self._nastran(folder, "chain.pch", write(self._named, places=self.places))  # noqa: E731
     setattr(Chain, f"_dmig_{_style}", _save)
 
 KINDS = [name[1:] for name in vars(Chain) if name.startswith("_") and not name.startswith(("__", "_nam", "_nas"))]

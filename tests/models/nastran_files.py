@@ -20,7 +20,7 @@ def form_of(matrix):
 
 
 def op4_text(matrices, style, width=8):
-    """Formatted OUTPUT4, 1P,3E23.16. The length of a dense column is that in numbers, as Nastran writes it, or, wide, in words."""
+    """Formatted OUTPUT4, 1P,3E23.16. The length of a dense column is in numbers, as Nastran writes it, or, wide, in words."""
     lines = []
     for name, matrix in matrices.items():
         size = len(matrix)

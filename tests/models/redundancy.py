@@ -9,19 +9,20 @@ what a sound writer would have written for that other model (one digit of a numb
 the fault could have been seen. So the writers of the tests are the judges, and the number of the last kind ought to be 0.
 """
 
+import faulthandler
 import os
 import re
 import struct
-import subprocess
 import warnings
 import zipfile
 from collections import Counter
 from io import BytesIO
+from itertools import chain
 from types import SimpleNamespace
 
-import numpy as np
 from models.conftest import Chain
 from models.fuzzing import time_limit
+from scipy import sparse
 
 from stickslip.checks import InputError
 from stickslip.models import process
@@ -34,8 +35,11 @@ TOKEN = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EDed][-+]?\d+)?|[A-Za-z]+|[^\s
 UNORDERED = ("matrix_market", "abaqus", "abaqus_coordinate")
 """Kinds whose lines may stand in any order."""
 COMMENTS = (b"%", b"$", b"**")
-WORDS = (b"real", b"integer", b"complex", b"pattern", b"general", b"symmetric", b"skew-symmetric", b"hermitian", b"coordinate", b"array",
-         b"RSA", b"RUA", b"CSA", b"ISA", b"RSE", b"RZA", b"E", b"D", b"I", b"F", b"", b"MASS", b"STIFFNESS", b"DAMPING", b"KAA", b"MAA", b"BAA")  # fmt: skip
+WORDS = (
+    *b"real integer complex pattern general symmetric skew-symmetric hermitian coordinate array".split(),
+    *b"RSA RUA CSA ISA RSE RZA E D I F MASS STIFFNESS DAMPING KAA MAA BAA".split(),
+    b"",
+)
 WRITINGS = (
     lambda n: n.replace(b"E", b"D").replace(b"e", b"D"),
     lambda n: n.replace(b".", b","),
@@ -97,7 +101,7 @@ def _count_text(content, random):
         return b"".join(lines[:place] + lines[place : place + 1] * random.choice((0, 2)) + lines[place + 1 :])
     headers = [place for place, line in enumerate(lines) if not re.search(rb"\d\.\d", line) and re.search(rb"\d", line)]
     place = random.choice(headers) if headers and random.random() < 0.7 else random.randrange(len(lines))
-    numbers = [match for match in re.finditer(rb"(?<![\d.+-])\d+(?![\d.])", lines[place])]
+    numbers = list(re.finditer(rb"(?<![\d.+-])\d+(?![\d.])", lines[place]))
     if not numbers:
         return content
     match = random.choice(numbers)
@@ -219,21 +223,27 @@ class Calculix(Chain):
         stored = [(i, j) for j in range(len(self.K)) for i in range(j, len(self.K)) if self.K[i, j] or self.M[i, j]]
         for matrix, ending in ((self.K, ".sti"), (self.M, ".mas")):
             (folder / f"chain{ending}").write_text("".join(f"{i + 1} {j + 1} {matrix[i, j]:.17e}\n" for i, j in stored))
-        (folder / "chain.dof").write_text("".join("%d.%d\n" % place for place in self.places))
+        (folder / "chain.dof").write_text("".join(f"{node}.{direction}\n" for node, direction in self.places))
         return folder / "chain.sti"
 
 
 def chain_of(model):
     """What a model is written from."""
-    chain = Calculix()
-    chain.M, chain.K, chain.C = (None if matrix is None else matrix.toarray(order="C") for matrix in (model.M, model.K, model.C))
-    chain.dofs = tuple(f"{node}.x" for node in range(1, model.size + 1)) if model.dofs[0].endswith(".q") else model.dofs
-    return chain
+    written = Calculix()
+    written.M, written.K, written.C = (
+        None if matrix is None else matrix.toarray(order="C") for matrix in (model.M, model.K, model.C)
+    )
+    written.dofs = tuple(f"{node}.x" for node in range(1, model.size + 1)) if model.dofs[0].endswith(".q") else model.dofs
+    return written
 
 
 def normal(path, kind):
     """What counts of a file: the tokens of each line of text, numbers by their value; members of an archive; or all bytes."""
     content = path.read_bytes()
+    if kind == "scipy":  # within a row the entries may stand in any order
+        matrix = sparse.load_npz(path)
+        matrix.sort_indices()
+        return [part.tolist() for part in (matrix.data, matrix.indices, matrix.indptr)], matrix.shape
     if path.suffix == ".npz":
         with zipfile.ZipFile(path) as archive:
             return {name: archive.read(name) for name in archive.namelist()}
@@ -245,11 +255,26 @@ def normal(path, kind):
     tokens = [[_token(token) for token in TOKEN.findall(line.upper())] for line in lines]
     if path.suffix == ".op4":  # the number in the last record of a matrix says nothing
         return [line for before, line in zip([[], *tokens], tokens, strict=False) if before[1:] != [1.0, 1.0]]
-    if kind.startswith("dmig"):  # a line with a name and those that continue it, in any order
-        begun = [place for place, line in enumerate(tokens) if line[0] == b"DMIG"]
-        tokens = [sum(tokens[first:last], []) for first, last in zip(begun, [*begun[1:], None], strict=True)]
-        return sorted(tokens, key=str)
+    if kind.startswith("dmig"):
+        return _dmig_terms(tokens)
     return sorted(tokens, key=str) if kind in UNORDERED else tokens
+
+
+def _dmig_terms(tokens):
+    """Headers, and terms with row and column, of which a symmetric matrix may have either first; all in any order."""
+    begun = [place for place, line in enumerate(tokens) if line[0] == b"DMIG"]
+    entries = [list(chain.from_iterable(tokens[first:last])) for first, last in zip(begun, [*begun[1:], None], strict=True)]
+    entries = [[token for token in entry if token not in (b"*", b"+")] for entry in entries]
+    symmetric = {entry[1] for entry in entries if entry[2:4] == [0.0, 6.0]}
+    found = []
+    for entry in entries:
+        if entry[2] == 0.0:
+            found.append(entry)
+            continue
+        for k in range(4, len(entry), 3):
+            pair = entry[2:4], entry[k : k + 2]
+            found.append([entry[1], *(sorted(pair) if entry[1] in symmetric else pair), entry[k + 2 : k + 3]])
+    return sorted(found, key=str)
 
 
 def _token(token):
@@ -335,6 +360,7 @@ def forked(command, **_):
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
+        faulthandler.disable()
         os.dup2(writing, 2)
         try:
             code = process.main(*command[-3:])
@@ -350,6 +376,3 @@ def forked(command, **_):
 def counts(sound, group, random, number):
     """How often each answer came."""
     return Counter(sound.verdict(group, random) for _ in range(number))
-
-
-__all__ = ["CLASSES", "Sound", "counts", "forked", "subprocess"]

@@ -10,13 +10,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
 from scipy import sparse
 
 from stickslip.checks import fault
 from stickslip.models.content import Content
 from stickslip.models.limits import rows_with_entries, within_memory
-from stickslip.models.numbers import fixed_fields, whole
+from stickslip.models.numbers import compressed_columns, fixed_fields, whole
 from stickslip.structure.sparse import both_triangles
 
 FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d+)(?:\.\d+)?(?:E\d+)?\)")
@@ -60,9 +59,7 @@ def read(path: Path) -> Content:
         first += length
     starts = whole(f"{path.name}, {PARTS[0]},", numbers[0], 1, entries + 1) - 1
     indices = whole(f"{path.name}, {PARTS[1]},", numbers[1], 1, rows) - 1
-    if starts[0] != 0 or starts[-1] != entries or np.any(np.diff(starts) < 0):
-        raise fault(f"{path.name}, {PARTS[0]},", f"must rise from 1 to {entries + 1}", (starts[[0, -1]] + 1).tolist())
-    matrix = sparse.csc_array((numbers[2], indices, starts), (rows, columns))
+    matrix = compressed_columns(path.name, numbers[2], indices, starts, (rows, columns))
     if not matrix.has_canonical_format:
         raise fault(f"{path.name}, {PARTS[1]},", "must rise in each column", "not in order, or one twice")
     if kind == "RSA" and sparse.triu(matrix, 1).nnz:

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from stickslip.checks import fault
 from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_other_files, refuse_too_much
 from stickslip.models.limits import rows_with_entries
+from stickslip.models.numbers import compressed_columns
 
 
 def arrays(path: Path) -> dict[str, Any]:
@@ -44,12 +44,10 @@ def _dense(name: str, item: Any) -> Any:
 def _sparse_group(name: str, group: Any) -> Any:
     """The compressed columns data, ir, jc; the attribute holds the number of rows."""
     rows, columns = int(group.attrs["MATLAB_sparse"]), int(group["jc"].size) - 1
-    data, indices = (_dense(name, group[key]) if key in group else np.zeros(0) for key in ("data", "ir"))
+    data, indices = (_dense(name, group[key]) if key in group else np.zeros(0, np.int64) for key in ("data", "ir"))
     rows_with_entries(name, max(rows, columns), data.size)
     starts = _dense(name, group["jc"])
-    if data.size != indices.size or data.size != starts[-1]:
-        raise fault(name, "must have as many values as rows of entries", [data.size, indices.size, int(starts[-1])])
-    return sparse.csc_array((data, indices.astype(np.int64), starts.astype(np.int64)), (rows, columns))
+    return compressed_columns(name, data, indices, starts, (rows, columns))
 
 
 def _hdf5_names(file: Any, item: Any) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import Array, fault
+from stickslip.checks import Array, counted, fault
 from stickslip.models.content import Content
 from stickslip.models.limits import rows_with_entries, within_memory
 from stickslip.models.numbers import number_lines, whole
@@ -37,7 +37,7 @@ def read(path: Path) -> Content:
     width = (2 if entries else 0) + (2 if field == "complex" else 1)
     numbers = number_lines(path.name, body[place.end() if place else 0 :])
     if numbers.shape != (count, width) and (count or numbers.size):
-        raise fault(path.name, f"must hold {count} lines of {width} numbers, as it says", numbers.shape)
+        raise fault(path.name, f"must hold {count} lines of {counted(width, 'number')}, as it says", numbers.shape)
     numbers = numbers.reshape(count, width)
     values = numbers[:, -2] + 1j * numbers[:, -1] if field == "complex" else numbers[:, -1]
     if field == "integer" and np.any(values != np.floor(values)):

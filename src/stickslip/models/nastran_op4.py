@@ -251,7 +251,7 @@ def _formatted_matrix(header: str, lines: deque[bytes]) -> Matrix:
 
 
 def _unit(matrix: Matrix, lines: deque[bytes], words: int, layout: tuple[int, int]) -> int:
-    """What the length of a dense column of text counts, alike in all columns: words or, as Nastran writes it, real numbers (1)."""
+    """What the length of a dense column of text counts, alike in all columns: words or, as Nastran has it, numbers (1)."""
     if matrix.unit is None:
         per_line, width = layout
         taken = [line.rstrip() for line in takewhile(lambda line: b"." in line, lines)]

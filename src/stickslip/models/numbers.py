@@ -95,6 +95,23 @@ def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> 
     return np.asarray(values.astype(np.int64))
 
 
+def compressed_columns(what: str, values: Array, indices: Array, starts: Array, shape: tuple[int, int]) -> sparse.csc_array:
+    """The matrix of its values column by column, their rows (`indices`) and the place where each column starts, from 0.
+
+    SciPy does not look at rows and starts where the last start is 0, and its compiled code trusts them.
+    """
+    rows, columns = shape
+    shapes_fit = values.ndim == indices.ndim == 1 and starts.shape == (columns + 1,)
+    if not shapes_fit or indices.dtype.kind not in "iu" or starts.dtype.kind not in "iu":
+        raise fault(what, f"must have {columns + 1} starts of columns, and rows in whole numbers", [starts.shape, indices.dtype])
+    if starts[0] != 0 or np.any(starts[1:] < starts[:-1]) or not starts[-1] == values.size == indices.size:
+        counts = [int(starts[-1]), values.size, indices.size]
+        raise fault(what, "must have starts of columns that rise to the number of its values and rows", counts)
+    if np.any((indices < 0) | (indices >= rows)):
+        raise fault(what, f"must have entries in rows up to {rows}", int(indices.max()) + 1)
+    return sparse.csc_array((values, indices.astype(np.int64), starts.astype(np.int64)), shape)
+
+
 def triplets(what: str, rows: Index, columns: Index, values: Array, size: int) -> sparse.csc_array:
     """The matrix (size, size) of entries by row and column, both counted from 0; none stands twice."""
     rows_with_entries(what, size, len(values))

@@ -17,11 +17,10 @@ from stickslip.checks import Array, fault
 from stickslip.models.content import Content
 from stickslip.models.limits import MOST_DEFLATED, within_file, within_memory
 from stickslip.models.named_rows import from_tables
+from stickslip.models.numbers import compressed_columns
 
 PLAIN, MOST_UNPACKED = 1 << 28, 100
 """Bytes up to which an array may be packed however well, and how many times its packed size a larger one may have."""
-
-SPARSE = {"csc": sparse.csc_array, "csr": sparse.csr_array}
 
 
 def read(path: Path) -> Content:
@@ -86,15 +85,16 @@ def _sparse(arrays: dict[str, Any]) -> Any:
     """The matrix of a file written by scipy.sparse.save_npz."""
     kind = arrays["format"].item()
     name = kind.decode() if isinstance(kind, bytes) else str(kind)
-    shape = tuple(int(length) for length in arrays["shape"])
+    rows, columns = (int(length) for length in arrays["shape"])
+    shape = rows, columns
     data: Array = arrays["data"]
     if name == "coo":
         return sparse.coo_array((data, (arrays["row"], arrays["col"])), shape)
-    if name not in SPARSE:
-        raise fault("The sparse format", f"must be coo or {' or '.join(SPARSE)}", name, "Convert it with .tocsc().")
-    matrix = SPARSE[name]((data, arrays["indices"], arrays["indptr"]), shape)
-    matrix.check_format(full_check=True)
+    if name not in ("csc", "csr"):
+        raise fault("The sparse format", "must be coo, csc or csr", name, "Convert it with .tocsc().")
+    shape = shape if name == "csc" else shape[::-1]
+    matrix = compressed_columns("A sparse matrix", data, arrays["indices"], arrays["indptr"], shape)
     matrix.sum_duplicates()
-    if not matrix.nnz == data.size == arrays["indices"].size:
+    if matrix.nnz < data.size:
         raise fault("A sparse matrix", "must hold each entry once", f"{matrix.nnz} entries of {data.size} values")
-    return matrix
+    return matrix if name == "csc" else matrix.T
