@@ -15,7 +15,7 @@ from scipy import sparse
 
 import stickslip as ss
 from stickslip.checks import InputError
-from stickslip.models import matrix_market, nastran_dmig, nastran_op4, process
+from stickslip.models import ansys, matrix_market, nastran_dmig, nastran_op4, process
 
 pytestmark = [pytest.mark.filterwarnings("ignore::UserWarning"), pytest.mark.filterwarnings("ignore::DeprecationWarning")]
 
@@ -187,15 +187,6 @@ def test_both_lengths_and_widths_of_output4(tmp_path):
         np.testing.assert_array_equal(nastran_op4.read(tmp_path / "a.op4").matrices["KAA"].toarray(), [[2, -1], [-1, 2]])
 
 
-def test_the_place_holder_of_damping_that_is_not_there(chain, tmp_path):
-    path = chain.save(tmp_path, "op4_text_dense")
-    null = op4(header="       1       1       6       2BXX     1P,3E23.16").replace("       3", "       2")
-    text = path.read_text()
-    path.write_text(text[: text.index("       6       6       6       2BAA")] + null)
-    model = ss.read_model(path)
-    assert (model.C, model.notes) == (None, ("BXX is a null matrix of one row, which stands for none: left out.",))
-
-
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
@@ -268,3 +259,38 @@ def test_a_busy_machine_is_no_damaged_file(chain, tmp_path, monkeypatch):
     monkeypatch.setattr(process, "SECONDS", 1e-3)
     with pytest.raises(InputError, match="The file is damaged, or the machine is busy: try again when it is not"):
         ss.read_model(chain.save(tmp_path, "mat"))
+
+
+READER = """
+import numpy as np
+from scipy import sparse
+
+class Full:
+    def load_km(self, as_sparse, sort):
+        if BROKEN:
+            raise SystemError("out of bounds")
+        K = sparse.csc_matrix([[2.0, -1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
+        return np.array([[4, 0], [5, 1], [6, 2]]), K, sparse.identity(3, format="csc")
+
+def read_binary(path):
+    return Full()
+"""
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_full_files_of_ansys_are_read_in_a_process_of_their_own(broken, tmp_path, monkeypatch):
+    """With a reader that stands for that of Ansys' files."""
+    package = tmp_path / "ansys" / "mapdl" / "reader"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text(READER.replace("BROKEN", str(broken)))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(ansys, "installed", lambda: True)
+    (tmp_path / "a.full").write_bytes(b"")
+    if broken:
+        with pytest.raises(InputError, match=r"The file is damaged \(out of bounds\)"):
+            ss.read_model(tmp_path / "a.full")
+    else:
+        model = ss.read_model(tmp_path / "a.full")
+        np.testing.assert_array_equal(model.K.toarray(), [[2.0, -1.0], [-1.0, 2.0]])
+        assert (model.dofs, model.notes) == (("4.x", "5.y"), ("1 constrained rows of the file are left out.",))
+        assert "ansys.mapdl.reader" not in sys.modules

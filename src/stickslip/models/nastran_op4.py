@@ -45,8 +45,6 @@ LONG = 8
 """Bytes of a long word."""
 MODEL = {name for names in SYNONYMS.values() for name in names}
 """Names of matrices of a model; others, such as marks between data blocks, may stand again."""
-PLACE_HOLDER = (1, 1)
-"""Shape of the null matrix that stands for damping that a superelement does not have."""
 
 
 @dataclass
@@ -134,24 +132,18 @@ class Matrix:
 
 
 def read(path: Path) -> Content:
-    """All matrices of the file but place-holders."""
+    """All matrices of the file."""
     within_memory(path.name, 12 * path.stat().st_size)
     content = path.read_bytes()
     order = _byte_order(content)
     matrices: dict[str, sparse.coo_array] = {}
-    absent = []
     for matrix in _formatted(content) if order is None else _binary(content, *order):
-        assembled = matrix.assembled()
-        if assembled.shape == PLACE_HOLDER and not assembled.nnz:
-            absent.append(matrix.name)
-        elif matrix.name in matrices and matrix.name in MODEL:
+        if matrix.name in matrices and matrix.name in MODEL:
             raise fault(f"Matrix {matrix.name}", "must stand once in the file", "again", "Two files in one?")
-        else:
-            matrices[matrix.name] = assembled
+        matrices[matrix.name] = matrix.assembled()
     if not matrices:
         raise fault(path.name, "must hold matrices", "none")
-    notes = tuple(f"{name} is a null matrix of one row, which stands for none: left out." for name in absent if name in MODEL)
-    return Content(f"Nastran OUTPUT4, {'formatted' if order is None else 'binary'}", matrices, notes=notes)
+    return Content(f"Nastran OUTPUT4, {'formatted' if order is None else 'binary'}", matrices)
 
 
 def _byte_order(content: bytes) -> tuple[str, int] | None:
