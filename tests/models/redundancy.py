@@ -20,6 +20,7 @@ from io import BytesIO
 from itertools import chain
 from types import SimpleNamespace
 
+import numpy as np
 from models.conftest import Chain
 from models.fuzzing import time_limit
 from scipy import sparse
