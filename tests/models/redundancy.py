@@ -362,7 +362,7 @@ class Sound:
         written = {file.name: file for file in self.again.iterdir()}
         present = {file.name: file for file in self.files if file.stat().st_size}
         return written.keys() == present.keys() and all(
-            normal(written[name], self.kind) == normal(present[name], self.kind) for name in written
+            alike(normal(written[name], self.kind), normal(present[name], self.kind)) for name in written
         )
 
 
