@@ -27,17 +27,7 @@ def victims(tmp_path_factory):
     return Victims(tmp_path_factory.mktemp("victims"))
 
 
-SLOWLY_READ = {"matrix_market_dense", "harwell_boeing", "mapping"}
-"""In a process of its own, as `matrix_market` is."""
-
-
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, marks=pytest.mark.nightly) if kind in SLOWLY_READ else kind
-        for kind in (*KINDS, "calculix", "substructure", "mapping")
-    ],
-)
+@pytest.mark.parametrize("kind", [*KINDS, "calculix", "substructure", "mapping"])
 def test_damaged_files(victims, kind):
     assert kind == "substructure" or victims.answer(kind, 0, [])  # the substructure has no mass
 

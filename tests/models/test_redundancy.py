@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from models.conftest import KINDS
+from models.fuzzing import peak_memory
 from models.redundancy import CLASSES, Sound, counts, forked
-from models.test_hostile import archive
+from models.test_hostile import archive, bomb
 from scipy import sparse
 
 import stickslip as ss
@@ -294,3 +295,18 @@ def test_full_files_of_ansys_are_read_in_a_process_of_their_own(broken, tmp_path
         np.testing.assert_array_equal(model.K.toarray(), [[2.0, -1.0], [-1.0, 2.0]])
         assert (model.dofs, model.notes) == (("4.x", "5.y"), ("1 constrained rows of the file are left out.",))
         assert "ansys.mapdl.reader" not in sys.modules
+
+
+def test_a_case_that_unpacks_to_far_more_is_computed_again(tmp_path, monkeypatch):
+    """So is one whose header claims more than is there; neither takes memory."""
+    kept = ss.CheckpointFolder(tmp_path)
+    kept.save("a", {"values": np.ones(3)})
+    np.testing.assert_array_equal(kept.load("a")["values"], np.ones(3))
+    (file,) = tmp_path.glob("*.npz")
+    bomb(file)
+    monkeypatch.setattr("stickslip.models.limits.memory", lambda: 2**24)
+    before = peak_memory()
+    assert kept.load("a") is None
+    archive(file, (10**9, 10))
+    assert kept.load("a") is None
+    assert peak_memory() - before < 50.0
