@@ -33,7 +33,7 @@ FORMATS = {
     "Nastran DMIG": ("dmig_large", "dmig_free"),
     "Abaqus": ("abaqus", "abaqus_coordinate", "abaqus_substructure"),
 }
-QUICKLY, THOROUGHLY = 40, 600
+QUICKLY, THOROUGHLY = 40, 200
 """Faults of each class and format."""
 
 

@@ -24,9 +24,10 @@ def arrays(path: Path) -> dict[str, Any]:
     if start[126:128] not in (b"IM", b"MI"):
         raise fault("A MATLAB file", "must be of version 5 to 7.3", "another", "save('model.mat', 'M', 'K') writes one.")
     stored = io.whosmat(path)
-    damaged = [name for name, _, kind in stored if kind == "unknown" or not name.isidentifier()]
-    if damaged:
-        raise fault("A variable of a MATLAB file", "must have a name and a known class", damaged[0], "The file is damaged.")
+    for name, shape, kind in stored:
+        if kind == "unknown" or not name.isidentifier() or (kind in NUMBERS and len(shape) < 2):
+            rule = "must have a name, a known class and two dimensions or more"
+            raise fault("A variable of a MATLAB file", rule, [name, kind, shape], "The file is damaged.")
     wanted = [name for name, shape, kind in stored if _is_wanted(name, kind, len(shape))]
     found = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
     return {name: _names(found[name]) if found[name].dtype == object else found[name] for name in wanted if name in found}
