@@ -51,7 +51,7 @@ def read(path: Path) -> Content:
     within_memory(path.name, 60 * path.stat().st_size)
     matrices, grid = _taken(path)
     rectangular = [name for name, matrix in matrices.items() if matrix.form in RECTANGULAR]
-    notes = (f"Rectangular matrices of the file are left out: {', '.join(rectangular)}.",) if rectangular else ()
+    notes: tuple[str, ...] = (f"Rectangular matrices of the file are left out: {', '.join(rectangular)}.",) if rectangular else ()
     matrices = {name: matrix for name, matrix in matrices.items() if name not in rectangular}
     if not matrices:
         raise fault(path.name, "must hold square DMIG entries", "none")

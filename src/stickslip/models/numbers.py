@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -95,7 +96,7 @@ def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> 
     return np.asarray(values.astype(np.int64))
 
 
-def compressed_columns(what: str, values: Array, indices: Array, starts: Array, shape: tuple[int, int]) -> sparse.csc_array:
+def compressed_columns(what: str, values: Any, indices: Any, starts: Any, shape: tuple[int, int]) -> sparse.csc_array:
     """The matrix of its values column by column, their rows (`indices`) and the place where each column starts, from 0.
 
     SciPy does not look at rows and starts where the last start is 0, and its compiled code trusts them.
