@@ -24,7 +24,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "models.md"
 FORMATS = {
     "NumPy archive": ("npz", "scipy"),
     "MATLAB 5 to 7": ("mat", "mat_compressed"),
-    "MATLAB 7.3": ("mat73",),
+    "MATLAB, HDF5": ("mat73",),
     "Matrix Market": ("matrix_market", "matrix_market_dense"),
     "Harwell-Boeing": ("harwell_boeing", "rutherford_boeing"),
     "CalculiX": ("calculix",),
@@ -310,3 +310,16 @@ def test_a_case_that_unpacks_to_far_more_is_computed_again(tmp_path, monkeypatch
     archive(file, (10**9, 10))
     assert kept.load("a") is None
     assert peak_memory() - before < 50.0
+
+
+def test_floating_point_numbers_of_a_kind_of_their_own(chain, tmp_path):
+    """An exponent that counts from 1024 halves every number."""
+    h5py = pytest.importorskip("h5py")
+    path = chain.save(tmp_path, "mat73")
+    kind = h5py.h5t.IEEE_F64LE.copy()
+    kind.set_ebias(1024)
+    with h5py.File(path, "r+") as file:
+        del file["C"]
+        h5py.h5d.create(file.id, b"C", kind, h5py.h5s.create_simple((6, 6)))
+    with pytest.raises(InputError, match="C must hold usual floating-point numbers"):
+        ss.read_model(path)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.checks import fault
-from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_other_files, refuse_too_much
+from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_odd_numbers, refuse_other_files, refuse_too_much
 from stickslip.models.limits import rows_with_entries
 from stickslip.models.numbers import compressed_columns
 
@@ -37,6 +37,7 @@ def _item(file: Any, name: str) -> Any:
 def _dense(name: str, item: Any) -> Any:
     """A stored array, columns first as MATLAB keeps it; {real, imag} becomes complex."""
     refuse_too_much(name, item)
+    refuse_odd_numbers(name, item)
     values = item[()]
     return values["real"] + 1j * values["imag"] if item.dtype.names else values
 

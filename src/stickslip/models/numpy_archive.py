@@ -6,6 +6,7 @@ A file that `scipy.sparse.save_npz` wrote holds one matrix; it is read together 
 from __future__ import annotations
 
 import zipfile
+from os import SEEK_CUR
 from pathlib import Path
 from typing import IO, Any
 
@@ -57,14 +58,14 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
         )
     with archive.open(member) as file:
         claimed, kind = _claimed(file)
-        held = member.file_size - file.tell()
+        behind = member.file_size - file.seek(0, SEEK_CUR)
     if kind.hasobject:
         raise fault(
             member.filename, "must hold numbers or text", "Python objects", "They are never unpickled (allow_pickle=False)."
         )
-    if claimed * kind.itemsize != held:
+    if claimed * kind.itemsize != behind:
         raise fault(
-            f"{member.filename}, entries", f"must fill the {held} bytes behind its header", claimed, "Its header is wrong."
+            f"{member.filename}, entries", f"must fill the {behind} bytes behind its header", claimed, "Its header is wrong."
         )
     with archive.open(member) as file:
         return npy.read_array(file, allow_pickle=False)
