@@ -22,8 +22,8 @@ Sound files of every format are damaged by changes that are drawn with fixed see
 doubled, files cut short, counts and numbers made huge), and read. The search is guided by coverage: changes that lead to lines
 of the readers or of the studies that none before them reached are kept and changed further. A row counts the answers that are
 neither a model nor an `InputError`, and names the lines reached, with those that the sound files reach; each reading has 20 s.
-`EXECUTIONS` in the environment sets how many are made of each kind of file, 2000 unless given. Matrix Market,
-Harwell-Boeing and MATLAB files are read by other packages in a process of their own, where lines are not seen."""
+`EXECUTIONS` in the environment sets how many are made of each kind of file, 2000 unless given. MATLAB files are read by other
+packages in a process of their own, where lines are not seen."""
 
 SOURCE = "an InputError or a model"
 STUDIES = "study files"

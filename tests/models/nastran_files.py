@@ -14,18 +14,25 @@ def strings_of(column):
     return [(int(run[0]) + 1, column[run]) for run in breaks if run.size]
 
 
+def form_of(matrix):
+    """Symmetric or square."""
+    return 6 if np.array_equal(matrix, matrix.T) else 1
+
+
 def op4_text(matrices, style, width=8):
-    """Formatted OUTPUT4, 1P,3E23.16."""
+    """Formatted OUTPUT4, 1P,3E23.16. The length of a dense column is in numbers, as Nastran writes it, or, wide, in words."""
     lines = []
     for name, matrix in matrices.items():
         size = len(matrix)
-        head = (size, -size if style == "big" else size, 6, 2)
+        head = (size, -size if style == "big" else size, form_of(matrix), 2)
         lines.append("".join(f"{n:{width}d}" for n in head) + f"{name:8s}1P,3E23.16")
         for number, column in enumerate(matrix.T, start=1):
             runs = strings_of(column)
+            if not runs:
+                continue
             if style == "dense":
                 first, last = runs[0][0], runs[-1][0] + len(runs[-1][1]) - 1
-                lines.append(f"{number:{width}d}{first:{width}d}{2 * (last - first + 1):{width}d}")
+                lines.append(f"{number:{width}d}{first:{width}d}{(last - first + 1) * width // 8:{width}d}")
                 lines += values_in_lines(column[first - 1 : last])
                 continue
             heads = 2 if style == "big" else 1
@@ -61,9 +68,11 @@ def op4_binary(matrices, style, order="<", word=4):
     for name, matrix in matrices.items():
         size = len(matrix)
         letters = (name.ljust(8)[:4].ljust(word) + name.ljust(8)[4:].ljust(word)).encode()
-        parts.append(record(size, -size if style == "big" else size, 6, 2, data=letters))
+        parts.append(record(size, -size if style == "big" else size, form_of(matrix), 2, data=letters))
         for number, column in enumerate(matrix.T, start=1):
             runs = strings_of(column)
+            if not runs:
+                continue
             if style == "dense":
                 first, last = runs[0][0], runs[-1][0] + len(runs[-1][1]) - 1
                 data = column[first - 1 : last].astype(f"{order}f8").tobytes()
@@ -79,33 +88,41 @@ def op4_binary(matrices, style, order="<", word=4):
     return b"".join(parts)
 
 
-def dmig(matrices, style):
-    """DMIG entries with one triangle: large fields, small fields (few digits) or commas; the grid points are 1, 2, ..."""
+def dmig(matrices, style, places=None):
+    """DMIG entries with one triangle: large fields, small fields (few digits) or commas; the grid points are 1, 2, ...
+
+    places: grid point and component of each row, unless these are 1, 2, ... and 1.
+    """
     lines = ["$ a comment"]
     for name, matrix in matrices.items():
-        fields = ("DMIG", name, 0, 6, 2, 0, "", "", len(matrix))
+        form = form_of(matrix)
+        points = places or [(row, 1) for row in range(1, len(matrix) + 1)]
+        fields = ("DMIG", name, 0, form, 2, 0, "", "", len(matrix))
         lines.append(",".join(map(str, fields)) if style == "free" else "".join(f"{field!s:<8}" for field in fields))
-        for column in range(1, len(matrix) + 1):
-            terms = [(row, matrix[row - 1, column - 1]) for row in range(column, len(matrix) + 1) if matrix[row - 1, column - 1]]
-            lines += {"large": large, "small": small, "free": free}[style](name, column, terms)
+        for column in range(len(matrix)):
+            rows = range(column if form == 6 else 0, len(matrix))
+            terms = [(*points[row], matrix[row, column]) for row in rows if matrix[row, column]]
+            if terms:
+                lines += {"large": large, "small": small, "free": free}[style](name, points[column], terms)
     return "\n".join(lines) + "\n"
 
 
 def large(name, column, terms):
-    head = f"DMIG*   {name:<16}{column:16d}{1:16d}"
-    return [head, *(f"*       {row:16d}{1:16d}{value:16.9E}".replace("E", "D") for row, value in terms)]
+    head = f"DMIG*   {name:<16}{column[0]:16d}{column[1]:16d}"
+    return [head, *(f"*       {point:16d}{axis:16d}{value:16.9E}".replace("E", "D") for point, axis, value in terms)]
 
 
 def small(name, column, terms):
-    lines = [f"DMIG    {name:<8}{column:8d}{1:8d}        "]
-    for place, (row, value) in enumerate(terms):
+    lines = [f"DMIG    {name:<8}{column[0]:8d}{column[1]:8d}        "]
+    for place, (point, axis, value) in enumerate(terms):
         text = f"{value:.2E}".replace("E+0", "+").replace("E-0", "-")
-        lines[-1] += f"{row:8d}{1:8d}{text:>8}{'':8}"
+        lines[-1] += f"{point:8d}{axis:8d}{text:>8}{'':8}"
         if place % 2 == 0 and place + 1 < len(terms):
             lines.append("        ")
     return lines
 
 
 def free(name, column, terms):
-    head = f"DMIG,{name},{column},1,,{terms[0][0]},1,{float(terms[0][1])!r}"
-    return [head, *(f",{row},1,{float(value)!r}" for row, value in terms[1:])]
+    (point, axis, value), *more = terms
+    head = f"DMIG,{name},{column[0]},{column[1]},,{point},{axis},{float(value)!r}"
+    return [head, *(f",{point},{axis},{float(value)!r}" for point, axis, value in more)]

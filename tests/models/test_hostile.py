@@ -27,8 +27,8 @@ def victims(tmp_path_factory):
     return Victims(tmp_path_factory.mktemp("victims"))
 
 
-SLOWLY_READ = {"matrix_market_dense", "harwell_boeing", "harwell_boeing_symmetric", "mat4", "mapping"}
-"""In a process of its own, as `matrix_market` is."""
+SLOWLY_READ = {"mat4", "mapping"}
+"""In a process of its own, as `mat` is."""
 
 
 @pytest.mark.parametrize(

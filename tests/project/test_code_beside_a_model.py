@@ -92,7 +92,7 @@ def test_the_marks_are_left_by_what_is_run(folder):
     assert "numpy" in folder.marks.read_text().split()
 
 
-@pytest.mark.parametrize("kind", ["mat", "mat73", "matrix_market", "harwell_boeing"])
+@pytest.mark.parametrize("kind", ["mat", "mat73"])
 def test_reading_a_model_in_a_process(folder, kind):
     path = Chain().save(folder.place, kind)
     assert "6" in folder.run(COMMAND, "info", path.name)

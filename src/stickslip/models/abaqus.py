@@ -9,6 +9,7 @@ the other. (Abaqus Keywords Guide: *MATRIX INPUT, *USER ELEMENT, *MATRIX, *SUBST
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -73,14 +74,21 @@ def _substructure(path: Path, deck: Deck) -> Content:
     text = path.read_text(encoding="ascii", errors="replace")
     nodes, matrices = _element_nodes(text), {}
     dofs: tuple[str, ...] = ()
+    skipped: list[str] = []
     for card in cards(Line(line, path.name, number) for number, line in enumerate(text.splitlines(), start=1)):
         if card.keyword == "USER ELEMENT":
             if dofs:
                 raise fault(path.name, "must hold one substructure", "several *USER ELEMENT")
             dofs = _directions(card.data, nodes)
-        elif card.keyword == "MATRIX" and (kind := card.name("TYPE")):
+        elif card.keyword == "MATRIX":
+            kind = card.name("TYPE")
+            if not kind:
+                raise fault("*MATRIX", "must say its TYPE", ", ".join(card.options) or "nothing")
             matrices[kind] = _packed(f"{path.name}, {kind}", card.data, len(dofs))
-    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, deck.notes, deck.cells)
+        elif card.data:
+            skipped.append(f"*{card.keyword}")
+    notes = (f"{path.name}: what stands below {', '.join(skipped)} is not read.",) if skipped else ()
+    return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells)
 
 
 def _element_nodes(text: str) -> list[str]:
@@ -112,13 +120,23 @@ def _directions(data: list[str], nodes: list[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _lines(columns: Iterable[int], longest: int) -> list[int]:
+    """Entries of each line where columns of so many entries begin lines."""
+    return [min(longest, entries - first) for entries in columns for first in range(0, entries, longest)]
+
+
 def _packed(what: str, data: list[str], size: int) -> Array:
     """The symmetric matrix of its columns up to the diagonal, or a whole matrix column by column."""
     values = numbers_in(" ".join(data))
-    if values.size == size * size:
-        return values.reshape(size, size).T
-    if 2 * values.size != size * (size + 1):
+    triangle = 2 * values.size == size * (size + 1)
+    if not triangle and values.size != size * size:
         raise fault(what, f"must have {size * (size + 1) // 2} or {size * size} entries for {size} rows", values.size)
+    lengths = [len(fields(line)) for line in data]
+    columns = range(1, size + 1) if triangle else [size] * size
+    if all(lengths != _lines(parts, max(lengths)) for parts in ([values.size], columns)):
+        raise fault(what, "must have full lines but the last, of all or of each column", lengths[:20])
+    if not triangle:
+        return values.reshape(size, size).T
     within_memory(what, 8 * size * size)
     matrix = np.zeros((size, size))
     matrix[np.tril_indices(size)] = values

@@ -15,6 +15,8 @@ from scipy import sparse
 
 from stickslip.checks import fault
 from stickslip.models.content import Content, dof
+from stickslip.models.limits import within_memory
+from stickslip.models.process import arrays_of
 
 PACKAGE = "ansys.mapdl.reader"
 
@@ -31,17 +33,28 @@ def read(path: Path) -> Content:
     """Stiffness and mass of a .full file."""
     if not installed():
         raise fault("Ansys .full files", "must have their reader", "not installed", 'Get it: pip install "stickslip[ansys]".')
-    file = import_module(PACKAGE).read_binary(str(path))
-    if not hasattr(file, "load_km"):
-        raise fault(path.name, "must be a .full file", type(file).__name__, "A result file (.rst) holds no matrices.")
-    rows, K, M = file.load_km(as_sparse=True, sort=False)
-    stiffness, mass = _mirrored(K), _mirrored(M)
+    within_memory(path.name, 12 * path.stat().st_size)
+    found = arrays_of(path, __name__)
+    stiffness, mass = _mirrored(found["K"]), _mirrored(found["M"])
     present = np.flatnonzero(stiffness.diagonal() != 0.0)
-    dofs = tuple(dof(int(node), int(direction) + 1) for node, direction in np.asarray(rows)[present])
+    dofs = tuple(dof(int(node), int(direction) + 1) for node, direction in found["rows"][present])
     dropped = stiffness.shape[0] - present.size
     notes = (f"{dropped} constrained rows of the file are left out.",) if dropped else ()
     matrices = {"K": stiffness[present][:, present], "M": mass[present][:, present]}
     return Content("Ansys .full file", matrices, dofs, notes=notes)
+
+
+def arrays(path: Path) -> dict[str, Any]:
+    """Node and direction (from 0) of each row, and one triangle of stiffness and mass."""
+    file = import_module(PACKAGE).read_binary(str(path))
+    if not hasattr(file, "load_km"):
+        raise fault(path.name, "must be a .full file", type(file).__name__, "A result file (.rst) holds no matrices.")
+    rows, K, M = file.load_km(as_sparse=True, sort=False)
+    found: dict[str, Any] = {"rows": np.asarray(rows)}
+    for name, matrix in (("K", K), ("M", M)):
+        found[name] = sparse.csc_array(matrix)
+        found[name].sum_duplicates()
+    return found
 
 
 def _mirrored(matrix: Any) -> sparse.csc_array:

@@ -37,6 +37,14 @@ def read(path: Path) -> Content:
     entries = {letter: _entries(file) for letter, file in (("K", stiffness), ("M", mass))}
     if len(entries["K"]) != len(entries["M"]):
         raise fault(mass.name, f"must have as many lines as {stiffness.name}, {len(entries['K'])}", len(entries["M"]), CUT_SHORT)
+    differing = np.flatnonzero(np.any(entries["K"][:, :2] != entries["M"][:, :2], axis=1))
+    if differing.size:
+        line = int(differing[0])
+        raise fault(
+            f"Line {line + 1} of {mass.name}",
+            f"must have the row and column of that of {stiffness.name}",
+            entries["M"][line, :2].tolist(),
+        )
     matrices = {letter: _matrix(file, entries[letter], len(dofs)) for letter, file in (("K", stiffness), ("M", mass))}
     deck = path.with_suffix(".inp")
     found = read_deck(deck) if deck.is_file() else Deck()

@@ -44,6 +44,14 @@ def refuse_too_much(name: str, item: Any) -> None:
     within_memory(name, int(item.size) * item.dtype.itemsize)
 
 
+def refuse_odd_numbers(name: str, item: Any) -> None:
+    """Refuse an `h5py.Dataset` of real numbers with another bias or other bits of the exponent than every processor's."""
+    import h5py
+
+    if item.dtype.kind == "f" and item.id.get_type() != h5py.h5t.py_create(item.dtype):
+        raise fault(name, "must hold usual floating-point numbers", "others", "The file is damaged.")
+
+
 def _elsewhere(name: bytes, how: str) -> InputError:
     remedy = "No file but the one that is named is read: write one that holds all of its data."
     return fault(

@@ -27,7 +27,12 @@ def arrays(path: Path) -> dict[str, Any]:
         start = file.read(128)
     if start[126:128] not in (b"IM", b"MI") and 0 not in start[:4]:
         raise fault("A MATLAB file", "must be of version 4 to 7.3", "another", "save('model.mat', 'M', 'K') writes one.")
-    wanted = [name for name, shape, kind in io.whosmat(path) if _is_wanted(name, kind, len(shape))]
+    stored = io.whosmat(path)
+    for name, shape, kind in stored:
+        if kind == "unknown" or not name.isidentifier() or (kind in NUMBERS and len(shape) < 2):
+            rule = "must have a name, a known class and two dimensions or more"
+            raise fault("A variable of a MATLAB file", rule, [name, kind, shape], "The file is damaged.")
+    wanted = [name for name, shape, kind in stored if _is_wanted(name, kind, len(shape))]
     found = io.loadmat(path, variable_names=wanted, spmatrix=False) if wanted else {}
     return {name: value for each in wanted if each in found for name, value in _values(each, found[each], DEEPEST)}
 

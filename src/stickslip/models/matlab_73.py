@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 
 from stickslip.checks import fault
-from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_other_files, refuse_too_much
+from stickslip.models.hdf5 import refuse_data_elsewhere, refuse_odd_numbers, refuse_other_files, refuse_too_much
 from stickslip.models.limits import rows_with_entries
+from stickslip.models.numbers import compressed_columns
 
 DEEPEST = 4
 """Structs in structs."""
@@ -45,6 +45,7 @@ def _items(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str, A
 def _dense(name: str, item: Any) -> Any:
     """A stored array, columns first as MATLAB keeps it; {real, imag} becomes complex."""
     refuse_too_much(name, item)
+    refuse_odd_numbers(name, item)
     values = item[()]
     return values["real"] + 1j * values["imag"] if item.dtype.names else values
 
@@ -52,12 +53,10 @@ def _dense(name: str, item: Any) -> Any:
 def _sparse_group(name: str, group: Any) -> Any:
     """The compressed columns data, ir, jc; the attribute holds the number of rows."""
     rows, columns = int(group.attrs["MATLAB_sparse"]), int(group["jc"].size) - 1
-    data, indices = (_dense(name, group[key]) if key in group else np.zeros(0) for key in ("data", "ir"))
+    data, indices = (_dense(name, group[key]) if key in group else np.zeros(0, np.int64) for key in ("data", "ir"))
     rows_with_entries(name, max(rows, columns), data.size)
     starts = _dense(name, group["jc"])
-    matrix = sparse.csc_array((data, indices.astype(np.int64), starts.astype(np.int64)), (rows, columns))
-    matrix.check_format(full_check=True)
-    return matrix
+    return compressed_columns(name, data, indices, starts, (rows, columns))
 
 
 def _hdf5_names(file: Any, item: Any) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stickslip.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite
+from stickslip.checks import SMALLEST, Array, Faults, Index, InputError, counted, fault, finite, first_of
 from stickslip.models.content import NEEDED, Content, chosen
 from stickslip.models.conversion import matrices_in_si
 from stickslip.models.limits import rows_with_entries
@@ -21,6 +21,10 @@ from stickslip.units import UnitSystem
 
 CHECKS = {"M": symmetric_sparse, "K": symmetric_sparse, "C": square_sparse}
 LETTERS = ("M", "K", "C")
+NEARLY = 1e-6
+"""Of a product of masses: what rounding in a file may add."""
+SHOWN = 5
+"""Names that a note lists."""
 
 
 class Surface(NamedTuple):
@@ -121,12 +125,50 @@ def model_of(
     heaviest = float(np.max(np.abs(matrices["M"].data), initial=0.0))
     if heaviest < SMALLEST:
         raise fault(f"{file}: M" if file else "M", "must have mass", f"{heaviest:g} at most", "Check its unit, and the export.")
+    _refuse_negative_mass(f"{file}: M" if file else "M", matrices["M"])
+    unused = _unused(content, found, names, size)
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
+    structural = (f"{name}, structural damping of the file, is left out." for name in _structural(content))
+    notes = (*content.notes, *structural, *unused, *_no_stiffness(matrices["K"], names))
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
-    notes = (*content.notes, *(f"{name}, structural damping of the file, is left out." for name in _structural(content)))
     return Model(*matrices_of, nodes, content.sets, content.format, file, notes, content.cells)
+
+
+def _refuse_negative_mass(what: str, mass: Sparse) -> None:
+    """Refuse an entry larger than those on the diagonal allow: a mass is positive semidefinite, so m_ij² <= m_ii m_jj."""
+    rows, columns = mass.nonzero()
+    diagonal = mass.diagonal()
+    too_large = mass[rows, columns] ** 2 > (1.0 + NEARLY) * diagonal[rows] * diagonal[columns]
+    if np.any(too_large):
+        row, column = (int(places[too_large][0]) for places in (rows, columns))
+        shown = [float(mass[place]) for place in ((row, row), (row, column), (column, column))]
+        raise fault(
+            f"{what}[{row}, {column}]",
+            "must be small against the masses of its row and column",
+            shown,
+            "Check the file for damage.",
+        )
+
+
+def _no_stiffness(stiffness: Sparse, names: Sequence[str]) -> tuple[str, ...]:
+    """A note on rows without stiffness of their own."""
+    rows = np.flatnonzero(stiffness.diagonal() == 0.0)
+    few = [names[row] for row in rows[:SHOWN].tolist()]
+    said = (
+        f"K has no entry on the diagonal of {counted(rows.size, 'row')}: {', '.join(few)}{', ...' if rows.size > SHOWN else ''}."
+    )
+    return (said,) if 0 < rows.size < len(names) else ()
+
+
+def _unused(content: Content, found: Mapping[str, Any], names: Sequence[str], size: int) -> tuple[str, ...]:
+    """A note on arrays as long as the model that could be its damping or its names, where it has none of these."""
+    if "C" in found and names:
+        return ()
+    taken = {id(matrix) for matrix in (*found.values(), *(content.matrices[name] for name in _structural(content)))}
+    unused = [name for name, array in content.matrices.items() if id(array) not in taken and np.shape(array)[:1] == (size,)]
+    return (f"Not used, but as long as the model: {first_of(unused, SHOWN)}.",) if unused else ()
 
 
 def _is_placeholder(damping: Any, stiffness: Any) -> bool:

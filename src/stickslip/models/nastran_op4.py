@@ -1,9 +1,10 @@
 """Nastran OUTPUT4 files (.op4), formatted or binary of either byte order, dense, sparse and sparse for big matrices.
 
-A matrix is a header (columns, rows, form, type, name), a record for each column that is not empty, and a last record with a
-column number beyond the last, whose length need not be that of its content. A column record has its number, the row of its
-first entry, and its length in words; row 0 says that the column comes in strings, each with a header of its own: L and row in
-one word IS = row + 65536 (L + 1), or, for big matrices (negative number of rows), in two words L + 1 and row.
+A matrix is a header (columns, rows, form, type, name), a record for each column that is not empty, in their order, and a last
+record with the number of columns plus 1, whose length need not be that of its content. A column record has its number, the row of
+its first entry, and its length in words; row 0 says that the column comes in strings, each with a header of its own: L and row in
+one word IS = row + 65536 (L + 1), or, for big matrices (negative number of rows), in two words L + 1 and row. Each length is
+compared with what is there, and what a symmetric form says with the entries.
 (NX Nastran DMAP Programmer's Guide, OUTPUT4.)
 """
 
@@ -11,56 +12,123 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 from scipy import sparse
 
-from stickslip.checks import Array, fault
-from stickslip.models.content import Content
+from stickslip.checks import Array, InputError, counted, fault
+from stickslip.models.content import SYNONYMS, Content
 from stickslip.models.limits import within_memory
+from stickslip.models.numbers import fixed_words, number_lines
+from stickslip.structure.sparse import symmetric_sparse
 
-WORDS = {1: 1, 2: 2, 3: 2, 4: 4}
-"""Words of an entry of type real single, real double, complex single, complex double."""
-COMPLEX = (3, 4)
-FORMAT = re.compile(r"(\d+)[EDFG](\d+)\.\d+", re.IGNORECASE)
-USUAL_WIDTH = 16
-"""Of a number where the header gives no format: 1P,5E16.9."""
+DOUBLE, COMPLEX = (2, 4), (3, 4)
+"""Types: 1 and 2 are real, 1 and 3 single."""
+TYPES = range(1, 5)
+SYMMETRIC, FORMS = 6, range(1, 16)
+NAME = re.compile(r"\w{1,8}", re.ASCII)
+FORMAT = re.compile(r"(?:1P,)?(\d+)[ED](\d+)\.\d+", re.IGNORECASE)
+USUAL_LAYOUT = 5, 16
+"""Numbers of a line and letters of each where the header gives no format: 1P,5E16.9."""
+HEADERS = ((8, 8, 8, 8), (16, 16, 8, 8), (16, 16, 16, 16))
+"""Widths of the four numbers of a header."""
+WIDTHS, STRING_WIDTHS = (8, 16), (12, 16)
+"""Of those that announce a column, or a string in one word."""
 STRING = 65536
 """The header of a string is its length times this plus its first row; a matrix of more rows has two words instead."""
+LONG = 8
+"""Bytes of a long word."""
+MODEL = {name for names in SYNONYMS.values() for name in names}
+"""Names of matrices of a model; others, such as marks between data blocks, may stand again."""
 
 
 @dataclass
 class Matrix:
-    """A matrix as it is read: its header, and entries column by column."""
+    """A matrix as it is read: its header, and its strings of entries, column by column.
+
+    long: whether a word has eight bytes and holds a double number, of which other words take two.
+    strings: column, first row, entries of each; parts: their real numbers in order, two for a complex entry; column, end: where
+    the last entry so far stands.
+    """
 
     name: str
     columns: int
     rows: int
+    form: int
     kind: int
-    entries: list[tuple[int, int, Array]] = field(default_factory=list)
+    long: bool = False
+    strings: list[tuple[int, int, int]] = field(default_factory=list)
+    parts: list[Array] = field(default_factory=list)
+    column: int = 0
+    end: int = 0
+    unit: int | None = None
+
+    def __post_init__(self) -> None:
+        if not NAME.fullmatch(self.name):
+            raise fault("The name of a matrix", "must be one to eight letters or digits", self.name)
+        if self.kind not in TYPES:
+            raise fault(f"The type of {self.name}", f"must lie between {TYPES[0]} and {TYPES[-1]}", self.kind)
+        if self.form not in FORMS:
+            raise fault(f"The form of {self.name}", f"must lie between {FORMS[0]} and {FORMS[-1]}", self.form)
 
     @property
     def big(self) -> bool:
         return self.rows < 0 or self.rows >= STRING
 
-    def add(self, column: int, row: int, values: Array) -> None:
-        """Values from `row` downwards, both counted from 1."""
-        if column < 1 or row < 1 or row - 1 + values.size > abs(self.rows):
-            raise fault(f"Column {column} of {self.name}", f"must have rows from 1 to {abs(self.rows)}", (row, values.size))
-        self.entries.append((column, row, values))
+    @property
+    def reals(self) -> int:
+        """Real numbers of an entry."""
+        return 2 if self.kind in COMPLEX else 1
+
+    @property
+    def words(self) -> int:
+        """Words of a real number."""
+        return 2 if self.kind in DOUBLE and not self.long else 1
+
+    def begin(self, column: int) -> bool:
+        """Go on to a column; false where the matrix ends, one column beyond its last one."""
+        if not self.column < column <= self.columns + 1:
+            raise fault(f"A column of {self.name}", f"must have a number from {self.column + 1} to {self.columns + 1}", column)
+        self.column, self.end = column, 0
+        return column <= self.columns
+
+    def add(self, row: int, words: int) -> int:
+        """Note so many words of the column from `row` on, counted from 1, below those so far; returns their real numbers."""
+        entries, left = divmod(words, self.words * self.reals)
+        if entries < 1 or left:
+            rule = f"must have {self.words * self.reals} words an entry"
+            raise fault(f"Column {self.column} of {self.name}", rule, words)
+        if not self.end < row <= abs(self.rows) + 1 - entries:
+            rule = f"must have rows from {self.end + 1} to {abs(self.rows)}"
+            raise fault(f"Column {self.column} of {self.name}", rule, [row, row + entries - 1])
+        self.end = row + entries - 1
+        self.strings.append((self.column, row, entries))
+        return entries * self.reals
+
+    def string(self, head: Sequence[int], left: int) -> tuple[int, int]:
+        """The first row and the words of a string, by its header of one or two words, where its column has `left` words left."""
+        words, row = (head[0] - 1, head[1]) if self.big else (head[0] // STRING - 1, head[0] % STRING)
+        if words > left:
+            raise fault(f"A string of {self.name}", f"must fit into the {left} words that its column has left", words)
+        return row, words
 
     def assembled(self) -> sparse.coo_array:
         """The sparse matrix."""
-        sizes = np.array([values.size for _, _, values in self.entries], dtype=np.int64)
-        columns = np.repeat([column - 1 for column, _, _ in self.entries], sizes)
-        rows = np.concatenate(
-            [np.arange(row - 1, row - 1 + values.size) for _, row, values in self.entries] or [np.zeros(0, int)]
+        columns, rows, sizes = np.array(self.strings, dtype=np.int64).reshape(-1, 3).T
+        first = np.cumsum(sizes) - sizes
+        places = np.arange(sizes.sum()) + np.repeat(rows - 1 - first, sizes), np.repeat(columns - 1, sizes)
+        values = np.concatenate(self.parts or [np.zeros(0)])
+        matrix = sparse.coo_array(
+            (values.view(complex) if self.kind in COMPLEX else values, places), (abs(self.rows), self.columns)
         )
-        values = np.concatenate([values for _, _, values in self.entries] or [np.zeros(0)])
-        return sparse.coo_array((values, (rows, columns)), (abs(self.rows), self.columns))
+        if self.form == SYMMETRIC:
+            symmetric_sparse(f"{self.name}, of symmetric form,", matrix)
+        return matrix
 
 
 def read(path: Path) -> Content:
@@ -68,17 +136,14 @@ def read(path: Path) -> Content:
     within_memory(path.name, 12 * path.stat().st_size)
     content = path.read_bytes()
     order = _byte_order(content)
-    found = list(_formatted(content.decode("ascii", "replace")) if order is None else _binary(content, *order))
-    if not found:
+    matrices: dict[str, sparse.coo_array] = {}
+    for matrix in _formatted(content) if order is None else _binary(content, *order):
+        if matrix.name in matrices and matrix.name in MODEL:
+            raise fault(f"Matrix {matrix.name}", "must stand once in the file", "again", "Two files in one?")
+        matrices[matrix.name] = matrix.assembled()
+    if not matrices:
         raise fault(path.name, "must hold matrices", "none")
-    form = "formatted" if order is None else "binary"
-    return Content(f"Nastran OUTPUT4, {form}", {matrix.name: matrix.assembled() for matrix in found})
-
-
-def _header(name: str, columns: int, rows: int, kind: int) -> Matrix:
-    if kind not in WORDS:
-        raise fault(f"The type of {name}", "must lie between 1 and 4", kind)
-    return Matrix(name, columns, rows, kind)
+    return Content(f"Nastran OUTPUT4, {'formatted' if order is None else 'binary'}", matrices)
 
 
 def _byte_order(content: bytes) -> tuple[str, int] | None:
@@ -92,29 +157,26 @@ def _byte_order(content: bytes) -> tuple[str, int] | None:
 
 def _binary(content: bytes, order: str, word: int) -> Iterator[Matrix]:
     integer = np.dtype(f"{order}i{word}")
-    matrix: Matrix | None = None
-    for record in _records(content, order):
-        if matrix is None:
-            columns, rows, _, kind = np.frombuffer(record, integer, 4).tolist()
-            matrix = _header(_name(record[4 * word :]), columns, rows, kind)
-            continue
-        column, row, length = np.frombuffer(record, integer, 3).tolist()
-        if column > matrix.columns:
-            yield matrix
-            matrix = None
-            continue
-        data = record[3 * word : (3 + length) * word]
-        if length < 0 or len(data) != length * word:
-            raise fault(f"Column {column} of {matrix.name}", f"must have {length} words", len(data) // word)
-        for first, values in _strings(matrix, data, row, integer):
-            matrix.add(column, first, values)
-    if matrix is not None:
-        raise fault(matrix.name, "must end with its last record", "cut off")
+    records = _records(content, order)
+    for header in records:
+        if len(header) != 6 * word:
+            raise fault("The header of a matrix", "must have six words", f"{len(header)} bytes")
+        columns, rows, form, kind = np.frombuffer(header, integer, 4).tolist()
+        matrix = Matrix("".join(header[4 * word :].decode("ascii", "replace").split()), columns, rows, form, kind, word == LONG)
+        for record in records:
+            column, row, length = np.frombuffer(record, integer, 3).tolist()
+            if not matrix.begin(column):
+                break
+            if len(record) != (3 + length) * word:
+                raise fault(f"Column {column} of {matrix.name}", f"must have {length} words", len(record) / word - 3)
+            _take_column(matrix, record[3 * word :], row, integer)
+        else:
+            raise _cut_off(matrix)
+        yield matrix
 
 
-def _name(content: bytes) -> str:
-    """The name in two words: those of eight bytes hold four letters each and blanks."""
-    return "".join(content.decode("ascii", "replace").split())
+def _cut_off(matrix: Matrix) -> InputError:
+    return fault(matrix.name, "must end with its last record", "cut off")
 
 
 def _records(content: bytes, order: str) -> Iterator[bytes]:
@@ -131,84 +193,87 @@ def _records(content: bytes, order: str) -> Iterator[bytes]:
         place = end + 4
 
 
-def _strings(matrix: Matrix, data: bytes, row: int, integer: np.dtype[np.int64]) -> Iterator[tuple[int, Array]]:
-    """The first row and the values of each string of a column; a dense column is one string."""
-    word = integer.itemsize
-    if row > 0:
-        yield row, _values(data, matrix.kind, integer)
-        return
-    place, heads = 0, 2 if matrix.big else 1
+def _take_column(matrix: Matrix, data: bytes, row: int, integer: np.dtype[np.int64]) -> None:
+    """The values of a column, which is dense or comes in strings."""
+    word, heads = integer.itemsize, 0 if row else 2 if matrix.big else 1
+    number = np.dtype(f"{integer.str[0]}f{word * matrix.words}")
+    place = 0
     while place < len(data):
         head = np.frombuffer(data[place : place + heads * word], integer, heads).tolist()
-        words, first = (head[0] - 1, head[1]) if matrix.big else (head[0] // STRING - 1, head[0] % STRING)
-        start, place = place + heads * word, place + (heads + words) * word
-        if words < 1 or place > len(data):
-            raise fault(f"A string of {matrix.name}", "must fit into its column", words)
-        yield first, _values(data[start:place], matrix.kind, integer)
+        place += heads * word
+        left = (len(data) - place) // word
+        first, words = matrix.string(head, left) if head else (row, left)
+        matrix.parts.append(np.frombuffer(data, number, matrix.add(first, words), place).astype(float))
+        place += words * word
 
 
-def _values(data: bytes, kind: int, integer: np.dtype[np.int64]) -> Array:
-    """Numbers of a type: single ones in a word, double ones in two of four bytes or one of eight."""
-    size = 8 if integer.itemsize == 8 or kind in (2, 4) else 4
-    numbers = np.frombuffer(data, np.dtype(f"{integer.str[0]}f{size}")).astype(float)
-    return numbers.view(complex) if kind in COMPLEX else numbers
+def _formatted(content: bytes) -> Iterator[Matrix]:
+    lines = deque(content.replace(b"\r\n", b"\n").split(b"\n"))
+    while lines:
+        header = lines.popleft()
+        if header.strip():
+            yield _formatted_matrix(header.decode("ascii", "replace"), lines)
 
 
-def _formatted(text: str) -> Iterator[Matrix]:
-    lines = iter(text.replace("\r\n", "\n").split("\n"))
-    for line in lines:
-        if line.strip():
-            yield _formatted_matrix(line, lines)
-
-
-def _formatted_matrix(header: str, lines: Iterator[str]) -> Matrix:
-    """One matrix. Lines with a decimal point hold values, three integers begin a column, one or two a string."""
-    width = 8 if _integers(header[:32], 8) is not None else 16
-    counts = _integers(header[: 4 * width], width)
-    if counts is None or len(counts) != 4:
+def _formatted_matrix(header: str, lines: deque[bytes]) -> Matrix:
+    """One matrix, whose lengths say what each line is."""
+    widths = next((widths for widths in HEADERS if _integers(header, widths)), None)
+    if widths is None:
         raise fault("The header of a matrix", "must hold four integers, a name and a format as 1P,3E23.16", header[:60])
-    matrix = _header(header[4 * width : 4 * width + 8].strip(), counts[0], counts[1], counts[3])
-    layout = FORMAT.search(header[4 * width + 8 :])
-    number_width = int(layout[2]) if layout else USUAL_WIDTH
-    column, row, values = 0, 0, []
-    for line in lines:
-        if "." in line:
-            values += _numbers(line, number_width)
-            continue
-        _add(matrix, column, row, values)
-        column, row, values = *_place(matrix, line, width, column), []
-        if column > matrix.columns:
-            next(lines, None)
+    (columns, rows, form, kind), rest = _integers(header, widths), header[sum(widths) :]
+    matrix = Matrix(rest[:8].strip(" \0"), columns, rows, form, kind)
+    found = FORMAT.match(rest[8:].strip())
+    layout = (int(found[1]), int(found[2])) if found else USUAL_LAYOUT
+    values: list[bytes] = []
+    while lines:
+        column, row, words = _announced(matrix, lines, 3)
+        if not matrix.begin(column):
+            _values(matrix, lines, 1, layout)
+            matrix.parts.append(number_lines(matrix.name, b"\n".join(values)).ravel())
             return matrix
-    raise fault(matrix.name, "must end with its last record", "cut off")
+        if row:
+            values += _values(matrix, lines, matrix.add(row, words * matrix.words // _unit(matrix, lines, words, layout)), layout)
+        while not row and words > 0:
+            head = _announced(matrix, lines, 2 if matrix.big else 1)
+            words -= len(head)
+            first, length = matrix.string(head, words)
+            values += _values(matrix, lines, matrix.add(first, length), layout)
+            words -= length
+    raise _cut_off(matrix)
 
 
-def _place(matrix: Matrix, line: str, width: int, column: int) -> tuple[int, int]:
-    """The column and row that a line of integers announces; row 0 where strings follow."""
-    if not matrix.big and re.fullmatch(r" *\d+ *", line):
-        return column, int(line) % STRING
-    match _integers(line, width):
-        case [number, row, _]:
-            return number, row
-        case [_, row] if matrix.big:
-            return column, row
-    raise fault(f"A line of {matrix.name}", "must announce a column or a string", line[:60])
+def _unit(matrix: Matrix, lines: deque[bytes], words: int, layout: tuple[int, int]) -> int:
+    """What the length of a dense column of text counts, alike in all columns: words or, as Nastran has it, numbers (1)."""
+    if matrix.unit is None:
+        per_line, width = layout
+        taken = [line.rstrip() for line in takewhile(lambda line: b"." in line, lines)]
+        numbers = per_line * (len(taken) - 1) + -(-len(taken[-1]) // width) if taken and width else 0
+        matrix.unit = 1 if numbers == words else matrix.words
+    return matrix.unit
 
 
-def _add(matrix: Matrix, column: int, row: int, values: list[float]) -> None:
-    if values:
-        numbers = np.array(values)
-        matrix.add(column, row, numbers.view(complex) if matrix.kind in COMPLEX else numbers)
+def _announced(matrix: Matrix, lines: deque[bytes], count: int) -> list[int]:
+    """The integers of the next line, which announce a column or a string."""
+    text = lines.popleft().decode("ascii", "replace").rstrip() if lines else ""
+    fitting = (
+        _integers(text, (width,) * count) for width in (STRING_WIDTHS if count == 1 else WIDTHS) if len(text) <= count * width
+    )
+    numbers = next(filter(None, fitting), None)
+    if numbers is None:
+        raise fault(
+            f"A line of {matrix.name}", f"must hold {counted(count, 'integer')} that announce a column or a string", text[:60]
+        )
+    return numbers
 
 
-def _integers(line: str, width: int) -> list[int] | None:
-    """The integers in fields of `width`, or None."""
-    words = [line[place : place + width].strip() for place in range(0, len(line.rstrip()), width)]
-    return [int(word) for word in words] if words and all(re.fullmatch(r"-?\d+", word) for word in words) else None
+def _values(matrix: Matrix, lines: deque[bytes], count: int, layout: tuple[int, int]) -> list[bytes]:
+    """The next lines, as the words of so many numbers."""
+    taken = [lines.popleft() for _ in range(min(len(lines), -(-count // layout[0]) if layout[0] else 0))]
+    return fixed_words(f"Column {matrix.column} of {matrix.name}", taken, count, layout)
 
 
-def _numbers(line: str, width: int) -> list[float]:
-    """The numbers in fields of `width`, which need no blank between them."""
-    if width == 0:
-        raise fault("The width of a number", "must be above 0", width)
-    return [float(line[place : place + width].upper().replace("D", "E")) for place in range(0, len(line.rstrip()), width)]
+def _integers(line: str, widths: tuple[int, ...]) -> list[int]:
+    """The integers in fields of these widths, or none."""
+    ends = np.cumsum(widths).tolist()
+    words = [line[end - width : end].strip() for end, width in zip(ends, widths, strict=True)]
+    return [int(word) for word in words] if all(re.fullmatch(r"-?\d+", word) for word in words) else []

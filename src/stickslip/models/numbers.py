@@ -1,8 +1,11 @@
-"""Fast, defensive parsing of number columns in text files."""
+"""Numbers in text files: each is a whole token, or the file is refused. Fast: compiled code reads all lines at once."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -10,31 +13,78 @@ from scipy import sparse
 from stickslip.checks import Array, Index, fault
 from stickslip.models.limits import rows_with_entries, within_memory
 
+WITHOUT_LETTER = re.compile(r"((?:\d+\.\d*|\.\d+))([+-]\d+)(?=\s|$)", re.MULTILINE)
+"""A number whose exponent has a sign alone, as Fortran writes 1.5-103 where three digits leave no place for the letter."""
+
+COMMENT = re.compile(rb"^[ \t]*[*#].*$", re.MULTILINE)
+
 
 def table(path: Path, columns: int | None) -> Array:
     """Every line of a text file as `columns` numbers, split by blanks or commas, (lines, columns); None: as many as there are.
 
-    Comments begin with * or #; exponents may be written with D.
+    Lines that begin with * or # are comments.
     """
     within_memory(path.name, 12 * path.stat().st_size)
-    text = _readable(path.read_bytes())
-    # Without any comment to look for, lines are parsed in compiled code alone, four times as fast.
-    comments = tuple(mark for mark in "*#" if mark in text)
-    found = np.loadtxt(text.splitlines(), dtype=float, ndmin=2, comments=comments or None)
+    content = COMMENT.sub(b"", path.read_bytes()).replace(b",", b" ")
+    found = number_lines(path.name, content)
     if found.size == 0 or (columns is not None and found.shape[1] != columns):
         raise fault(
             f"Each line of {path.name}", f"must have {columns or 'several'} numbers", found.shape[1] if found.size else "empty"
         )
-    return np.asarray(found)
+    return found
+
+
+def number_lines(what: str, content: bytes) -> Array:
+    """Lines of numbers split by blanks, (lines, numbers); blank lines are passed over.
+
+    Exponents have an E, a D or, with a decimal point before them, a sign alone, as Fortran writes them. What is no number as a
+    whole, such as 2000,5 or 20_00.5 or 0x7d0, is refused, and so are lines of different lengths.
+    """
+    if not content or content.isspace():
+        return np.zeros((0, 0))
+    if b"\r" in content:
+        content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    text = content.translate(bytes.maketrans(b"Dd", b"Ee")).decode("ascii", "replace")
+    try:
+        try:
+            return np.loadtxt(text.split("\n"), dtype=float, ndmin=2, comments=None)
+        except ValueError:
+            return np.loadtxt(WITHOUT_LETTER.sub(r"\1E\2", text).split("\n"), dtype=float, ndmin=2, comments=None)
+    except ValueError as error:
+        raise fault(f"Each line of {what}", "must hold as many numbers as the first", str(error).partition(";")[0]) from None
 
 
 def numbers_in(text: str) -> Array:
     """The numbers of a text, split by blanks or commas."""
-    return np.array(_readable(text.encode("ascii", "replace")).split(), dtype=float)
+    return number_lines("a matrix", b"\n".join(text.encode("ascii", "replace").replace(b",", b" ").split())).ravel()
 
 
-def _readable(content: bytes) -> str:
-    return content.translate(bytes.maketrans(b"Dd,", b"Ee ")).decode("ascii", "replace")
+def fixed_fields(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> Array:
+    """The numbers of `fixed_words`, (count,)."""
+    return number_lines(what, b"\n".join(fixed_words(what, lines, count, layout, real=real))).ravel()
+
+
+def fixed_words(what: str, lines: Sequence[bytes], count: int, layout: tuple[int, int], *, real: bool = True) -> list[bytes]:
+    """`count` numbers, each as a word, from fields of one width, between which there need be no blanks.
+
+    layout: fields of a line and letters of a field; every line but the last is full. Where blanks part as many numbers, the width
+    may be another one, as SciPy writes it. Real numbers have a decimal point, others none.
+    """
+    per_line, width = layout
+    kind = "with a decimal point" if real else "without a decimal point"
+    rule = f"must be {count} numbers {kind}, {per_line} a line, in fields of {width} letters"
+    if per_line < 1 or width < 1 or len(lines) != -(-count // per_line):
+        raise fault(what, rule, f"{len(lines)} lines")
+    words: list[bytes] = []
+    for line, first in zip(lines, range(0, count, per_line), strict=True):
+        number = min(per_line, count - first)
+        own = line.split()
+        if len(own) != number:
+            own = [line[place : place + width].strip() for place in range(0, len(line.rstrip()), width)]
+        if len(own) != number or any(word.count(b".") != real or len(word.split()) != 1 for word in own):
+            raise fault(what, rule, line.decode("ascii", "replace")[:60])
+        words += own
+    return words
 
 
 def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> Index:
@@ -44,6 +94,23 @@ def whole(what: str, values: Array, lowest: int, highest: int | None = None) -> 
         limit = "" if highest is None else f" up to {highest}"
         raise fault(what, f"must be whole numbers from {lowest}{limit}", float(values[outside].ravel()[0]))
     return np.asarray(values.astype(np.int64))
+
+
+def compressed_columns(what: str, values: Any, indices: Any, starts: Any, shape: tuple[int, int]) -> sparse.csc_array:
+    """The matrix of its values column by column, their rows (`indices`) and the place where each column starts, from 0.
+
+    SciPy does not look at rows and starts where the last start is 0, and its compiled code trusts them.
+    """
+    rows, columns = shape
+    shapes_fit = values.ndim == indices.ndim == 1 and starts.shape == (columns + 1,)
+    if not shapes_fit or indices.dtype.kind not in "iu" or starts.dtype.kind not in "iu":
+        raise fault(what, f"must have {columns + 1} starts of columns, and rows in whole numbers", [starts.shape, indices.dtype])
+    if starts[0] != 0 or np.any(starts[1:] < starts[:-1]) or not starts[-1] == values.size == indices.size:
+        counts = [int(starts[-1]), values.size, indices.size]
+        raise fault(what, "must have starts of columns that rise to the number of its values and rows", counts)
+    if np.any((indices < 0) | (indices >= rows)):
+        raise fault(what, f"must have entries in rows up to {rows}", int(indices.max()) + 1)
+    return sparse.csc_array((values, indices.astype(np.int64), starts.astype(np.int64)), shape)
 
 
 def triplets(what: str, rows: Index, columns: Index, values: Array, size: int) -> sparse.csc_array:

@@ -6,6 +6,7 @@ A file that `scipy.sparse.save_npz` wrote holds one matrix; it is read together 
 from __future__ import annotations
 
 import zipfile
+from os import SEEK_CUR
 from pathlib import Path
 from typing import IO, Any
 
@@ -17,11 +18,10 @@ from stickslip.checks import Array, fault
 from stickslip.models.content import Content
 from stickslip.models.limits import MOST_DEFLATED, within_file, within_memory
 from stickslip.models.named_rows import from_tables
+from stickslip.models.numbers import compressed_columns
 
 PLAIN, MOST_UNPACKED = 1 << 28, 100
 """Bytes up to which an array may be packed however well, and how many times its packed size a larger one may have."""
-
-SPARSE = {"csc": sparse.csc_array, "csr": sparse.csr_array}
 
 
 def read(path: Path) -> Content:
@@ -58,11 +58,15 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
         )
     with archive.open(member) as file:
         claimed, kind = _claimed(file)
+        behind = member.file_size - file.seek(0, SEEK_CUR)
     if kind.hasobject:
         raise fault(
             member.filename, "must hold numbers or text", "Python objects", "They are never unpickled (allow_pickle=False)."
         )
-    within_file(f"{member.filename}, entries", claimed, member.file_size, max(kind.itemsize, 1))
+    if claimed * kind.itemsize != behind:
+        raise fault(
+            f"{member.filename}, entries", f"must fill the {behind} bytes behind its header", claimed, "Its header is wrong."
+        )
     with archive.open(member) as file:
         return npy.read_array(file, allow_pickle=False)
 
@@ -82,12 +86,16 @@ def _sparse(arrays: dict[str, Any]) -> Any:
     """The matrix of a file written by scipy.sparse.save_npz."""
     kind = arrays["format"].item()
     name = kind.decode() if isinstance(kind, bytes) else str(kind)
-    shape = tuple(int(length) for length in arrays["shape"])
+    rows, columns = (int(length) for length in arrays["shape"])
+    shape = rows, columns
     data: Array = arrays["data"]
     if name == "coo":
         return sparse.coo_array((data, (arrays["row"], arrays["col"])), shape)
-    if name not in SPARSE:
-        raise fault("The sparse format", f"must be coo or {' or '.join(SPARSE)}", name, "Convert it with .tocsc().")
-    matrix = SPARSE[name]((data, arrays["indices"], arrays["indptr"]), shape)
-    matrix.check_format(full_check=True)
-    return matrix
+    if name not in ("csc", "csr"):
+        raise fault("The sparse format", "must be coo, csc or csr", name, "Convert it with .tocsc().")
+    shape = shape if name == "csc" else shape[::-1]
+    matrix = compressed_columns("A sparse matrix", data, arrays["indices"], arrays["indptr"], shape)
+    matrix.sum_duplicates()
+    if matrix.nnz < data.size:
+        raise fault("A sparse matrix", "must hold each entry once", f"{matrix.nnz} entries of {data.size} values")
+    return matrix if name == "csc" else matrix.T

@@ -21,6 +21,7 @@ from scipy import sparse
 from stickslip.checks import InputError, fault
 from stickslip.models import numpy_archive
 from stickslip.models.limits import memory
+from stickslip.models.numbers import compressed_columns
 
 WRONG = 2
 """Exit code of the process that reads, when the file is at fault."""
@@ -42,7 +43,8 @@ def arrays_of(path: Path, reader: str) -> dict[str, Any]:
                 command, capture_output=True, text=True, errors="replace", timeout=limit, check=False, env=threads
             )
         except subprocess.TimeoutExpired:
-            raise fault("Reading", f"must end within {limit:.0f} s", "still going on", "The file is damaged.") from None
+            remedy = "The file is damaged, or the machine is busy: try again when it is not."
+            raise fault("Reading", f"must end within {limit:.0f} s", "still going on", remedy) from None
         if ended.returncode == WRONG:
             raise InputError(ended.stderr.strip()[:500])
         if not target.is_file():
@@ -51,11 +53,13 @@ def arrays_of(path: Path, reader: str) -> dict[str, Any]:
 
 
 def _assembled(parts: dict[str, Any]) -> dict[str, Any]:
-    """Sparse matrices out of their parts NAME/data, NAME/indices, ...; everything else as it is."""
+    """Sparse matrices out of their parts NAME/data, NAME/indices, ..., which are not believed; everything else as it is."""
     found = {name: value for name, value in parts.items() if "/" not in name}
     for name in {name.partition("/")[0] for name in parts if "/" in name}:
         data, indices, starts, shape = (parts[f"{name}/{part}"] for part in PARTS)
-        found[name] = sparse.csc_array((data, indices, starts), (int(shape[0]), int(shape[1])))
+        found[name] = compressed_columns(name, data, indices, starts, (int(shape[0]), int(shape[1])))
+        if not found[name].has_canonical_format:
+            raise fault(name, "must hold each entry once, and those of a column by rising rows", "otherwise")
     return found
 
 
@@ -63,7 +67,6 @@ def _apart(name: str, value: Any) -> dict[str, Any]:
     """A value as arrays that a .npz file holds."""
     if sparse.issparse(value):
         matrix = sparse.csc_array(value)  # type: ignore[call-overload]
-        matrix.check_format(full_check=True)
         return {f"{name}/{part}": np.asarray(getattr(matrix, part)) for part in PARTS}
     return {name: np.array(value, dtype=np.str_) if isinstance(value, list) else value}
 

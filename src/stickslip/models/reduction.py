@@ -15,6 +15,7 @@ import numpy as np
 import stickslip
 from stickslip.checks import Array, InputError, fault
 from stickslip.files import write_arrays
+from stickslip.models import numpy_archive
 from stickslip.models.describe import indefinite_mass
 from stickslip.models.limits import within_memory
 from stickslip.models.model import Model
@@ -119,8 +120,8 @@ def _key(model: Model, kept: dict[str, int], modes: int) -> str:
 def _from_cache(file: Path) -> dict[str, Array] | None:
     """What an earlier reduction left; a damaged file counts as none."""
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in ("M", "K", "C", "recovery")}
+        found = numpy_archive.arrays(file)
+        return {name: found[name] for name in ("M", "K", "C", "recovery")}
     except Exception:  # whatever a damaged file raises: the reduction is simply done again
         return None
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from stickslip.checks import InputError
 from stickslip.files import write_arrays, write_text
+from stickslip.models import numpy_archive
 
 ABOUT = "about.json"
 _NAME = "__name__"
@@ -65,13 +66,11 @@ class CheckpointFolder:
         return len(list(folder.glob("[!.]*.npz")))
 
     def load(self, name: str) -> dict[str, NDArray[Any]] | None:
-        """The arrays of a case; None when it is not kept, or its file is damaged: then it is computed again."""
+        """The arrays of a case; None when it is not kept, or its file is damaged or unpacks to more than it can hold: then
+        it is computed again."""
         try:
-            with self._path(name).open("rb") as file, np.load(file, allow_pickle=False) as archive:
-                arrays = {key: archive[key] for key in archive.files}
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+            arrays = numpy_archive.arrays(self._path(name))
+        except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error):
             return None
         return arrays if str(arrays.pop(_NAME, "")) == name else None
 
