@@ -71,6 +71,9 @@ class SectorSystems(HarmonicSystems):
     def mass(self, harmonic: int) -> NDArray[np.complex128]:
         return self.disk.at(harmonic * self.engine_order).M
 
+    def free_stiffness(self, harmonic: int) -> NDArray[np.complex128]:
+        return self.disk.at(harmonic * self.engine_order).K
+
     def gas_forces(self, nodal_diameter: int) -> tuple[Array, Array]:
         """What gas forces that go with the motion add to K and C of a nodal diameter, (n, n)."""
         stiffness, damping = np.zeros((2, self.disk.size, self.disk.size))

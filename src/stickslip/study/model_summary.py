@@ -18,10 +18,6 @@ SHOWN = 6
 """How many frequencies, and how many contacts, a sentence lists."""
 
 
-RIGID = 1e-4
-"""Share of the lowest stuck frequency below which a motion without contacts counts as rigid."""
-
-
 LARGE = 0.1
 """Linear amplitude over the size of the structure from where on a theory of small motions is left."""
 
@@ -35,7 +31,7 @@ def model_summary(sweep: Sweep, condition: str = "") -> list[str]:
     """
     free, stuck = (sweep.problem.frequencies(stuck=stuck) for stuck in (False, True))
     when = f" {condition}" if condition else ""
-    listed = f"without contacts: {_listed(free, stuck[0])}; all contacts stuck: {_listed(stuck, stuck[0])}"
+    listed = f"without contacts: {_listed(free)}; all contacts stuck: {_listed(stuck)}"
     lines = [f"Natural frequencies in Hz{when}, {listed}."]
     given = sweep.frequencies
     low, high = (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
@@ -80,9 +76,9 @@ def _linear(problem: Problem, level: float, omega: float) -> Array:
     return np.asarray(np.nan_to_num(moved, posinf=0.0, neginf=0.0))
 
 
-def _listed(frequencies: Array, smallest: float) -> str:
+def _listed(frequencies: Array) -> str:
     """The lowest frequencies, and how many rigid motions there are below."""
-    moving = frequencies[frequencies > RIGID * smallest]
+    moving = frequencies[frequencies > 0.0]
     rigid = [counted(frequencies.size - moving.size, "rigid motion")] if moving.size < frequencies.size else []
     return first_of([*rigid, *(f"{f:.5g}" for f in moving)], SHOWN)
 
