@@ -41,8 +41,8 @@ def loose_motions(problem: Problem) -> Array:
     """
     stuck = problem.stuck_stiffness + problem.mean_stiffness
     own = problem.structure.K + problem.mean_stiffness
-    _, rigid = linalg.eigh(own, stuck, subset_by_value=(-np.inf, LOOSE))
-    rigid = rigid[:, unresisted(own, rigid)]
+    shares, motions = linalg.eigh(own, stuck)
+    rigid = motions[:, (shares <= LOOSE) & unresisted(own, motions)]
     pressing = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None]) @ rigid
     moving = np.linalg.norm(problem.B @ rigid)
     _, sizes, turned = np.linalg.svd(np.vstack([pressing, np.zeros_like(rigid.T @ rigid)]))

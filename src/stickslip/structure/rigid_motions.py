@@ -22,15 +22,20 @@ from stickslip.structure.sparse import Sparse
 ROUNDING = 64.0 * float(np.finfo(float).eps)
 """Of K v, whose entries are sums of element stiffnesses, relative to |K||v|. Measured are 1e-15 and less; elements resist at
 their nodes with 0.01 to 1, the spring of a soft support of 1 Hz under a body of steel with 4e-9."""
+MIXED = 1e-10
+"""Share of other modes that rounding mixes into one; it counts by its square. A free body beside an elastic one has no more."""
 TURNED = 1e-8
 """Share of the largest motion below which a rigid motion moves no degree of freedom, such as the spin of nodes on one line."""
 
 
 def unresisted(K: Any, shapes: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which motions (n, k) are rigid: |vᴴKv| ≤ ε |v|ᵀ|K||v|, the rounding of that very product; K (n, n), dense or sparse."""
-    sizes = np.abs(shapes)
+    """Which motions (n, k) are rigid: |vᴴKv| ≤ ε |v|ᵀ|K||v| + δᵀ|K|δ, the rounding of that very product and of v; K (n, n), dense or
+    sparse. δ (n,): what rounding mixes into v, a share of the largest of all motions at each row.
+    """
+    sizes, stiffness = np.abs(shapes), abs(K)
+    mixed = MIXED * sizes.max(axis=1, initial=0.0)
     energies = np.abs(np.sum(shapes.conj() * (K @ shapes), axis=0))
-    return np.asarray(energies <= ROUNDING * np.sum(sizes * (abs(K) @ sizes), axis=0))
+    return np.asarray(energies <= ROUNDING * np.sum(sizes * (stiffness @ sizes), axis=0) + mixed @ (stiffness @ mixed))
 
 
 def rigid_motions(K: Sparse, dofs: Sequence[str], nodes: Mapping[str, Sequence[float]]) -> Array:
