@@ -29,8 +29,8 @@ TURNED = 1e-8
 
 
 def unresisted(K: Any, shapes: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which motions (n, k) are rigid: |vᴴKv| ≤ ε |v|ᵀ|K||v| + δᵀ|K|δ, the rounding of that very product and of v; K (n, n), dense or
-    sparse. δ (n,): what rounding mixes into v, a share of the largest of all motions at each row.
+    """Which motions (n, k) are rigid: |vᴴKv| ≤ ε |v|ᵀ|K||v| + δᵀ|K|δ, the rounding of that very product and of v; K (n, n),
+    dense or sparse. δ (n,): what rounding mixes into v, a share of the largest of all motions at each row.
     """
     sizes, stiffness = np.abs(shapes), abs(K)
     mixed = MIXED * sizes.max(axis=1, initial=0.0)
