@@ -24,6 +24,7 @@ from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.peak_stability import instability_warning, judged, with_flags
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
@@ -513,6 +514,7 @@ class ForcedResponseWork(OneBalance):
             curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
+        stability = judged(self.balance, curve, self.measure.over(self.periods))
         by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
@@ -523,6 +525,7 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
+            instability_warning(self.balance, curve, self.measure.over(self.periods), stability),
             truncation_warning(self.harmonics, names, by_harmonics),
             by_finer,
             held_mean,
@@ -532,7 +535,7 @@ class ForcedResponseWork(OneBalance):
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
         errors = {"truncation_error": by_harmonics, "sampling_error": by_samples}
-        return arrays | errors | finer | {"case_message": message}
+        return arrays | errors | finer | stability | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
@@ -562,7 +565,7 @@ class ForcedResponseWork(OneBalance):
         for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes
-        return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
+        return ForcedResponse(with_kinds(with_flags(dataset, curves), list(kinds)), self.problem)
 
 
 def _check_modes(response: ForcedResponse, modes: Any) -> None:
