@@ -60,6 +60,7 @@ from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
 from stickslip.problem.truncation import on_few_coordinates
+from stickslip.problem.warnings import negative_damping
 from stickslip.renamed import renamed_arguments
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
@@ -489,6 +490,16 @@ class ForcedResponseWork(OneBalance):
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
 
+    @cached_property
+    def negative_damping(self) -> str:
+        """What to say of a mode that damping feeds, where no unstable peak says so."""
+        return negative_damping(self.problem if self.problem.speed is None else self.problem.at_frequency(self._middle))
+
+    @property
+    def _middle(self) -> float:
+        """A frequency of the band, rad/s."""
+        return 2.0 * np.pi * 0.5 * (min(self.frequencies) + max(self.frequencies))
+
     @property
     def finer_problem(self) -> FinerProblem:
         """What `finer` has more."""
@@ -525,7 +536,7 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
-            instability_warning(self.balance, curve, self.measure.over(self.periods), stability),
+            instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
             truncation_warning(self.harmonics, names, by_harmonics),
             by_finer,
             held_mean,

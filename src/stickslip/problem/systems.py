@@ -6,7 +6,7 @@ matrices of its own: `disks` holds those kinds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -107,6 +107,10 @@ class HarmonicSystems:
     def free_stiffness(self, harmonic: int) -> NDArray[Any]:
         """K of a vibrating harmonic at rest, without contacts."""
         return self.problem.structure.K
+
+    def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
+        """The systems in which a vibration may grow by itself, each with words that tell it from the others."""
+        yield "", self.at(1)
 
     @property
     def uncoupled(self) -> bool:
