@@ -28,8 +28,11 @@ STIFFEST, STIFFEST_VARYING = 1e4, 1e2
 LARGEST_FRICTION = 2.0
 """μ from where on random problems that lift off are lost (docs/choose.md); no measured one is as large."""
 
-LARGEST_RATIO = 0.5
-"""A damping ratio beyond it is more likely a percentage."""
+LARGEST_RATIO = 0.1
+"""A damping ratio beyond it is more likely a percentage, or damping of other units: bladed structures have 1e-4 to 1e-2."""
+
+SOFTEST_NORMAL, STIFFEST_NORMAL = 1e-2, 1e3
+"""kn over kt of a contact: of bodies of one material 1 to 1.5, of thin layers and strips up to a hundred."""
 
 LEAST_RATIO = 1e-9
 """A damping ratio below which rounding may decide its sign."""
@@ -54,6 +57,7 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
     found = (
         _stiffness(problem),
         _friction(problem),
+        _normal_stiffness(problem),
         _starts(problem),
         _damping(problem),
         negative_damping(problem),
@@ -137,13 +141,43 @@ def _starts(problem: Problem) -> str:
     return f"Start states without effect ({_named([contact.name for contact in given])}): a contact of {laws} has none."
 
 
+def _normal_stiffness(problem: Problem) -> str:
+    """Contacts whose stiffnesses along and across the surface differ as no body makes them."""
+    ratios = {
+        contact.name: float(normal.stiffness.sum()) / max(float(group.stiffness.sum()) for group in contact.elements.friction)
+        for contact in problem.contacts
+        if (normal := contact.elements.normal) is not None
+        if any(group.stiffness.sum() > 0.0 for group in contact.elements.friction)
+    }
+    odd = {name: ratio for name, ratio in ratios.items() if not SOFTEST_NORMAL <= ratio <= STIFFEST_NORMAL}
+    if not odd:
+        return ""
+    worst = max(odd.values(), key=lambda ratio: abs(np.log(max(ratio, 1e-300))))
+    return (
+        f"Normal and tangential stiffnesses that do not fit ({_named(list(odd))}): kn is {worst:.2g} times kt. Of two bodies of "
+        "one material it is 1 to 1.5 times: check the units of both."
+    )
+
+
 def _damping(problem: Problem) -> str:
-    """A damping ratio that was a percentage."""
+    """A damping ratio that was a percentage, or a C in other units: what results in the lowest stuck mode counts."""
     rule = problem.structure.damping
     largest = float(np.max(rule.ratio)) if isinstance(rule, ModalDamping) else 0.0
-    if largest <= LARGEST_RATIO:
+    if largest > LARGEST_RATIO:
+        return f"A large damping ratio: {largest:g}, {100.0 * largest:g} % of critical damping. One per cent is 0.01."
+    system = problem.systems.at(1)
+    if (isinstance(rule, ModalDamping) and not problem.dashpots) or not np.any(system.C):
         return ""
-    return f"A large damping ratio: {largest:g}, {100.0 * largest:g} % of critical damping. One per cent is 0.01."
+    modes = natural_modes(system.M, system.K)
+    elastic = np.flatnonzero(modes.squares > 0.0)[:1]
+    ratio = float(_ratios(system.C, modes)[elastic].max(initial=0.0))
+    if ratio <= LARGEST_RATIO:
+        return ""
+    return (
+        f"Large damping: the lowest mode with all contacts stuck, at {float(modes.frequencies[elastic[0]]):.5g} Hz, has the "
+        f"damping ratio {ratio:.3g}, {100.0 * ratio:.3g} % of critical damping. Check the units of C, or which Rayleigh factor "
+        "is which (C = a M + b K, a in 1/s, b in s)."
+    )
 
 
 def negative_damping(problem: Problem) -> str:
