@@ -65,7 +65,7 @@ class NonlinearModes(
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
         modal_amplitude, damping_ratio, other_modes, phase [rad], solved_frequency and solved_amplitude; a row a peak, where a
         level has several the highest first. other_modes: their linear response relative to the motion of the mode, with which a
-        peak may be wrong. solved_...: of the forced motion solved at the peak, NaN where that fails: how far the synthesis is off.
+        peak may be wrong. solved_...: of the forced motion solved at the peak, NaN where that fails.
 
         forces: the harmonic forces whose pattern excites the mode, those of the problem unless given. Besides the mode the
         other modes of the stuck structure respond linearly. Raises `InputError` for a level beyond the amplitudes of the curve.
