@@ -39,12 +39,14 @@ from stickslip.analyses.truncation import (
     ALL_NODES,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
+    WORK_ERROR,
     FinerProblem,
     coordinates_note,
     discretisation_errors,
     errors_by,
     held_mean_warning,
     truncation_warning,
+    work_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique
@@ -526,7 +528,7 @@ class ForcedResponseWork(OneBalance):
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
-        by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
+        by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:
@@ -538,6 +540,7 @@ class ForcedResponseWork(OneBalance):
         warnings = (
             instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
             truncation_warning(self.harmonics, names, by_harmonics),
+            work_warning(self.harmonics, names, of_work),
             by_finer,
             held_mean,
             sampling_warning(self.balance, curve)
@@ -545,7 +548,7 @@ class ForcedResponseWork(OneBalance):
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples}
+        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "work_error": of_work}
         return arrays | errors | finer | stability | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
@@ -565,7 +568,7 @@ class ForcedResponseWork(OneBalance):
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
-        kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR}
+        kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
         for each in (ALL_MODES, ALL_NODES):
             if any(each.variable in curve for curve in curves):
                 kept[each.variable] = each.attributes
