@@ -36,8 +36,8 @@ TRUNCATION_ERROR = {
 WORK_ALLOWED = 0.01
 """The same of the work of the contacts."""
 
-NO_WORK = 1e-300
-"""J, below which nothing rubs."""
+ROUNDED_WORK = 1e-9
+"""Work of contacts over the product of their forces and motions below which nothing rubs."""
 
 WORK_ERROR = {
     "units": "1",
@@ -178,7 +178,8 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice, spent
     by_harmonics[:, : by_samples.shape[1]] -= by_samples
     errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
     own = contact_work(balance, point.evaluation)
-    work_error = _relative(work, own)
+    least = ROUNDED_WORK * float(np.vdot(np.abs(point.point.forces), np.abs(point.evaluation.w[: balance.rows])))
+    work_error = _relative(work, own, least)
     for k, (more, before) in enumerate([(finer, by_samples), (sampled, np.zeros_like(by_samples))]):
         large = errors[k] > ALLOWED
         if large.any() or (more is finer and work_error > WORK_ALLOWED):
@@ -186,14 +187,14 @@ def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice, spent
             solved = solved_change(found, balance, point.evaluation, counted, before)
             errors[k] = np.where(large & np.isfinite(solved), solved, errors[k])
             if more is finer and found.converged:
-                work_error = _relative(contact_work(finer, found.evaluation), own)
+                work_error = _relative(contact_work(finer, found.evaluation), own, least)
     return np.vstack([errors, np.full(errors.shape[1], work_error)])
 
 
-def _relative(work: float, own: float) -> float:
-    """By how much a work differs from that of the curve, relative to the larger; 0 where nothing rubs."""
+def _relative(work: float, own: float, least: float) -> float:
+    """By how much a work differs from that of the curve, relative to the larger; 0 where both are less than rounding leaves."""
     scale = max(abs(work), abs(own))
-    return abs(work - own) / scale if scale > NO_WORK else 0.0
+    return abs(work - own) / scale if scale > least else 0.0
 
 
 def work_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:
@@ -201,10 +202,10 @@ def work_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) 
     if not np.any(errors > WORK_ALLOWED):
         return ""
     worst = int(np.nanargmax(errors))
-    more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)} and more samples"
+    more = f"{'more' if isinstance(harmonics, int) else 'others'} than {in_words(harmonics)} and more samples"
     return (
-        f"{more} would change the energy dissipated in contacts at the highest peak of {outputs[worst]} by about "
-        f"{100.0 * errors[worst]:.2g} %."
+        f"The energy dissipated in contacts at the highest peak of {outputs[worst]} would change by about "
+        f"{100.0 * errors[worst]:.2g} % with {more}."
     )
 
 

@@ -84,7 +84,9 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:
-    """What else the message of a completed curve warns of: the first force level with it, and how many there are."""
+    """What else the message of a completed curve warns of: the first force level with it, an unstable one before others, and how
+    many there are.
+    """
     found, harmonics = [], of_attribute(dataset.attrs["harmonics"])
     names = tuple(str(name) for name in dataset["output"].values)
     for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
@@ -92,6 +94,7 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
         errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
         rest = more.replace(truncation_warning(harmonics, names, errors), "").strip()
         found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
+    found.sort(key=lambda words: "Unstable motion" not in words)
     return [*found[:1], *([f"  and of {len(found) - 1} more curves; the report has them"] if len(found) > 1 else [])]
 
 
