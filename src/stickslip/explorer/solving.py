@@ -98,7 +98,7 @@ class Solver:
         return None if table is None else parsed(PerformanceTable, table)
 
     @cached_property
-    def left_out(self) -> str:
+    def not_computed(self) -> str:
         """A sentence on the tables of the study that no view computes; empty where there are none."""
         tables = sorted(toml(self.text).keys() - self.document.keys() - {"performance_curve"})
         return f"Left out here: {', '.join(f'[{key}]' for key in tables)} of the study. `run` computes them." if tables else ""
@@ -191,7 +191,7 @@ class Solver:
         response = work.gathered([curve])
         sentences = failures_of(response.dataset)
         if fine:
-            sentences += [*warnings_of(response.dataset), *filter(None, [self.left_out])]
+            sentences += [*warnings_of(response.dataset), *filter(None, [self.not_computed])]
         return Answer(response, tuple(sentences), time.perf_counter() - started)
 
     def _refuse_outdated(self, tab: str, version: int) -> None:

@@ -109,7 +109,7 @@ class HarmonicSystems:
         return self.problem.structure.K
 
     def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
-        """The systems in which a vibration may grow by itself, each with words that tell it from the others."""
+        """The systems in which a vibration may grow by itself, each with words that name it."""
         yield "", self.at(1)
 
     @property

@@ -1,6 +1,6 @@
 """Rigid motions: those that K does not resist, a property of the body whatever its mesh, size and units.
 
-With coordinates the six motions of a rigid body are known, and K acting on them tells at every node whether something holds it:
+With coordinates the six motions of a rigid body are known, and K acting on them shows at every node whether something holds it:
 a clamped node resists as an element does, however fine the mesh and however low the first frequency. Without coordinates a mode
 is judged by its own energy against the rounding of the product that computes it.
 """
