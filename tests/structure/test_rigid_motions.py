@@ -1,6 +1,6 @@
 """Rigid motions are those of the body: thin, long, finely meshed, softly held or hinged, in any unit, with 1 to 1e5 elements.
 
-References: the count of motions that the supports of each body leave, by statics; the first bending frequency of a clamped strip
+References: the count of motions that the supports of each body leave, by hand; the first bending frequency of a clamped strip
 (CalculiX 2.20: 18.894 Hz) and of a cantilever, 1.8751² √(EI/ρA)/(2π L²).
 """
 
