@@ -29,6 +29,9 @@ IDLE = 0.1
 """Share of its slip limit that the most loaded contact carries at the stuck resonance of the largest force level, below which
 friction never acts."""
 
+UNREACHED = 1e-9
+"""The same share below which the excitation does not reach the contacts at all, whatever the units."""
+
 NEGLIGIBLE = 0.02
 """All slip limits together over the harmonic forces of the smallest level, below which friction changes nothing."""
 
@@ -87,7 +90,7 @@ def _friction(sweep: Sweep, low: float, high: float) -> list[str]:
         ]
     inside = [float(f) for f in problem.systems.met(True) if low <= f <= high]
     name, share = _most_loaded(problem, largest, [*inside[:SHOWN], low, high], limits)
-    if share >= IDLE:
+    if share >= IDLE or share < UNREACHED:
         return []
     return [
         f"Warning: nothing slips at force level {largest:g}: the most loaded contact, {name}, carries {100.0 * share:.2g} % of "
