@@ -114,7 +114,7 @@ def fe_blades(stickslip: Side) -> dict[str, Any]:
     for name, (cells, where, harmonics, points) in ROWS.items():
         folder = BUILD / f"blade-{cells[0]}x{cells[1]}"
         size = write_blade(folder, *cells)
-        text = STUDY.format(width=0.024, height=0.008, depth=0.036, where=where, harmonics=harmonics, points=points)
+        text = STUDY.format(width=24.0, height=8.0, depth=36.0, where=where, harmonics=harmonics, points=points)
         (folder / "study.toml").write_text(text)
         if not rows:
             _run(folder)

@@ -189,7 +189,7 @@ def test_a_motion_of_twice_the_period_is_there_in_time(one_sided):
 def test_a_branch_of_twice_the_period_ends_where_its_motions_come_again(one_sided):
     """It leads from one period doubling to the other; behind that its motions are the same, one period later."""
     dataset = one_sided.branch(periods=2).dataset
-    assert str(dataset.case_message.values[0]).endswith("which joins the curve again.")
+    assert "which joins the curve again." in str(dataset.case_message.values[0])
     table, hertz = one_sided.branch_points(periods=2)["frequency"], dataset.frequency.values[0]
     assert [hertz[0], hertz[-1]] == pytest.approx(sorted(table, key=lambda at: abs(at - hertz[0])), rel=2e-2)
     half = dataset.response.values[0, :, 0, 1] @ [1.0, 1.0j]

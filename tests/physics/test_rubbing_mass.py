@@ -109,3 +109,23 @@ def test_a_balance_of_fewer_harmonics_keeps_lists_starts_and_periods():
     doubled = HarmonicBalance(rubbing_mass(), 5, 64, periods=2)
     assert doubled.with_harmonics(6).highest == 6
     assert doubled.with_harmonics(6).first == doubled.first
+
+
+@pytest.mark.parametrize(("A", "harmonics"), [(1.5, 41), (1.01, 41), (1.01, 121)])
+def test_the_work_has_an_estimate_of_its_own(A, harmonics):
+    """Of the order of the true error, which is a third larger to three times as large: the estimate sees twice the harmonics."""
+    found = response(A, harmonics)
+    true = abs(float(found.dissipated[0, 0, 0]) / exact_work(A) - 1.0)
+    assert 0.3 < float(found.work_error[0, 0]) / true < 1.1
+    if A == 1.5:
+        estimates = float(found.truncation_error[0, 0]), float(found.work_error[0, 0]), true
+        assert estimates == pytest.approx((0.008, 0.012, 0.018), abs=0.0005)
+    assert "The energy dissipated in contacts at the highest peak of 1.x would change" in str(found.case_message.values[0])
+
+
+@pytest.mark.parametrize("A", [0.99, 15.0])
+def test_work_that_is_right_has_no_warning(A):
+    """Stuck, and in gross slip, where harmonics and samples change 1e-4 of the work."""
+    found = response(A, 41)
+    assert float(found.work_error[0, 0]) < 1e-3
+    assert "dissipated" not in str(found.case_message.values[0])

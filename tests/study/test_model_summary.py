@@ -16,7 +16,7 @@ def test_a_force_that_moves_the_structure_by_its_size_is_a_warning(tmp_path, kin
     text = (tmp_path / "study.toml").read_text()
     line = next(line for line in text.splitlines() if line.startswith("force_levels"))
     study = job(text.replace(line, f"force_levels = [{level}]"), tmp_path, "study")
-    found = [sentence for sentence in model_summary(study.sweep) if sentence.startswith("Warning")]
+    found = [sentence for sentence in study.notes if "moves the stuck structure" in sentence]
     assert len(found) == (level > 1.0)
     assert all(words in sentence and "check the units" in sentence for sentence in found)
 
@@ -25,7 +25,7 @@ def test_no_template_warns(tmp_path):
     for kind in ("forced_response", "blisk", "performance_curve"):
         write_new(kind, tmp_path / f"{kind}.toml")
         study = job((tmp_path / f"{kind}.toml").read_text(), tmp_path, "study")
-        assert not any("Warning" in sentence for sentence in model_summary(study.sweep))
+        assert not any("Warning" in sentence for sentence in (*study.notes, *model_summary(study.sweep)))
 
 
 @pytest.mark.parametrize(("kind", "held"), [("forced_response", True), ("lumped", False), ("blisk", False)])

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-RIGID = 1e-8
-"""Squared frequencies below this share of the largest are rigid motions of free dampers."""
-
 VARIABLES = {
     "damping_ratio": ("1", "damping ratio of the wave, with gas forces"),
     "aerodynamic_damping": ("1", "aerodynamic damping ratio: what gas forces add to it"),
@@ -78,11 +75,11 @@ def _wave(disk: TunedDisk, nodal_diameter: int, mode: int, stuck: bool) -> tuple
     assert C is not None
     if not stuck:
         K = disk.disk.at(nodal_diameter).K
-    squares, shapes = linalg.eigh(K, M)
-    elastic = np.flatnonzero(squares > RIGID * squares[-1])
+    modes = disk.modes(nodal_diameter, stuck)
+    elastic = np.flatnonzero(modes.squares > 0.0)
     if mode > elastic.size:
         raise fault("mode", f"must lie between 1 and {elastic.size}", mode)
-    shape = shapes[:, elastic[mode - 1]]
+    shape = modes.shapes[:, elastic[mode - 1]]
     gas_stiffness, gas_damping = systems.gas_forces(nodal_diameter)
     with_gas, without = _eigenvalue(M, K + gas_stiffness, C + gas_damping, shape), _eigenvalue(M, K, C, shape)
     ratios, sizes = [-s.real / abs(s) for s in (with_gas, without)], [abs(s) for s in (with_gas, without)]

@@ -24,6 +24,7 @@ from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.peak_stability import instability_warning, judged, with_flags
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
@@ -38,12 +39,14 @@ from stickslip.analyses.truncation import (
     ALL_NODES,
     SAMPLING_ERROR,
     TRUNCATION_ERROR,
+    WORK_ERROR,
     FinerProblem,
     coordinates_note,
     discretisation_errors,
     errors_by,
     held_mean_warning,
     truncation_warning,
+    work_warning,
 )
 from stickslip.analyses.work_parts import OneBalance
 from stickslip.checks import InputError, between, fault, numbers, of_kind, positive, unique
@@ -59,6 +62,7 @@ from stickslip.peaks.search import TOLERANCE
 from stickslip.problem import Problem
 from stickslip.problem.many_periods import over_periods
 from stickslip.problem.truncation import on_few_coordinates
+from stickslip.problem.warnings import negative_damping
 from stickslip.renamed import renamed_arguments
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
@@ -488,6 +492,16 @@ class ForcedResponseWork(OneBalance):
         curve = solve_curve(self.balance, omegas, level, self.exactly, report, peak_tolerance=tolerance, measure=measure)
         return self.arrays(curve) | {"cpu_seconds": np.array(time.process_time() - started)}
 
+    @cached_property
+    def negative_damping(self) -> str:
+        """What to say of a mode that damping feeds, where no unstable peak says so."""
+        return negative_damping(self.problem if self.problem.speed is None else self.problem.at_frequency(self._middle))
+
+    @property
+    def _middle(self) -> float:
+        """A frequency of the band, rad/s."""
+        return 2.0 * np.pi * 0.5 * (min(self.frequencies) + max(self.frequencies))
+
     @property
     def finer_problem(self) -> FinerProblem:
         """What `finer` has more."""
@@ -516,7 +530,8 @@ class ForcedResponseWork(OneBalance):
             curve = refined(self.balance, curve)
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
-        by_harmonics, by_samples = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
+        stability = judged(self.balance, curve, self.measure.over(self.periods))
+        by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
         names = self.problem.output_names
         finer, by_finer, held_mean = {}, "", ""
         if self.finer is not None and self.finer_balances is not None:
@@ -526,7 +541,9 @@ class ForcedResponseWork(OneBalance):
             springs = len(self.problem.mean_springs) - len(self.finer.mean_springs)
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
+            instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
             truncation_warning(self.harmonics, names, by_harmonics),
+            work_warning(self.harmonics, names, of_work),
             by_finer,
             held_mean,
             sampling_warning(self.balance, curve)
@@ -534,8 +551,8 @@ class ForcedResponseWork(OneBalance):
             or broken_warning(self.balance.problem.contacts, self.samples, curve, arrays["share_open"]),
         )
         message = np.array(" ".join(filter(None, (curve.message, *warnings))))
-        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples}
-        return arrays | errors | finer | {"case_message": message}
+        errors = {"truncation_error": by_harmonics, "sampling_error": by_samples, "work_error": of_work}
+        return arrays | errors | finer | stability | {"case_message": message}
 
     def gathered(self, curves: Sequence[Arrays], kinds: Sequence[CurveKind] = ()) -> ForcedResponse:
         """The response of the curves of all force levels; kinds: of the curves, all of sweeps unless given."""
@@ -554,7 +571,7 @@ class ForcedResponseWork(OneBalance):
             plain = self.balance if self.periods == 1 else HarmonicBalance(self.problem, self.harmonics, self.samples)
             found = response_dataset(self.balance, self.levels, curves, ends, attrs, self.measure, plain)
             dataset = with_disk(found, self.problem)
-        kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR}
+        kept = {"truncation_error": TRUNCATION_ERROR, "sampling_error": SAMPLING_ERROR, "work_error": WORK_ERROR}
         for each in (ALL_MODES, ALL_NODES):
             if any(each.variable in curve for curve in curves):
                 kept[each.variable] = each.attributes
@@ -565,7 +582,7 @@ class ForcedResponseWork(OneBalance):
         for name, attributes in kept.items():
             errors = [curve.get(name, np.full(dataset.sizes["output"], np.nan)) for curve in curves]
             dataset[name] = ("case", "output"), np.array(errors), attributes
-        return ForcedResponse(with_kinds(dataset, list(kinds)), self.problem)
+        return ForcedResponse(with_kinds(with_flags(dataset, curves), list(kinds)), self.problem)
 
 
 def _check_modes(response: ForcedResponse, modes: Any) -> None:

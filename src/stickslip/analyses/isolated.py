@@ -57,13 +57,14 @@ class Start:
 @dataclass(frozen=True, eq=False)
 class ModeMotions:
     """The motions of one mode along its curve, (points, rows, H+1) complex, with ω [rad/s], the force level that has its
-    resonance peak there, and the phases of motions in resonance against the mode's, (points,)."""
+    resonance peak there, the phases of motions in resonance against the mode's, and modal amplitudes, (points,)."""
 
     omega: Array
     level: Array
     force: NDArray[np.complex128]
     motion: NDArray[np.complex128]
     phase: Array
+    amplitude: Array
 
     @classmethod
     def of(cls, balance: HarmonicBalance, modes: xr.Dataset, case: int) -> ModeMotions:
@@ -82,7 +83,8 @@ class ModeMotions:
         driven = load[:, first.start] - 1j * load[:, first.start + 1]
         phase = np.angle(-1j * (_complex(chosen["mode_shape"]).conj() @ driven))
         level = chosen["peak_force_level"].values if "peak_force_level" in chosen else np.full(good.size, np.nan)
-        return cls(2.0 * np.pi * chosen["frequency"].values, level, force, motion, phase)
+        amplitude = chosen["modal_amplitude"].values
+        return cls(2.0 * np.pi * chosen["frequency"].values, level, force, motion, phase, amplitude)
 
     def start(self, balance: HarmonicBalance, place: float, phase: float, level: float) -> Start:
         """The motion at a place between the points, its first harmonic turned by a phase."""

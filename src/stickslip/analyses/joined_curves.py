@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 from stickslip.results.schema import SCHEMA
 
+KEPT = (
+    "truncation_error", "sampling_error", "work_error", "modal_error", "patch_error", "highest_stability", "end_stability",
+)  # fmt: skip
+"""What a curve has beside the variables of the schema."""
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -20,7 +25,7 @@ def arrays_of(dataset: xr.Dataset, case: int, longer: int = 1) -> dict[str, NDAr
         if variable.dims[0] == "case" and "linear_point" not in variable.dims:
             values = dataset[variable.name].transpose(*variable.dims).values[case]
             found[variable.name] = _longer(values, variable.dims[1:], longer) if longer > 1 else np.asarray(values)
-    for name in ("truncation_error", "sampling_error", "modal_error", "patch_error"):
+    for name in KEPT:
         if name in dataset:
             found[name] = dataset[name].values[case]
     return found

@@ -38,7 +38,7 @@ def nodal_diameters(disk: TunedDisk, modes: int = 6) -> NodalDiameters:
     for state in range(2):
         for n in range(frequencies.shape[1]):
             found = disk.modes(n, stuck=state == 1).frequencies
-            lowest = found[found > 1e-3 * found[-1] ** 0.5][:modes]
+            lowest = found[found > 0.0][:modes]
             frequencies[state, n, : lowest.size] = lowest
     variable = (("state", "nodal_diameter", "mode"), frequencies, {"units": "Hz", "long_name": "natural frequency"})
     coords: dict[str, Any] = {"state": list(STATES), "nodal_diameter": np.arange(frequencies.shape[1])}

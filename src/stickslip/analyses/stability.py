@@ -239,7 +239,7 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
         frequency[case, : len(found)] = [change.frequency for change in found]
         kind[case, : len(found)] = [change.kind for change in found]
     return {
-        "stability": (("case", "point"), values["stability"], _flags("stability of the periodic motion", Stability)),
+        "stability": (("case", "point"), values["stability"], flags_of("stability of the periodic motion", Stability)),
         "multiplier": (
             ("case", "point", "part"),
             np.stack([multiplier.real, multiplier.imag], axis=-1),
@@ -263,18 +263,18 @@ def _variables(dataset: xr.Dataset, values: dict[str, Any], changes: list[list[C
         "peak_stability": (
             ("case", "peak", "output"),
             _of_peaks(dataset, values["stability"]),
-            _flags("stability at the peak", Stability),
+            flags_of("stability at the peak", Stability),
         ),
         "stability_change_frequency": (
             ("case", "change"),
             frequency,
             {"units": "Hz", "long_name": "frequency at which the stability changes"},
         ),
-        "stability_change": (("case", "change"), kind, _flags("how the stability changes", Instability)),
+        "stability_change": (("case", "change"), kind, flags_of("how the stability changes", Instability)),
     }
 
 
-def _flags(words: str, kinds: type[IntEnum]) -> dict[str, Any]:
+def flags_of(words: str, kinds: type[IntEnum]) -> dict[str, Any]:
     values, names = np.array([int(kind) for kind in kinds], dtype=np.int8), " ".join(kind.name.lower() for kind in kinds)
     return {"units": "1", "long_name": words, "flag_values": values, "flag_meanings": names}
 

@@ -16,9 +16,9 @@ from stickslip.harmonic.orders import Harmonics, in_words
 from stickslip.problem import Problem
 from stickslip.solve.all_modes import solved_on_all_modes
 from stickslip.solve.curve_points import CurvePoint
-from stickslip.solve.more_harmonics import STEPS
+from stickslip.solve.more_harmonics import STEPS, resolved
 from stickslip.solve.newton import correct, fixed
-from stickslip.solve.truncation import change_by, enough_beyond, solved_change
+from stickslip.solve.truncation import change_by, contact_work, enough_beyond, solved_change
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +31,17 @@ times as large on ready rigs (docs/choose.md), so 1 % does not pass without one.
 TRUNCATION_ERROR = {
     "units": "1",
     "long_name": "change of the output at its highest peak by more harmonics, estimated",
+}
+
+WORK_ALLOWED = 0.01
+"""The same of the work of the contacts."""
+
+ROUNDED_WORK = 1e-9
+"""Work of contacts over the product of their forces and motions below which nothing rubs."""
+
+WORK_ERROR = {
+    "units": "1",
+    "long_name": "change of the energy dissipated in contacts at the highest peak by more harmonics and samples, estimated",
 }
 
 SAMPLING_ERROR = {
@@ -85,13 +96,14 @@ LEAST_SPENT = 3e10
 more."""
 
 
-def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, Array]:
-    """What more harmonics, and what more samples, would change of every output at its highest peak, else at the largest point:
-    (outputs,) each; NaN without a point, and where the contacts that slip are so many that no harmonic beyond H can be looked at.
+def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measure) -> tuple[Array, Array, Array]:
+    """What more harmonics, and what more samples, would change of every output at its highest peak, else at the largest point,
+    and both of the work of all contacts there: (outputs,) each; NaN without a point, and where the contacts that slip are so many
+    that no harmonic beyond H can be looked at.
 
     Of the first harmonic where peaks are of its amplitude, else of all harmonics of the motion together.
     """
-    errors, known = np.full((2, len(balance.problem.outputs)), np.nan), dict[float, Array]()
+    errors, known = np.full((3, len(balance.problem.outputs)), np.nan), dict[float, Array]()
     spent = max(LEAST_SPENT, sum(float(point.iterations) * point.active**3 for point in curve.points))
     counted = balance.first if measure.kind == "amplitude" else slice(1, None)
     for output, highest in highest_points(balance, curve, measure).items():
@@ -100,7 +112,7 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
         if near not in known:
             known[near] = _at_point(balance, highest, counted, spent)
         errors[:, output] = known[near][:, output]
-    return errors[0], errors[1]
+    return errors[0], errors[1], errors[2]
 
 
 def highest_points(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[int, CurvePoint]:
@@ -153,25 +165,48 @@ def _at_nodes(contacts: tuple[Contact, ...], forces: Array) -> Array:
 
 
 def _at_point(balance: HarmonicBalance, point: CurvePoint, counted: slice, spent: float) -> Array:
-    """By harmonics and by samples, (2, outputs), with the same many samples, so that neither counts the other; spent: as
-    `LEAST_SPENT`."""
+    """By harmonics and by samples, with the same many samples, so that neither counts the other, and by both of the work of the
+    contacts, (3, outputs); spent: as `LEAST_SPENT`."""
     rows = min(max(point.active / balance.kept.size, 1.0), balance.problem.structure.size)
     beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
     if beyond < balance.highest + 2:
-        return np.full((2, len(balance.problem.outputs)), np.nan)
+        return np.full((3, len(balance.problem.outputs)), np.nan)
     finer = finer_balance(balance, beyond)
     sampled = HarmonicBalance(balance.problem, balance.harmonics, finer.tables.E.shape[0])
-    by_samples = change_by(sampled, balance, point.evaluation, counted)
-    by_harmonics = change_by(finer, balance, point.evaluation, counted)
+    by_samples = change_by(sampled, balance, point.evaluation, counted).motion
+    by_harmonics, work = change_by(finer, balance, point.evaluation, counted)
     by_harmonics[:, : by_samples.shape[1]] -= by_samples
     errors = np.array([np.linalg.norm(by_harmonics, axis=1), np.linalg.norm(by_samples, axis=1)])
+    own = contact_work(balance, point.evaluation)
+    least = ROUNDED_WORK * float(np.vdot(np.abs(point.point.forces), np.abs(point.evaluation.w[: balance.rows])))
+    work_error = _relative(work, own, least)
     for k, (more, before) in enumerate([(finer, by_samples), (sampled, np.zeros_like(by_samples))]):
         large = errors[k] > ALLOWED
-        if large.any():
-            steps = min(STEPS, int(spent / (rows * more.kept.size) ** 3))
-            solved = solved_change(more, balance, point.evaluation, counted, before, steps)
+        if large.any() or (more is finer and work_error > WORK_ALLOWED):
+            found = resolved(more, point.evaluation, min(STEPS, int(spent / (rows * more.kept.size) ** 3)))
+            solved = solved_change(found, balance, point.evaluation, counted, before)
             errors[k] = np.where(large & np.isfinite(solved), solved, errors[k])
-    return errors
+            if more is finer and found.converged:
+                work_error = _relative(contact_work(finer, found.evaluation), own, least)
+    return np.vstack([errors, np.full(errors.shape[1], work_error)])
+
+
+def _relative(work: float, own: float, least: float) -> float:
+    """By how much a work differs from that of the curve, relative to the larger; 0 where both are less than rounding leaves."""
+    scale = max(abs(work), abs(own))
+    return abs(work - own) / scale if scale > least else 0.0
+
+
+def work_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) -> str:
+    """What to say where the work of the contacts at a highest peak is not known well; empty where it is."""
+    if not np.any(errors > WORK_ALLOWED):
+        return ""
+    worst = int(np.nanargmax(errors))
+    more = f"{'more' if isinstance(harmonics, int) else 'others'} than {in_words(harmonics)} and more samples"
+    return (
+        f"The energy dissipated in contacts at the highest peak of {outputs[worst]} would change by about "
+        f"{100.0 * errors[worst]:.2g} % with {more}."
+    )
 
 
 def finer_balance(balance: HarmonicBalance, beyond: int) -> HarmonicBalance:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from math import gcd
 from typing import TYPE_CHECKING, Any
@@ -94,6 +94,18 @@ class SectorSystems(HarmonicSystems):
 
     def mass(self, harmonic: int) -> NDArray[np.complex128]:
         return self.disk.at(harmonic * self.engine_order).M
+
+    def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
+        """Waves of every nodal diameter, which gas forces may feed whatever the excitation is."""
+        for n in range(-((self.sectors - 1) // 2), self.sectors // 2 + 1):
+            M, stuck, C = self.matrices(n)
+            assert C is not None
+            stiffness, damping = self.gas_forces(n)
+            rows = self.relative_rows(n), self.problem.output_rows
+            yield f" of nodal diameter {n}", LinearSystem(M, C + damping, stuck + stiffness, *rows)
+
+    def free_stiffness(self, harmonic: int) -> NDArray[np.complex128]:
+        return self.disk.at(harmonic * self.engine_order).K
 
     def gas_forces(self, nodal_diameter: int) -> tuple[Array, Array]:
         """What gas forces that go with the motion add to K and C of a nodal diameter, (n, n)."""

@@ -45,5 +45,6 @@ def _read_sweep(solver: Solver, values: Values) -> list[str]:
         else repr(list(sweep.frequencies))
     )
     more = f"quantity={sweep.measure.name!r}, measure={sweep.measure.kind!r}"
-    how = f"harmonics={sweep.harmonics!r}, samples={sweep.samples}, {more}"
+    how = f"harmonics={sweep.harmonics!r}, samples={sweep.samples}, tolerance={sweep.tolerance!r}"
+    how = f"{how}, peak_tolerance={sweep.peak_tolerance!r}, {more}"
     return [f"response = ss.forced_response(problem, {where}, {sweep.force_levels[0]!r}, {how})"]

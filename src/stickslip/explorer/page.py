@@ -324,15 +324,18 @@ def _performed(solver: Solver, wanted: Wanted) -> Any:
     """The performance curve round the present ratio."""
     try:
         problem = solver.problem(wanted["values"])
-        pull = max((abs(force.static) for force in problem.forces), default=0.0)
+        table = solver.performance_table
+        given = None if table is None else table.pull
+        pull = given or max((abs(force.static) for force in problem.forces), default=0.0)
         level = float(wanted["values"].get("force_level", 1.0))
         excitation = max((abs(a) for force in problem.forces for a in force.amplitudes.values()), default=0.0) * level
         if not pull or not excitation:
             return no_update, "A performance curve needs a static pull and an excitation."
         ratio = pull / excitation
         ratios = np.geomspace(ratio / RATIO_REACH, ratio * RATIO_REACH, RATIOS)
-        curve = solver.performance(problem, ratios, str(wanted["tab"]), int(wanted["version"]))
-        return performance_figure(curve, ratio, bool(wanted["dark"])), ""
+        output = _output(solver, wanted)
+        curve, said = solver.performance(wanted["values"], ratios, output, str(wanted["tab"]), int(wanted["version"]))
+        return performance_figure(curve, ratio, bool(wanted["dark"])), said
     except OutdatedError:
         return no_update, no_update
     except InputError as error:

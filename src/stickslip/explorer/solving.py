@@ -19,16 +19,22 @@ from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWor
 from stickslip.analyses.performance.curve import PerformanceCurve, performance_curve
 from stickslip.checks import InputError, fault
 from stickslip.explorer.sliders import Slider, sliders_of, varied
+from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
 from stickslip.report.failures import failures_of, warnings_of
+from stickslip.study.analyses.performance import PerformanceTable
 from stickslip.study.analysis import Sweep
+from stickslip.study.faults import parsed
 from stickslip.study.read import Job, job, text_of, toml
 from stickslip.study.toml_text import toml_text
+from stickslip.units import Band
 
 KEPT = 24
 """Responses that are kept."""
 COARSE, COARSE_SAMPLES = 3, 64
 """Harmonics and samples of a coarse answer, at most."""
+COARSE_PEAKS = 1e-4
+"""Relative amplitude by which its peaks may be too low, at least."""
 REMEMBERED = 1000
 """Tabs whose newest request is known."""
 
@@ -86,6 +92,18 @@ class Solver:
         return kept | {"study": {**document["study"], "analysis": "forced_response"}}
 
     @cached_property
+    def performance_table(self) -> PerformanceTable | None:
+        """[performance_curve] of the study."""
+        table = toml(self.text).get("performance_curve")
+        return None if table is None else parsed(PerformanceTable, table)
+
+    @cached_property
+    def not_computed(self) -> str:
+        """A sentence on the tables of the study that no view computes; empty where there are none."""
+        tables = sorted(toml(self.text).keys() - self.document.keys() - {"performance_curve"})
+        return f"Left out here: {', '.join(f'[{key}]' for key in tables)} of the study. `run` computes them." if tables else ""
+
+    @cached_property
     def analysis(self) -> str:
         """What the study itself asks for."""
         return str(toml(self.text)["study"]["analysis"])
@@ -130,15 +148,30 @@ class Solver:
                 self.known.popitem(last=False)
             return self.known[key]
 
-    def performance(self, problem: Problem, ratios: Any, tab: str = "", version: int = 0) -> PerformanceCurve:
-        """The performance curve of a problem, coarse. It takes seconds: answers to sliders do not wait for it."""
+    def performance(
+        self, values: Values, ratios: Any, output: str, tab: str = "", version: int = 0
+    ) -> tuple[PerformanceCurve, str]:
+        """The performance curve for these values in the band of the study, of its measure and an output, coarse, and a sentence
+        on what is coarse. It takes seconds: answers to sliders do not wait for it.
+
+        A study of frequencies in a list has no band: resonances are then sought around the linear ones, and the sentence says so.
+        """
+        sweep, table = self._sweep(values), self.performance_table
+        problem, measure, where = sweep.problem, sweep.measure, sweep.frequencies
+        few, samples = _few(sweep)
+        given: dict[str, Any] = {} if table is None else {"vary": table.vary, "pull": table.pull, "friction": table.friction}
+        given |= {"band": where if isinstance(where, Band) else None, "output": problem.output_names.index(output)}
+        given |= {"quantity": measure.quantity.name, "measure": measure.kind, "harmonics": few, "samples": samples}
 
         def report(fraction: float, words: str) -> None:
             self._refuse_outdated(tab, version)
 
         with self.performing:
-            settings: dict[str, Any] = {"harmonics": COARSE, "samples": COARSE_SAMPLES, "check_every": len(ratios)}
-            return performance_curve(problem, ratios, progress=report, **settings)
+            curve = performance_curve(problem, ratios, progress=report, check_every=len(ratios), **given)
+        said = f"{output}, {in_words(few)}, {samples} samples, without sweeps for new peaks between the points."
+        if not isinstance(where, Band):
+            said += " The study lists frequencies: sought around the linear resonances."
+        return curve, said
 
     def problem(self, values: Values) -> Problem:
         """The problem with these values."""
@@ -156,7 +189,9 @@ class Solver:
         work = sweep.forced_response() if output is None else _coarse(sweep, output)
         curve = work.solve(0, lambda fraction: self._refuse_outdated(tab, version))
         response = work.gathered([curve])
-        sentences = (*failures_of(response.dataset), *warnings_of(response.dataset)) if fine else failures_of(response.dataset)
+        sentences = failures_of(response.dataset)
+        if fine:
+            sentences += [*warnings_of(response.dataset), *filter(None, [self.not_computed])]
         return Answer(response, tuple(sentences), time.perf_counter() - started)
 
     def _refuse_outdated(self, tab: str, version: int) -> None:
@@ -168,9 +203,20 @@ def _coarse(sweep: Sweep, output: str) -> ForcedResponseWork:
     """The same with few harmonics, those that the excitation has are kept, and one output: peaks of others take their time."""
     problem = sweep.problem
     shown = replace(problem, outputs=(problem.outputs[problem.output_names.index(output)],))
-    highest = max((h for force in problem.forces for h in force.amplitudes), default=1)
-    where = sweep.frequencies
-    harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else COARSE
-    few = max(min(harmonics, COARSE), highest)
-    samples = max(min(sweep.samples, COARSE_SAMPLES), 4 * few + 2)
-    return ForcedResponseWork.of(shown, where, sweep.force_levels, few, samples, peak_tolerance=1e-4, measure=sweep.measure)
+    few, samples = _few(sweep)
+    tolerance = max(sweep.peak_tolerance, COARSE_PEAKS)
+    return ForcedResponseWork.of(
+        shown, sweep.frequencies, sweep.force_levels, few, samples, peak_tolerance=tolerance, measure=sweep.measure
+    )
+
+
+def _few(sweep: Sweep) -> tuple[int | tuple[int, ...], int]:
+    """Harmonics of the study up to `COARSE`, or to the highest that is excited, and samples that go with them. Of a list those
+    that are left, so that a mean that it leaves out stays out.
+    """
+    highest = max(COARSE, *(h for force in sweep.problem.forces for h in force.amplitudes))
+    if isinstance(sweep.harmonics, int | str):
+        few: int | tuple[int, ...] = highest if isinstance(sweep.harmonics, str) else min(sweep.harmonics, highest)
+    else:
+        few = tuple(h for h in sweep.harmonics if h <= highest)
+    return few, max(min(sweep.samples, COARSE_SAMPLES), 4 * (few if isinstance(few, int) else max(few)) + 2)

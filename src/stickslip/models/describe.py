@@ -12,6 +12,7 @@ from stickslip.checks import SMALLEST, Array, counted
 from stickslip.models.model import Model
 from stickslip.structure.factor import Factor, Singular
 from stickslip.structure.lowest_modes import DENSE_SIZE, LowestModes, lowest_modes
+from stickslip.structure.rigid_motions import rigid_motions
 from stickslip.structure.sparse import Sparse
 
 LIGHTEST, DENSEST = 20.0, 25e3
@@ -45,8 +46,14 @@ def describe(model: Model, number: int = 10) -> Description:
         return Description(
             model, mass, box, None, ("M has negative eigenvalues: check the sign and the export of the mass.", *odd)
         )
-    modes = lowest_modes(model.M, model.K, number)
+    modes = lowest_modes(model.M, model.K, number, _rigid_motions(model))
     return Description(model, mass, box, modes, (*odd, *_odd_modes(box, modes)))
+
+
+def _rigid_motions(model: Model) -> Array | None:
+    """The rigid motions by the coordinates, (n, motions); None where nodes lack them and may be what seems to hold the body."""
+    found = rigid_motions(model.K, model.dofs, model.nodes)
+    return found if found.shape[1] or all(node in model.nodes for node in model.directions) else None
 
 
 def translation_mass(model: Model) -> Array:

@@ -24,6 +24,7 @@ from stickslip.structure.craig_bampton import craig_bampton
 from stickslip.structure.damping import Damping
 from stickslip.structure.matrices import Point, Structure
 from stickslip.structure.mesh_surface import MeshSurface, recovery_rows, selection
+from stickslip.structure.rigid_motions import rigid_motions, without_resistance
 
 Progress = Callable[[float, str], None]
 """Called with the share that is done and what is being done."""
@@ -102,7 +103,18 @@ def _reduce(model: Model, kept: dict[str, int], modes: int, progress: Progress) 
     T = reduction.transformation
     C = np.zeros((0, 0)) if model.C is None else np.asarray(T.T @ (model.C @ T))
     numbers = np.zeros((0, 3), dtype=int) if model.surface is None else model.surface.numbers
-    return {"M": reduction.structure.M, "K": reduction.structure.K, "C": C, "recovery": recovery_rows(T, numbers)}
+    K = _as_free(model, kept, reduction.structure.K)
+    return {"M": reduction.structure.M, "K": K, "C": C, "recovery": recovery_rows(T, numbers)}
+
+
+def _as_free(model: Model, kept: dict[str, int], K: Array) -> Array:
+    """The reduced K (n, n), which leaves the same rigid motions free as the whole one: fixed-interface modes do not move."""
+    rigid = rigid_motions(model.K, model.dofs, model.nodes)
+    if not rigid.shape[1]:
+        return K
+    motions = np.zeros((K.shape[0], rigid.shape[1]))
+    motions[: len(kept)] = rigid[list(kept.values())]
+    return without_resistance(K, motions)
 
 
 def cache_folder() -> Path:
@@ -113,7 +125,8 @@ def cache_folder() -> Path:
 
 def _key(model: Model, kept: dict[str, int], modes: int) -> str:
     surface = b"" if model.surface is None else model.surface.numbers.tobytes()
-    key = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes, surface))
+    located = model.located[1].tobytes()
+    key = repr((stickslip.__version__, model.fingerprint, sorted(kept.values()), list(kept.values()), modes, surface, located))
     return sha256(key.encode()).hexdigest()[:32]
 
 

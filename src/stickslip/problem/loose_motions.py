@@ -14,6 +14,7 @@ from scipy import linalg
 
 from stickslip.checks import Array
 from stickslip.structure.assembly import Spring
+from stickslip.structure.rigid_motions import unresisted
 
 if TYPE_CHECKING:
     from stickslip.problem.problem import Problem
@@ -35,11 +36,13 @@ SHOWN = 1e-3
 def loose_motions(problem: Problem) -> Array:
     """Motions that structure, mean springs and normal directions of contacts leave free, (motions, n), orthonormal.
 
-    Rigid motions of K are those in which it stores none of the energy of the stuck structure, vᵀK v / vᵀK'v = 0. Of these, the
-    ones that press no contact are loose.
+    Rigid motions of K are those in which it stores none of the energy of the stuck structure, vᵀK v / vᵀK'v = 0, to the rounding
+    of K v itself: a soft spring beside stiff contacts holds. Of these, the ones that press no contact are loose.
     """
     stuck = problem.stuck_stiffness + problem.mean_stiffness
-    _, rigid = linalg.eigh(problem.structure.K + problem.mean_stiffness, stuck, subset_by_value=(-np.inf, LOOSE))
+    own = problem.structure.K + problem.mean_stiffness
+    shares, motions = linalg.eigh(own, stuck)
+    rigid = motions[:, (shares <= LOOSE) & unresisted(own, motions)]
     pressing = problem.structure.rows([contact.normal for contact in problem.contacts if contact.normal is not None]) @ rigid
     moving = np.linalg.norm(problem.B @ rigid)
     _, sizes, turned = np.linalg.svd(np.vstack([pressing, np.zeros_like(rigid.T @ rigid)]))

@@ -6,7 +6,7 @@ matrices of its own: `disks` holds those kinds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from stickslip.checks import Array
 from stickslip.loads import excited_harmonics
 from stickslip.structure.modes import Modes, definite_modes, natural_modes
+from stickslip.structure.rigid_motions import unresisted
 
 if TYPE_CHECKING:
     from stickslip.problem import Problem
@@ -115,6 +116,14 @@ class HarmonicSystems:
         """M of a harmonic."""
         return self.problem.structure.M
 
+    def free_stiffness(self, harmonic: int) -> NDArray[Any]:
+        """K of a vibrating harmonic at rest, without contacts."""
+        return self.problem.structure.K
+
+    def vibrating(self) -> Iterator[tuple[str, LinearSystem]]:
+        """The systems in which a vibration may grow by itself, each with words that name it."""
+        yield "", self.at(1)
+
     @property
     def uncoupled(self) -> bool:
         """Whether the structure consists of more than one uncoupled wave."""
@@ -159,6 +168,7 @@ class HarmonicSystems:
         system = self.at(harmonic)
         held = self.problem.contact_stiffness * (1.0 if stuck else BARELY)
         released = self.problem.contact_stiffness - held
-        found = definite_modes(system.M, system.K - system.B.conj().T @ (released[:, None] * system.B)).frequencies
-        loose = found < np.sqrt(BARELY) * 10.0 * found.max(initial=0.0)
-        return np.where(loose & (not stuck), 0.0, found)
+        modes = definite_modes(system.M, system.K - system.B.conj().T @ (released[:, None] * system.B))
+        if stuck:
+            return modes.frequencies
+        return np.where(unresisted(self.free_stiffness(harmonic), modes.shapes), 0.0, modes.frequencies)

@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stickslip.checks import Array, first_of
+from stickslip.checks import Array, first_of, is_definite
 from stickslip.contact.point import Contact, Direction
 from stickslip.contact.start import SliderOffset
 from stickslip.problem.at_rest import normal_loads_at_rest
 from stickslip.structure.damping import ModalDamping
+from stickslip.structure.modes import Modes, natural_modes
 
 if TYPE_CHECKING:
     from stickslip.problem import Problem
@@ -26,11 +28,23 @@ STIFFEST, STIFFEST_VARYING = 1e4, 1e2
 LARGEST_FRICTION = 2.0
 """μ from where on random problems that lift off are lost (docs/choose.md); no measured one is as large."""
 
-LARGEST_RATIO = 0.5
-"""A damping ratio beyond it is more likely a percentage."""
+LARGEST_RATIO = 0.1
+"""A damping ratio beyond it is more likely a percentage, or damping of other units: bladed structures have 1e-4 to 1e-2."""
+
+SOFTEST_NORMAL, STIFFEST_NORMAL = 1e-2, 1e3
+"""kn over kt of a contact: of bodies of one material 1 to 1.5, of thin layers and strips up to a hundred."""
+
+LEAST_RATIO = 1e-9
+"""A damping ratio below which rounding may decide its sign."""
+
+ROUNDING = 1e-9
+"""Share of C below which a negative eigenvalue is rounding."""
 
 ROUNDED = 0.01
 """How far cosines may be off that were typed with two digits."""
+
+LEAST_SIZE, MOST_SIZE = 2e-3, 3.0
+"""Of a body, relative to the model: from a pin of half a millimetre under a blade of 0.25 m to three times all blades."""
 
 SHOWN = 10
 """Names that a sentence lists."""
@@ -43,9 +57,12 @@ def warnings_of(problem: Problem) -> tuple[str, ...]:
     found = (
         _stiffness(problem),
         _friction(problem),
+        _normal_stiffness(problem),
         _starts(problem),
         _damping(problem),
+        negative_damping(problem),
         _damped_gaps(problem),
+        _sizes(problem),
         *_directions(problem),
     )
     return tuple(filter(None, found))
@@ -85,6 +102,32 @@ def _largest_friction(contact: Contact) -> float:
     return max([float(np.max(getattr(contact.law, "mu", 0.0))), *of_elements])
 
 
+def _sizes(problem: Problem) -> str:
+    """Rigid bodies with a section that is far larger or smaller than what they touch: their dimensions are in other units."""
+    structure = problem.structure
+    others = [point for name, point in structure.nodes.items() if name not in structure.outlines]
+    model = np.concatenate([structure.mesh_points, np.reshape(others, (-1, 3))])
+    if len(model) < 2 or not (size := _extent(model)):
+        return ""
+    strange = {
+        name.rpartition("/")[0] or name: own
+        for name, corners in structure.outlines.items()
+        if len(corners) and not LEAST_SIZE * size <= (own := _extent(np.asarray(corners))) <= MOST_SIZE * size
+    }
+    if not strange:
+        return ""
+    name, own = next(iter(strange.items()))
+    return (
+        f"Sizes that do not fit ({_named(list(strange))}): the section of {name} is {own:.3g} m wide, all nodes of the model lie "
+        f"within {size:.3g} m. Check the units of its dimensions."
+    )
+
+
+def _extent(points: Array) -> float:
+    """The longest side of the box round points (k, 3), m."""
+    return float(np.ptp(points, axis=0).max(initial=0.0))
+
+
 def _starts(problem: Problem) -> str:
     """Contacts with a start state that their law does not have."""
     given = [
@@ -98,13 +141,80 @@ def _starts(problem: Problem) -> str:
     return f"Start states without effect ({_named([contact.name for contact in given])}): a contact of {laws} has none."
 
 
+def _normal_stiffness(problem: Problem) -> str:
+    """Contacts whose stiffnesses along and across the surface differ as no body makes them."""
+    ratios = {
+        contact.name: float(normal.stiffness.sum()) / max(float(group.stiffness.sum()) for group in contact.elements.friction)
+        for contact in problem.contacts
+        if (normal := contact.elements.normal) is not None
+        if any(group.stiffness.sum() > 0.0 for group in contact.elements.friction)
+    }
+    odd = {name: ratio for name, ratio in ratios.items() if not SOFTEST_NORMAL <= ratio <= STIFFEST_NORMAL}
+    if not odd:
+        return ""
+    worst = max(odd.values(), key=lambda ratio: abs(np.log(max(ratio, 1e-300))))
+    return (
+        f"Normal and tangential stiffnesses that do not fit ({_named(list(odd))}): kn is {worst:.2g} times kt. Of two bodies of "
+        "one material it is 1 to 1.5 times: check the units of both."
+    )
+
+
 def _damping(problem: Problem) -> str:
-    """A damping ratio that was a percentage."""
+    """A damping ratio that was a percentage, or a C in other units: what results in the lowest stuck mode counts."""
     rule = problem.structure.damping
     largest = float(np.max(rule.ratio)) if isinstance(rule, ModalDamping) else 0.0
-    if largest <= LARGEST_RATIO:
+    if largest > LARGEST_RATIO:
+        return f"A large damping ratio: {largest:g}, {100.0 * largest:g} % of critical damping. One per cent is 0.01."
+    system = problem.systems.at(1)
+    if (isinstance(rule, ModalDamping) and not problem.dashpots) or not np.any(system.C):
         return ""
-    return f"A large damping ratio: {largest:g}, {100.0 * largest:g} % of critical damping. One per cent is 0.01."
+    modes = natural_modes(system.M, system.K)
+    elastic = np.flatnonzero(modes.squares > 0.0)[:1]
+    ratio = float(_ratios(system.C, modes)[elastic].max(initial=0.0))
+    if ratio <= LARGEST_RATIO:
+        return ""
+    return (
+        f"Large damping: the lowest mode with all contacts stuck, at {float(modes.frequencies[elastic[0]]):.5g} Hz, has the "
+        f"damping ratio {ratio:.3g}, {100.0 * ratio:.3g} % of critical damping. Check the units of C, or which Rayleigh factor "
+        "is which (C = a M + b K, a in 1/s, b in s)."
+    )
+
+
+def negative_damping(problem: Problem) -> str:
+    """A mode of the stuck structure that gas forces or dashpots feed, ζ = φᴴCφ/(2ω) < 0 with φᴴMφ = 1: it grows until friction or
+    nothing holds it. The least damped one is named.
+    """
+    fed = [
+        (float(ratios.min()), words, float(modes.frequencies[int(np.argmin(ratios))]))
+        for words, system in problem.systems.vibrating()
+        if not is_definite(_symmetric(system.C), ROUNDING * _size(system.C))
+        for modes in [natural_modes(system.M, system.K)]
+        for ratios in [_ratios(system.C, modes)]
+    ]
+    ratio, words, frequency = min(fed, default=(0.0, "", 0.0))
+    if ratio >= 0.0:
+        return ""
+    return (
+        f"Negative damping: with all contacts stuck, the mode at {frequency:.5g} Hz{words} has the damping ratio {ratio:.3g}. "
+        "Small vibrations of it grow by themselves, whatever the excitation, and the computed response may be unstable: "
+        "limit cycles (`limit_cycles`) say where friction holds them. Check the sign if this is not meant."
+    )
+
+
+def _symmetric(C: NDArray[Any]) -> NDArray[Any]:
+    return np.asarray(0.5 * (C + C.conj().T))
+
+
+def _size(C: NDArray[Any]) -> float:
+    return float(np.abs(C).sum(axis=1).max(initial=0.0))
+
+
+def _ratios(C: NDArray[Any], modes: Modes) -> Array:
+    """Damping ratios of elastic modes, 0 where rounding may decide their sign."""
+    losses = np.sum(modes.shapes.conj() * (C @ modes.shapes), axis=0).real
+    omega = np.sqrt(np.maximum(modes.squares, 0.0))
+    ratios = np.divide(losses, 2.0 * omega, out=np.zeros_like(omega), where=omega > 0.0)
+    return np.asarray(np.where(np.abs(ratios) > LEAST_RATIO, ratios, 0.0))
 
 
 def _damped_gaps(problem: Problem) -> str:

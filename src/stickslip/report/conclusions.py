@@ -17,7 +17,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.stability import is_unstable
+from stickslip.results.stability import peak_is_unstable
 from stickslip.results.view import (
     Peak,
     converged_points,
@@ -148,7 +148,8 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
-        f"{' This motion is unstable.' if is_unstable(dataset, case, peak.point) else ''}{_end_sentence(dataset, case, output)}"
+        f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
+        f"{_end_sentence(dataset, case, output)}"
     )
 
 

@@ -79,7 +79,7 @@ def warnings_of(dataset: xr.Dataset) -> list[str]:
             peak = highest_peak(dataset, case, output)
             if peak is not None and not peak.local and not is_listed(dataset):
                 sentences.append(f"{level_text(dataset, case)}: {name} has no peak inside the band.")
-            if peak is not None and is_unstable(dataset, case, peak.point):
+            if peak is not None and is_unstable(dataset, case, peak.point) and "Unstable motion" not in more:
                 sentences.append(
                     f"{level_text(dataset, case)}: the highest point of {name}, at {hertz(peak.frequency)} Hz, is an unstable "
                     "motion: a vibration does not stay there."

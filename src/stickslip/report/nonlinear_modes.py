@@ -28,6 +28,11 @@ ROUGH = 0.2
 
 HIGH = "Above a damping ratio of 20 % a free motion decays within a few periods: take its frequency and damping as rough."
 
+FIRST = (
+    'Damping ratios are by extended = "first": the damping that sustains the motion acts on its first harmonic. Codes that let '
+    'it act on all harmonics have other ratios where damping is high: compare those with extended = "all".'
+)
+
 VERY_HIGH = "Above a damping ratio of 100 % there is no free vibration: take frequency and damping as those of a forced motion."
 
 
@@ -58,19 +63,23 @@ def sentences(dataset: xr.Dataset) -> list[str]:
         lines += [
             f"  {name}: {words.rstrip('.')}." for words in str(one["case_message"].item()).split(". ") if "Internal" in words
         ]
-    return lines
+    return [*lines, FIRST] if str(dataset.attrs.get("extended", "")) == "first" and lines else lines
 
 
 def _level_lines(one: xr.Dataset, output: str) -> list[str]:
     """The peak of each force level, by one mode."""
-    solved = np.flatnonzero(np.isfinite(one["level_amplitude"].values))
-    shown = solved[spread(solved.size, MOST_LEVELS)]
+    reached = np.flatnonzero(np.isfinite(one["level_amplitude"].values))
+    shown = reached[spread(reached.size, MOST_LEVELS)]
     lines = []
     for k in shown:
         frequency, size = float(one["level_frequency"][k]), float(one["level_amplitude"][k])
-        lines.append(f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size)}, {hertz(frequency)} Hz")
-    more = solved.size - shown.size
-    return [*lines, *([f"  {shown.size} of {solved.size} force levels; all stand in the report"] if more else [])]
+        solved = float(one["level_solved_amplitude"][k]) if "level_solved_amplitude" in one else np.nan
+        checked = f", solved {length_text(solved)}" if np.isfinite(solved) else ""
+        lines.append(
+            f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size)}, {hertz(frequency)} Hz{checked}"
+        )
+    more = reached.size - shown.size
+    return [*lines, *([f"  {shown.size} of {reached.size} force levels; all stand in the report"] if more else [])]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

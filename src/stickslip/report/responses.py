@@ -25,7 +25,7 @@ from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
 from stickslip.results.representative import levels_of, ranked, representative_starts, spread, words_of
-from stickslip.results.stability import has_stability, is_unstable, stability_sentences
+from stickslip.results.stability import has_stability, peak_is_unstable, stability_sentences
 from stickslip.results.view import higher_end, highest_peak, is_listed, measure_in
 
 if TYPE_CHECKING:
@@ -84,7 +84,9 @@ def truncation_sentences(dataset: xr.Dataset) -> list[str]:
 
 
 def message_sentences(dataset: xr.Dataset) -> list[str]:
-    """What else the message of a completed curve warns of: the first force level with it, and how many there are."""
+    """What else the message of a completed curve warns of: the first force level with it, an unstable one before others, and how
+    many there are.
+    """
     found, harmonics = [], of_attribute(dataset.attrs["harmonics"])
     names = tuple(str(name) for name in dataset["output"].values)
     for case in np.flatnonzero(dataset["case_outcome"].values == Outcome.CONVERGED):
@@ -92,6 +94,7 @@ def message_sentences(dataset: xr.Dataset) -> list[str]:
         errors = dataset["truncation_error"].values[case] if "truncation_error" in dataset else np.zeros(1)
         rest = more.replace(truncation_warning(harmonics, names, errors), "").strip()
         found += [f"warning, force {float(dataset['force_level'][case]):g}: {rest}"] if rest else []
+    found.sort(key=lambda words: "Unstable motion" not in words)
     return [*found[:1], *([f"  and of {len(found) - 1} more curves; the report has them"] if len(found) > 1 else [])]
 
 
@@ -160,7 +163,7 @@ def peak_words(dataset: xr.Dataset, case: int) -> str:
         what = "largest of the listed frequencies, at" if is_listed(dataset) else "no peak; largest at"
         return f"{what} {highest.frequency:.6g} Hz: {measure.kind} {size:.6g} {units}"
     words = f"{highest.frequency:12.6g} Hz   {measure.kind} {size:12.6g} {units}   loss factor {highest.loss_factor:.4g}"
-    words += ", unstable" if is_unstable(dataset, case, highest.point) else ""
+    words += ", unstable" if peak_is_unstable(dataset, case, 0, highest.point) else ""
     words += ", curve incomplete" if int(dataset["case_outcome"].values[case]) != Outcome.CONVERGED else ""
     end = higher_end(dataset, case)
     if end is None:

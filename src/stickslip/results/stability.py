@@ -29,6 +29,15 @@ def is_unstable(dataset: xr.Dataset, case: int, point: int) -> bool:
     return has_stability(dataset) and int(dataset["stability"].values[case, point]) == UNSTABLE
 
 
+def peak_is_unstable(dataset: xr.Dataset, case: int, output: int, point: int) -> bool:
+    """Whether the highest peak of an output, a point of its curve, is known to be unstable: by the stability of all points, or by
+    that of the highest peaks alone.
+    """
+    if has_stability(dataset):
+        return is_unstable(dataset, case, point)
+    return "highest_stability" in dataset and int(dataset["highest_stability"].values[case, output]) == UNSTABLE
+
+
 def words(variable: xr.DataArray, flags: np.ndarray) -> list[str]:
     """The meanings of flags of a variable, "branch point" for branch_point."""
     attributes = variable.attrs

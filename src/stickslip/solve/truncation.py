@@ -7,12 +7,15 @@ them falls on a mode of the dampers it matters. The estimate applies the recepta
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from stickslip.checks import Array
 from stickslip.harmonic.balance import Evaluation, HarmonicBalance, Point
-from stickslip.solve.more_harmonics import pad, resolved
+from stickslip.harmonic.energy import cycle_work
+from stickslip.solve.more_harmonics import pad
+from stickslip.solve.newton import Correction
 from stickslip.solve.sensitivity import respond, solved_factors
 
 MARGIN = 16
@@ -60,36 +63,48 @@ def truncation_at(balance: HarmonicBalance, finer: HarmonicBalance, evaluation: 
     return Truncation(np.sqrt(np.sum(moved[:, 0::2] ** 2 + moved[:, 1::2] ** 2, axis=0)) / size)
 
 
-def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice) -> Array:
-    """By how much each output would change with the harmonics and samples of `finer`, relative: ΔX/|X| of the counted columns of
-    the motion, (outputs, columns of `finer`, 0 in those that do not count).
+class Changed(NamedTuple):
+    """motion: ΔX/|X| of the outputs, (outputs, columns of the finer balance, 0 in those that do not count); work: of all contacts
+    in a period after the change, J."""
+
+    motion: Array
+    work: float
+
+
+def contact_work(balance: HarmonicBalance, evaluation: Evaluation) -> float:
+    """Work of all contacts in a period of the balance, J."""
+    return float(cycle_work(evaluation.point.forces - evaluation.residual, evaluation.w[: balance.rows]).sum())
+
+
+def change_by(finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice) -> Changed:
+    """By how much each output would change with the harmonics and samples of `finer`, relative, in the counted columns of the
+    motion, and the work that the contacts would do.
 
     One Newton step of `finer` at the same frequency, from the padded solution: it includes the coupling of the truncated
     harmonics, which matters where one of them falls on a mode. 0 for an output at rest.
     """
     point, rows = evaluation.point, slice(balance.rows, None)
     padded = finer.evaluate(Point(pad(point.forces, finer.columns), point.omega, point.level))
-    change = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None]).motion[0]
+    step = respond(finer, padded, solved_factors(finer, padded), -padded.residual[None])
+    change, contacts = step.motion[0], slice(finer.rows)
+    work = float(cycle_work(padded.point.forces + step.forces[0], padded.w[contacts] + change[contacts]).sum())
     size = np.linalg.norm(evaluation.w[rows, counted], axis=1)
     whole = np.linalg.norm(evaluation.w[:, 1:], axis=1)
     moving = size > max(AT_REST * whole[rows].max(initial=0.0), ROUNDING * whole.max(initial=0.0))
     relative = np.zeros((size.size, finer.columns))
     relative[moving, counted] = change[rows, counted][moving] / size[moving, None]
-    return relative
+    return Changed(relative, work)
 
 
-def solved_change(
-    finer: HarmonicBalance, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array, steps: int
-) -> Array:
-    """By how much the amplitude of each output changes where the point is solved with `finer` at its frequency:
-    ||X'| − |X||/|X| of the counted columns together, (outputs,); NaN where Newton's method does not get there.
+def solved_change(found: Correction, balance: HarmonicBalance, evaluation: Evaluation, counted: slice, sampled: Array) -> Array:
+    """By how much the amplitude of each output changes where the point is solved with more harmonics or samples at its frequency,
+    `found`: ||X'| − |X||/|X| of the counted columns together, (outputs,); NaN where Newton's method does not get there.
 
     Of large changes, for which one step is wrong, the phase is left out: at a peak it is a shift of the resonance, which in the
-    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself; steps: the
-    most damped ones.
+    first order does not change the height of the peak. sampled: `change_by` more samples, which counts by itself.
     """
     rows = slice(balance.rows, None)
-    found, X = resolved(finer, evaluation, steps), evaluation.w[rows, counted]
+    X = evaluation.w[rows, counted]
     if not found.converged:
         return np.full(X.shape[0], np.nan)
     size = np.linalg.norm(X, axis=1)

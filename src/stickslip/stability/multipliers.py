@@ -119,8 +119,8 @@ class PeriodMap:
             raise InputError("Stability must be asked for damping that decouples, but two modes are critically damped together.")
         return modes
 
-    def multipliers(self, evaluation: Evaluation, steps: int = STEPS) -> Multipliers:
-        """The multipliers of a point, with twice `steps` or as many more as its verdict needs."""
+    def multipliers(self, evaluation: Evaluation, steps: int = STEPS, most: int = MOST_STEPS) -> Multipliers:
+        """The multipliers of a point, with twice `steps` or as many more, up to `most`, as its verdict needs."""
         contacts, modes = ContactPeriod(evaluation, self.balance), self._modes_of(evaluation)
         coarse = _map(contacts, modes, steps)
         before = None
@@ -135,7 +135,7 @@ class PeriodMap:
             values = _sorted(better)
             error = _size_change(better, values[0], change) if values.size and values[0] != 0.0 else 0.0
             distance = abs(abs(values[0]) - 1.0) if values.size else 1.0
-            if distance > TIMES_ERROR * error or not error > 0.1 * ROUNDING or steps >= MOST_STEPS:
+            if distance > TIMES_ERROR * error or not error > 0.1 * ROUNDING or steps >= most:
                 return Multipliers(values, float(error), steps, contacts.exact_ones, self._resolved(evaluation, values))
             coarse, before = fine, better
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
 
 from stickslip.checks import Array, is_definite
+from stickslip.structure.rigid_motions import unresisted
 
 MASSLESS = 1e-12
 """Motions below this share of the mass of their degrees of freedom count as massless."""
@@ -15,7 +16,7 @@ MASSLESS = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """K φ = ω² M φ: squares ω² [1/s²], ascending, (modes,), and shapes (n, modes) with φᵀMφ = 1.
+    """K φ = ω² M φ: squares ω² [1/s²], ascending, 0 for rigid motions, (modes,), and shapes (n, modes) with φᵀMφ = 1.
 
     Motions without mass follow the others statically and have no mode of their own: fewer modes than degrees of freedom.
     """
@@ -30,7 +31,13 @@ class Modes:
 
 
 def natural_modes(M: Array, K: Array) -> Modes:
-    """All modes of symmetric or complex Hermitian M (no negative eigenvalue) and K, (n, n).
+    """All modes of symmetric or complex Hermitian M (no negative eigenvalue) and K, (n, n); rigid motions have ω² = 0 exactly."""
+    modes = modes_as_solved(M, K)
+    return replace(modes, squares=np.where(unresisted(K, modes.shapes), 0.0, modes.squares))
+
+
+def modes_as_solved(M: Array, K: Array) -> Modes:
+    """All modes, of which rigid motions have the ω² that rounding leaves them.
 
     With massless motions q = V1 a + V0 b, V0 spanning the null space of M: K_00 b = −K_01 a, then the modes of the rest.
     """

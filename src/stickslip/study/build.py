@@ -24,8 +24,14 @@ from stickslip.study.faults import parsed
 from stickslip.study.names import Names
 from stickslip.study.starts import StartTable, start_rules
 from stickslip.study.tables import BaseTable, BodyTable, DampingTable, DashpotTable, ForceTable, StructureTable, SweepTable
-from stickslip.study.units import Units, in_si
+from stickslip.study.units import DENSITY, LENGTH, MASS, Units, in_si, scaled
 from stickslip.units import Band, followed, listed
+
+COUNTS = ("lines", "flat_points")
+"""Arguments of damper shapes that are numbers of lines and points."""
+
+OTHER_DIMENSIONS = {"density": DENSITY, "mass": MASS}
+"""Arguments of damper shapes that are neither lengths nor angles nor counts."""
 
 
 def rig_named(table: StructureTable) -> Problem:
@@ -76,19 +82,27 @@ def damping_rule(table: DampingTable | None, units: Units) -> Damping | None:
     return ModalDamping(table.modal if isinstance(table.modal, float) else tuple(table.modal or ()), table.on)
 
 
-def shape_of(name: str, dimensions: Mapping[str, Any], **angles: float) -> Shape:
-    """A damper shape of dimensions in SI and slopes of its platforms in degrees."""
+def shape_of(name: str, dimensions: Mapping[str, Any], units: Units, **angles: float) -> Shape:
+    """A damper shape of dimensions in the units of the study and slopes of its platforms in degrees."""
     known = [field.name for field in fields(SHAPES[name]) if not angles or not field.name.endswith("_angle")]  # type: ignore[arg-type]
     for key in dimensions:
         if key not in known:
             raise fault("dimensions", f"must be those of the shape {name!r}", key, f"Known: {', '.join(known)}.")
-    return SHAPES[name](**dimensions, **angles)
+    return SHAPES[name](**{key: _dimension(key, value, units) for key, value in dimensions.items()}, **angles)
+
+
+def _dimension(key: str, value: Any, units: Units) -> Any:
+    """An argument of a shape in SI: a length, unless its name says otherwise; counts have no unit."""
+    if key.endswith("_angle") or (isinstance(value, bool | int) and key in COUNTS):
+        return value
+    factor = units.factor(OTHER_DIMENSIONS.get(key, LENGTH))
+    return scaled(float(value) if isinstance(value, int) and not isinstance(value, bool) else value, factor)
 
 
 def body(table: BodyTable, units: Units) -> tuple[RigidBody, tuple[Force, ...]]:
     """A rigid body in SI, and the static forces that pull it."""
     values = in_si(table, units)
-    own = None if table.shape is None else shape_of(table.shape, table.dimensions).body()
+    own = None if table.shape is None else shape_of(table.shape, table.dimensions, units).body()
     mass, inertia = (values["mass"], values["inertia"]) if own is None else (own.mass, own.inertia)
     given = np.asarray(inertia, dtype=float)
     turn = axes_of(table.axes)

@@ -31,6 +31,7 @@ from stickslip.study.kinds import KEYS, KINDS, StudyTable, owners
 from stickslip.study.lines import with_line
 from stickslip.study.names import Names, dofs_in
 from stickslip.study.parts import Messages, Parts, bodies_of, structures_of, together
+from stickslip.study.plausibility import plausibility_warnings
 from stickslip.study.renamed import with_new_names
 from stickslip.study.surfaces import contacts_on, force_on, surfaces_in
 from stickslip.study.tables import (
@@ -136,7 +137,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     found.stop()
     plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
     found.stop()
-    notes += sweep.problem.warnings if sweep else ()
+    notes += (*sweep.problem.warnings, *plausibility_warnings(sweep)) if sweep else ()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name

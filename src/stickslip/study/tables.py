@@ -146,7 +146,8 @@ class BodyTable(Table):
     name: Annotated[str, Field(min_length=1, description="of the body")]
     shape: Annotated[ShapeKey | None, Field(description="of a damper, which gives mass and inertia")] = None
     dimensions: Annotated[
-        dict[str, Any], Field(description="arguments of the shape, in SI and degrees; its defaults unless given")
+        dict[str, Any],
+        Field(description="arguments of the shape in the units of the study, angles in degrees; its defaults unless given"),
     ] = Field(default_factory=dict)
     mass: Annotated[Positive | None, MASS, Field(description="or its mass")] = None
     inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: along the axes, or the matrix")] = None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.analyses.modes.solved_peaks import with_solved
 from stickslip.analyses.modes.synthesis import Synthesis
 from stickslip.checks import Array, InputError, rounded
 from stickslip.problem import Problem
@@ -19,6 +20,9 @@ CONSIDERABLE = 0.05
 peaks of chains, blade and three masses are at most 1.3 % off. From 0.05 to 0.2 they are up to 9 % off, of two weakly coupled
 masses 34 %; from 0.2 to 0.4 up to 38 %, although those of the blade and of mode 1 of the chain of 20 masses stay within 3 %."""
 
+OFF = 0.01
+"""Relative difference of a solved peak from the synthesised one above which it is said."""
+
 _POINT, _LEVEL = ("case", "point"), ("case", "force_level")
 POINTS = {
     "peak_force_level": (_POINT, "1", "force level whose resonance peak has this amplitude"),
@@ -30,6 +34,8 @@ POINTS = {
 LEVELS = {
     "level_frequency": (_LEVEL, "Hz", "frequency of the highest peak of a force level"),
     "level_amplitude": (_LEVEL, "m", "amplitude of the first output at the highest peak of a force level"),
+    "level_solved_frequency": (_LEVEL, "Hz", "frequency of that peak of the forced motion, solved"),
+    "level_solved_amplitude": (_LEVEL, "m", "amplitude of the first output at that peak of the forced motion, solved"),
 }
 
 
@@ -49,8 +55,11 @@ def with_peaks(dataset: xr.Dataset, problem: Problem, levels: Sequence[float] = 
             continue
         messages.append("")
         _fill(data, case, synthesis, range(sizes["output"]))
-        _fill_levels(data, case, synthesis, levels)
-        warnings.append(_others_move(data["peak_force_level"][case], data["peak_other_modes"][case]))
+        said = [_others_move(data["peak_force_level"][case], data["peak_other_modes"][case])]
+        if levels:
+            _fill_levels(data, case, synthesis, levels, dataset, problem)
+            said.append(_misses(np.array(levels), *(data[name][case] for name in ("level_amplitude", "level_solved_amplitude"))))
+        warnings.append(" ".join(filter(None, said)))
     described = {name: (dims, data[name], {"units": units, "long_name": words}) for name, (dims, units, words) in names.items()}
     why = {"units": "1", "long_name": "why there are no peaks of force levels"}
     found = dataset.assign(described).assign(synthesis_message=("case", np.array(messages, dtype=np.str_), why))
@@ -86,11 +95,39 @@ def _fill(data: dict[str, np.ndarray], case: int, synthesis: Synthesis, outputs:
         data["peak_amplitude"][case, :count, output] = np.abs(synthesis.moved(mode, omega, levels, output))
 
 
-def _fill_levels(data: dict[str, np.ndarray], case: int, synthesis: Synthesis, levels: Sequence[float]) -> None:
+def _misses(levels: Array, synthesised: Array, solved: Array) -> str:
+    """A warning where forced motions have other peaks than the synthesis, or none was found; else ""."""
+    unsolved = np.isfinite(synthesised) & np.isnan(solved)
+    words = []
+    if np.isfinite(solved).any():
+        off = np.abs(solved / synthesised - 1.0)
+        worst = int(np.nanargmax(off))
+        if off[worst] > OFF:
+            words.append(
+                f"Solved as forced motions, peaks differ from the synthesis by up to {100.0 * off[worst]:.2g} % (force level "
+                f"{levels[worst]:g}): take the solved ones."
+            )
+    if unsolved.any():
+        listed = ", ".join(f"{level:g}" for level in levels[unsolved])
+        words.append(
+            f"No forced motion was found at the peaks of force levels {listed}: how far the synthesis is off is unknown."
+        )
+    return " ".join(words)
+
+
+def _fill_levels(
+    data: dict[str, np.ndarray],
+    case: int,
+    synthesis: Synthesis,
+    levels: Sequence[float],
+    dataset: xr.Dataset,
+    problem: Problem,
+) -> None:
     """The highest peak of each force level that the mode reaches."""
     reached = [level for level in levels if level <= synthesis.mode.level_of_peak().max()]
     if not reached:
         return
-    table = synthesis.peaks(np.array(reached), 0).drop_duplicates("force_level")
+    table = with_solved(synthesis.peaks(np.array(reached), 0).drop_duplicates("force_level"), dataset, problem, case, 0)
     places = [list(levels).index(level) for level in table["force_level"]]
-    data["level_frequency"][case, places], data["level_amplitude"][case, places] = table["frequency"], table["amplitude"]
+    for name in ("frequency", "amplitude", "solved_frequency", "solved_amplitude"):
+        data[f"level_{name}"][case, places] = table[name]

@@ -17,6 +17,7 @@ from stickslip.analyses.arguments import output_of
 from stickslip.analyses.forced_response import ForcedResponse
 from stickslip.analyses.modes.characteristic import with_peaks
 from stickslip.analyses.modes.dataset import mode_arrays, modes_dataset, with_phase_at
+from stickslip.analyses.modes.solved_peaks import with_solved
 from stickslip.analyses.modes.synthesis import ForcePattern, Synthesis
 from stickslip.analyses.work_parts import StateOfFields
 from stickslip.checks import Array, InputError, among, between, fault, of_kind, positive, unique, vector
@@ -62,13 +63,17 @@ class NonlinearModes(
 
     def peaks(self, force_levels: ArrayLike, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """Resonance peaks of all force levels from one mode: force_level, frequency [Hz], amplitude [m] of an output,
-        modal_amplitude, damping_ratio, other_modes; a row a peak, where a level has several the highest first. other_modes: their
-        linear response relative to the motion of the mode, with which a peak may be wrong.
+        modal_amplitude, damping_ratio, other_modes, phase [rad], solved_frequency and solved_amplitude; a row a peak, where a
+        level has several the highest first. other_modes: their linear response relative to the motion of the mode, with which a
+        peak may be wrong. solved_...: of the forced motion solved at the peak, NaN where that fails.
 
         forces: the harmonic forces whose pattern excites the mode, those of the problem unless given. Besides the mode the
         other modes of the stuck structure respond linearly. Raises `InputError` for a level beyond the amplitudes of the curve.
         """
-        return self._synthesis(case, forces).peaks(vector("force_levels", force_levels), output_of(self.problem, output))
+        row = output_of(self.problem, output)
+        table = self._synthesis(case, forces).peaks(vector("force_levels", force_levels), row)
+        loaded = self.problem if forces is None else self.problem.with_forces(tuple(forces))
+        return with_solved(table, self.dataset, loaded, case, row)
 
     def response(self, force_level: float, case: int = 0, output: int = 0, forces: ForcePattern | None = None) -> pd.DataFrame:
         """The forced response around the resonance of one force level from one mode: frequency [Hz], amplitude [m] and phase

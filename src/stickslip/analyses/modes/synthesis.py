@@ -252,9 +252,11 @@ class Synthesis:
         mode = replace(mode, amplitude=share * mode.amplitude)
         omega = mode.easiest()
         columns = {"force_level": levels[which], "frequency": omega / (2.0 * np.pi)}
-        columns["amplitude"] = np.abs(self.moved(mode, omega, levels[which], output))
+        moved = self.moved(mode, omega, levels[which], output)
+        columns["amplitude"] = np.abs(moved)
         columns |= {"modal_amplitude": mode.amplitude, "damping_ratio": mode.zeta}
         columns["other_modes"] = self.other_modes(mode, omega, levels[which])
+        columns["phase"] = np.angle(moved)
         table = pd.DataFrame(columns)
         return table.iloc[np.lexsort((-table["amplitude"], which))].reset_index(drop=True)
 

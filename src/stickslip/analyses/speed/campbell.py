@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STATES = ("free", "stuck", "nonlinear")
-RIGID = 1e-3
-"""Frequencies below this times the square root of the highest, Hz, are rigid motions of free dampers."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,7 +99,7 @@ class _Resonance:
         if state == "nonlinear":
             return self._nonlinear(problem)
         found = problem.frequencies(stuck=state == "stuck")
-        elastic = found[found > RIGID * np.sqrt(found[-1])] if state == "free" else found
+        elastic = found[found > 0.0] if state == "free" else found
         return float(elastic[between("mode", self.mode, 1, elastic.size) - 1]), np.nan, ""
 
     def _nonlinear(self, problem: Problem) -> tuple[float, float, str]:

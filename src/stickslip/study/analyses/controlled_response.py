@@ -15,6 +15,7 @@ from stickslip.runs.work import Arrays, Work
 from stickslip.study.analyses.forced_response import sweep_of
 from stickslip.study.analysis import Asked, Kind, Plan, Sweep
 from stickslip.study.fields import Positive, Table
+from stickslip.study.units import scaled
 from stickslip.units import Band
 
 if TYPE_CHECKING:
@@ -26,7 +27,9 @@ Held = Literal["displacement", "velocity", "acceleration"]
 class ControlledResponseTable(Table):
     """The force that holds the first harmonic of an output at given amplitudes, over the frequencies of [sweep]."""
 
-    amplitude: Annotated[list[Positive], Field(min_length=1, description="held amplitudes, in m, m/s or m/s² whatever the units")]
+    amplitude: Annotated[
+        list[Positive], Field(min_length=1, description="held amplitudes: a length of the study, or that per s or per s²")
+    ]
     quantity: Annotated[Held, Field(description="what of the output is held")] = "acceleration"
     output: Annotated[str | None, Field(description="name of the output that is held; the first unless given")] = None
 
@@ -53,6 +56,7 @@ class ControlledResponsePlan(Plan):
         names = list(sweep.problem.output_names)
         if table.output is not None and table.output not in names:
             raise fault("[controlled_response]: output", f"must be one of {', '.join(names)}", table.output)
+        table = table.model_copy(update={"amplitude": scaled(table.amplitude, asked.units.system.metres)})
         return cls(sweep, table, 0 if table.output is None else names.index(table.output))
 
     @property

@@ -38,7 +38,8 @@ class DamperTable(Table):
 
     shape: Annotated[ShapeKey, Field(description="of the damper")]
     dimensions: Annotated[
-        dict[str, Any], Field(description="arguments of the shape, in SI and degrees; its defaults unless given")
+        dict[str, Any],
+        Field(description="arguments of the shape in the units of the study, angles in degrees; its defaults unless given"),
     ] = Field(default_factory=dict)
     left_angle: Annotated[NotNegative, Field(lt=90, description="slope of the left platform in degrees")] = 45.0
     right_angle: Annotated[NotNegative, Field(lt=90, description="slope of the right platform in degrees")] = 45.0
@@ -57,7 +58,7 @@ class DamperTable(Table):
     def rig(self, units: Units) -> BetweenPlatforms:
         """The damper between its platforms, in SI."""
         values = in_si(self, units)
-        shape = shape_of(self.shape, self.dimensions, left_angle=self.left_angle, right_angle=self.right_angle)
+        shape = shape_of(self.shape, self.dimensions, units, left_angle=self.left_angle, right_angle=self.right_angle)
         k = values["platform_stiffness"]
         right = None if k is None else ElasticPlatform([[k, 0.0], [0.0, k]])
         damper = shape.damper(pull=values["pull"])

@@ -24,7 +24,7 @@ from stickslip.runs.work import Arrays
 from stickslip.study.analyses.damper_cycle import DamperTable
 from stickslip.study.analysis import Asked, Kind, Plan
 from stickslip.study.fields import Number, Positive, Seed, Table
-from stickslip.study.units import FREQUENCY, Units, in_si
+from stickslip.study.units import FORCE, FREQUENCY, LENGTH, Units, in_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,13 +47,13 @@ class IdentificationTable(Table):
     ] = Field(default_factory=lambda: [MACROSLIP])
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; found in the loops unless given")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
-    pulls: Annotated[list[Positive] | None, Field(description="pull of each loop, N, where they differ")] = None
+    pulls: Annotated[list[Positive] | None, FORCE, Field(description="pull of each loop, where they differ")] = None
     load_removal: Annotated[
         list[str] | None,
         Field(min_length=1, description="files of load removals (CSV) for the zeros of the cells, one for all loops or one each"),
     ] = None
-    laser_distance: Annotated[Positive | None, Field(description="from laser 1 to laser 2 along x, m")] = None
-    laser_offset: Annotated[Number, Field(description="of the mass centre from laser 1 along x, m")] = 0.0
+    laser_distance: Annotated[Positive | None, LENGTH, Field(description="from laser 1 to laser 2 along x")] = None
+    laser_offset: Annotated[Number, LENGTH, Field(description="of the mass centre from laser 1 along x")] = 0.0
     errors: Annotated[dict[str, Number], Field(description="of the rig, by the names of RigErrors")] = Field(default_factory=dict)
     resamples: Annotated[int, Field(ge=8, le=MOST, description="refits for the intervals")] = 24
     seed: Annotated[Seed, Field(description="of search and refits")] = 0
@@ -70,14 +70,14 @@ class IdentificationTable(Table):
         """The loops as cycles."""
         if self.pulls is not None and len(self.pulls) != len(self.loops):
             raise fault("pulls", f"must have {len(self.loops)} entries, one a loop", len(self.pulls))
-        found = []
+        found, si = [], in_si(self, units)
         for number, name in enumerate(self.loops):
-            pull = None if self.pulls is None else self.pulls[number]
-            cycles = whole_cycles(read_record(folder / name), in_si(self, units)["frequency"], self.harmonics, pull)
+            pull = None if self.pulls is None else si["pulls"][number]
+            cycles = whole_cycles(read_record(folder / name), si["frequency"], self.harmonics, pull)
             if cycles.has("laser_1") and cycles.has("laser_2"):
                 if self.laser_distance is None:
                     raise InputError("laser_distance must be given, since the loops hold laser_1 and laser_2, but is missing.")
-                cycles = damper_motion(cycles, self.laser_distance, self.laser_offset)
+                cycles = damper_motion(cycles, si["laser_distance"], si["laser_offset"])
             found.append(cycles)
         if self.load_removal is None:
             return tuple(found)

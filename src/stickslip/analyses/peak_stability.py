@@ -1,0 +1,107 @@
+"""Stability of the motions that a curve is read for: its highest peaks and its end, judged with every forced response.
+
+Every other point is judged where `with_stability`, of studies [stability], asks for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.analyses.stability import KEPT, flags_of
+from stickslip.analyses.truncation import SAME_PEAK, highest_points
+from stickslip.checks import InputError
+from stickslip.curves.curve import Curve
+from stickslip.disks.tuned import TunedDisk
+from stickslip.harmonic.balance import HarmonicBalance
+from stickslip.harmonic.measure import Measure
+from stickslip.solve.curve_points import CurvePoint
+from stickslip.stability.multipliers import MOST_STEPS, TIMES_ERROR, Multipliers, PeriodMap, Stability
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_MODES = 60
+"""Modes that move by themselves, and contact rows, up to which peaks are judged: the time goes with the square of both."""
+
+STEPS, MOST_OF_SHORT = 16, 64
+"""Steps of a period to begin with, and the most of a curve of fewer than `LONG` points: `with_stability` takes more where the
+largest multiplier is near to 1."""
+
+LONG = 150
+
+LEAST_POINTS = 40
+"""Points of a curve from which on judging a few of them is a small part of its time."""
+
+VARIABLES = {
+    "highest_stability": (("case", "output"), "stability at the highest peak, or the largest point"),
+    "end_stability": (("case",), "stability at the last point of the curve"),
+}
+
+
+def judged(balance: HarmonicBalance, curve: Curve, measure: Measure) -> dict[str, NDArray[np.int8]]:
+    """`highest_stability` (outputs,) and `end_stability` () of a curve, flags of `Stability`.
+
+    Unknown where judging would take more than about a tenth of the curve's time: of short curves, tuned disks, whose sectors are
+    disturbed each by itself, and many modes or contacts; and where harmonics see different structures.
+    """
+    highest = highest_points(balance, curve, measure)
+    flags: dict[str, NDArray[np.int8]] = {
+        "highest_stability": np.zeros(len(balance.problem.outputs), dtype=np.int8),
+        "end_stability": np.zeros((), dtype=np.int8),
+    }
+    if len(curve.points) < LEAST_POINTS or balance.rows > MOST_MODES or isinstance(balance.problem, TunedDisk):
+        return flags
+    fastest = max(point.point.omega for point in curve.points)
+    try:
+        period = PeriodMap(balance, KEPT * balance.highest * fastest)
+    except InputError:
+        return flags
+    if period.modes.real.size > 2 * MOST_MODES:
+        return flags
+    known: dict[float, Stability] = {}
+
+    def verdict(point: CurvePoint) -> Stability:
+        omega = point.point.omega
+        near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
+        if near not in known:
+            most = MOST_STEPS if len(curve.points) >= LONG else MOST_OF_SHORT
+            known[near] = clear_verdict(period.multipliers(point.evaluation, STEPS, most))
+        return known[near]
+
+    for output, point in highest.items():
+        flags["highest_stability"][output] = verdict(point)
+    flags["end_stability"][...] = verdict(curve.points[-1])
+    return flags
+
+
+def clear_verdict(multipliers: Multipliers) -> Stability:
+    """The verdict; undecided where the error of the largest multiplier, few steps leaving a large one, may turn it."""
+    unclear = abs(abs(multipliers.leading) - 1.0) <= TIMES_ERROR * multipliers.error
+    return Stability.UNDECIDED if unclear else multipliers.verdict
+
+
+def with_flags(dataset: xr.Dataset, curves: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """A forced response with the flags of its curves; curves kept by older versions have none."""
+    for name, (axes, words) in VARIABLES.items():
+        empty = np.zeros(dataset.sizes["output"] if "output" in axes else (), dtype=np.int8)
+        dataset[name] = axes, np.array([curve.get(name, empty) for curve in curves]), flags_of(words, Stability)
+    return dataset
+
+
+def instability_warning(balance: HarmonicBalance, curve: Curve, measure: Measure, flags: Mapping[str, NDArray[np.int8]]) -> str:
+    """What to say where a highest peak or the end of a curve is unstable; empty where none is known to be."""
+    highest, names = highest_points(balance, curve, measure), balance.problem.output_names
+    unstable = [k for k, flag in enumerate(flags["highest_stability"]) if flag == Stability.UNSTABLE]
+    places = [f"the highest point of {names[k]} ({balance.hertz(highest[k].point.omega):.6g} Hz)" for k in unstable]
+    if flags["end_stability"] == Stability.UNSTABLE:
+        places.append(f"the end of the curve ({balance.hertz(curve.points[-1].point.omega):.6g} Hz)")
+    if not places:
+        return ""
+    return (
+        f"Unstable motion at {' and at '.join(places)}: a vibration does not stay there, it grows into another one. Ask for "
+        "stability of all points ([stability], `with_stability()`), and integrate in time (`time_response`) to see what comes."
+    )

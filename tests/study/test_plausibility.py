@@ -1,0 +1,100 @@
+"""Slips of units and signs in a study are warned of, by what results from them; the study as it is meant is not.
+
+Each slip is a factor of a thousand or a million, an exchange, or a sign, in the template of two blades and a wedge or in a mass.
+"""
+
+import pytest
+
+from stickslip.checks import InputError
+from stickslip.study.read import job
+from stickslip.study.templates import KINDS, write_new
+
+MASS = """
+[study]
+analysis = "forced_response"
+[structure]
+matrices = { M = [[0.5]], K = [[1.0e6]] }
+dofs = ["m.x"]
+[damping]
+rayleigh = [2.0, 1e-6]
+[[contact]]
+name = "slider"
+law = "macroslip"
+between = ["m.x", "ground"]
+kt = 2e5
+mu = 0.5
+normal_load = 20.0
+[[force]]
+direction = "m.x"
+amplitude = 1.0
+[sweep]
+frequency = [200.0, 300.0]
+outputs = ["m.x"]
+"""
+
+SLIPS = [
+    ("static = 120.0 ", "static = 120e3 ", "nothing slips"),
+    ("static = 120.0 ", "static = 0.12 ", "slip at"),
+    ("amplitude = [0.0, 20.0]", "amplitude = [0.0, 20e6]", "slip at"),
+    ("amplitude = [0.0, 20.0]", "amplitude = [0.0, 20e3]", "slip at"),
+    ("force_levels = [0.2, 0.5, 1.0]", "force_levels = [1e6]", "slip at"),
+    ("force_levels = [0.2, 0.5, 1.0]", "force_levels = [1e-6]", "nothing slips"),
+    ("frequency = [145.0, 235.0]", "frequency = [1450.0, 2350.0]", "no natural frequency"),
+    ("frequency = [145.0, 235.0]", "frequency = [0.145, 0.235]", "no natural frequency"),
+    ("frequency = [145.0, 235.0]", "frequency = [911.0, 1476.5]", "no natural frequency"),
+    ("kn = 3e5", "kn = 0.3", "stiffnesses that do not fit"),
+    ("kt = 3e5", "kt = 0.3", "stiffnesses that do not fit"),
+    ("mu = 0.5", "mu = 50.0", "friction coefficients"),
+    ('"1.x" = -0.8660254037844387', '"1.x" = 0.8660254037844387', "signs"),
+]
+
+OF_A_MASS = [
+    ("rayleigh = [2.0, 1e-6]", "rayleigh = [1e-6, 2.0]", "Rayleigh"),
+    ("rayleigh = [2.0, 1e-6]", "modal = 0.2", "20 %"),
+    ("rayleigh = [2.0, 1e-6]", "modal = 2.0", "200 %"),
+    ("matrices = { M = [[0.5]], K = [[1.0e6]] }", "matrices = { M = [[0.5]], K = [[1.0e6]], C = [[1.5e4]] }", "critical"),
+    ("normal_load = 20.0", "normal_load = 20e3", "nothing slips"),
+    ("normal_load = 20.0", "normal_load = 0.002", "slip at"),
+    ("amplitude = 1.0", "amplitude = 1e6", "slip at"),
+    ("K = [[1.0e6]]", "K = [[1.0e3]]", "no natural frequency"),
+    ("M = [[0.5]]", "M = [[5e-4]]", "no natural frequency"),
+    ("kt = 2e5", "kt = 2e11", "stiff"),
+]
+
+
+def notes_of(text, folder):
+    return job(text, folder, "study").notes
+
+
+def sentences_of(text, folder):
+    """Warnings, or what a refusal says."""
+    try:
+        return notes_of(text, folder)
+    except InputError as refused:
+        return [str(refused)]
+
+
+@pytest.mark.parametrize(("meant", "typed", "said"), SLIPS)
+def test_slips_in_two_blades_and_a_wedge(meant, typed, said, tmp_path):
+    write_new("lumped", tmp_path / "study.toml")
+    text = (tmp_path / "study.toml").read_text()
+    assert notes_of(text, tmp_path) == ()
+    assert meant in text
+    assert any(said in note for note in notes_of(text.replace(meant, typed), tmp_path))
+
+
+@pytest.mark.parametrize(("meant", "typed", "said"), OF_A_MASS)
+def test_slips_in_one_mass(meant, typed, said, tmp_path):
+    assert notes_of(MASS, tmp_path) == ()
+    assert meant in MASS
+    text = MASS.replace(meant, typed)
+    text = text.replace("[damping]\nrayleigh = [2.0, 1e-6]\n", "") if "C = " in typed else text
+    assert any(said in sentence for sentence in sentences_of(text, tmp_path))
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_no_template_is_warned_of_but_what_it_means(kind, tmp_path):
+    """Gas forces of the flutter template feed a wave on purpose."""
+    write_new(kind, tmp_path / "study.toml")
+    found = [note for note in notes_of((tmp_path / "study.toml").read_text(), tmp_path) if "arning" in note or "Negative" in note]
+    assert len(found) == (kind == "flutter")
