@@ -300,7 +300,7 @@ def test_matlab_files_of_another_kind(folder):
     with pytest.raises(InputError, match=r"wrong\.mat: The file is damaged \(.*v7\.3"):
         made(folder, structure=FOUR.replace("four.npz", "wrong.mat"))
     (folder / "wrong.mat").write_bytes(b"")
-    with pytest.raises(InputError, match=r"must be of version 5 to 7\.3"):
+    with pytest.raises(InputError, match=r"must be of version 4 to 7\.3"):
         made(folder, structure=FOUR.replace("four.npz", "wrong.mat"))
     (folder / "wrong.csv").write_text("1, 2\n")
     with pytest.raises(InputError, match=r"must be a file ending in .*\.mat.*, but is 'wrong\.csv'"):

@@ -129,7 +129,8 @@ def model_of(
     unused = _unused(content, found, names, size)
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
     structural = (f"{name}, structural damping of the file, is left out." for name in _structural(content))
-    notes = (*content.notes, *structural, *unused, *_no_stiffness(matrices["K"], names))
+    held_by_nothing = _no_stiffness(matrices["K"], names) if file else ()
+    notes = (*content.notes, *structural, *unused, *held_by_nothing)
     converted = matrices_in_si(matrices, names, units)
     nodes = {node: _in_metres(node, point, units.metres) for node, point in content.nodes.items()}
     matrices_of = (converted["M"], converted["K"], names, converted.get("C"))
