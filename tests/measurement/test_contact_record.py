@@ -179,7 +179,7 @@ def test_bad_input_is_refused_with_a_remedy(tmp_path, name):
 
 def test_bad_matlab_files(tmp_path):
     (tmp_path / "a.mat").write_bytes(b"\x00" * 300)
-    with pytest.raises(InputError, match=r"a.mat.*version 5 to 7.3"):
+    with pytest.raises(InputError, match=r"a.mat must be a sound MATLAB file"):
         ss.read_contact_records(tmp_path / "a.mat", normal_load=N)
     io.savemat(tmp_path / "b.mat", {"x": np.ones((9, 3)), "y": np.ones((9, 2))})
     with pytest.raises(InputError, match=r"b.mat must hold the matrix hyst"):
