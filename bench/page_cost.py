@@ -130,11 +130,11 @@ def fe_blades(found: dict[str, Any]) -> str:
     return f"""
 ## Two finite-element blades
 
-Two blades of quadratic elements with a wedge between their platforms, a contact at each node of both undersides or at 24 points
-a side. The whole command `stickslip run`: the files of the finite-element program are read and reduced, three force levels traced
-with their peaks, results and report written; each row is a process of its own with its kernels compiled. The last row is one
-frequency of a mass on rigid friction. For other machines the time is also given in sweeps of B2a with peaks,
-{1e3 * found["B2a"]:.0f} CPU ms in the same run.
+Two blades of quadratic elements with a wedge between their platforms, with a contact at each node of both undersides or at 24
+points a side. The time is that of the whole command `stickslip run`: it reads and reduces the files of the finite-element
+program, traces three force levels with their peaks, and writes results and report. Each row is a process of its own with compiled
+kernels. The last row is one frequency of a mass on rigid friction. For comparison with other machines, the time is also given in
+sweeps of B2a with peaks, {1e3 * found["B2a"]:.0f} CPU ms in the same run.
 
 {markdown(head, rows)}
 """

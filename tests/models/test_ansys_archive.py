@@ -29,7 +29,7 @@ def test_nodes_with_axes_of_their_own(tmp_path):
     assert list(found.nodes) == ["1", "2", "3", "4", "5"]
     assert (
         found.turned
-        == "4 nodes of a.cdb with axes of their own (angles of NBLOCK or N): x, y, z of these rows are those directions."
+        == "a.cdb has 4 nodes with axes of their own (angles of NBLOCK or N): x, y, z of their rows are along these axes."
     )
     assert found.along_own_axes.notes == (found.turned,)
 
@@ -52,7 +52,7 @@ def test_what_is_not_obeyed_is_refused_or_said(tmp_path):
             archive(tmp_path, f"/PREP7\n{command}\n")
     notes = archive(tmp_path, "N,1,0.,0.\nEN,R5.5,ATTR,8\nCM,PAD,NODE\nNEWTHING,1\n_CDRDOFF=\n*ENDIF\n").notes
     assert [note.partition(";")[0] for note in notes[:2]] == ["a.cdb: EN is not read", "a.cdb: CM is not read"]
-    assert notes[2].startswith("a.cdb: NEWT (a.cdb, line 4) not known to this reader")
+    assert notes[2].startswith("a.cdb: this reader does not know NEWT (a.cdb, line 4)")
 
 
 def test_element_types_in_a_block(tmp_path):

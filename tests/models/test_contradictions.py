@@ -26,7 +26,7 @@ def test_repeated_entries_of_matrix_market_add_up_and_are_said(chain, tmp_path):
     (tmp_path / "chain_K.mtx").write_text(head + "\n".join(lines))
     model = ss.read_model(tmp_path / "chain_K.mtx")
     np.testing.assert_allclose(model.K.toarray(), chain.K)
-    assert model.notes == (f"chain_K.mtx names places of entries again, {halves.nnz} times: what stands there is added up.",)
+    assert model.notes == (f"chain_K.mtx repeats places of entries {halves.nnz} times: the entries of one place are added up.",)
     io.mmwrite(tmp_path / "chain_K.mtx", sparse.coo_array(chain.K), symmetry="symmetric", precision=17)
     assert ss.read_model(tmp_path / "chain_K.mtx").notes == ()
 

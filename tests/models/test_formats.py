@@ -60,7 +60,7 @@ def test_null_damping_of_one_row_is_none(tmp_path):
     model = ss.read_model(tmp_path / "a.npz")
     assert (model.C, model.notes) == (None, ())
     np.savez(tmp_path / "a.npz", **rows | {"K4XX": 0.1 * np.eye(3)})
-    assert ss.read_model(tmp_path / "a.npz").notes == ("K4XX, structural damping of the file, is left out.",)
+    assert ss.read_model(tmp_path / "a.npz").notes == ("K4XX, structural damping of the file, is not used.",)
     np.savez(tmp_path / "a.npz", **rows | {"BXX": np.ones((1, 1))})
     with pytest.raises(InputError, match=r"C must have the shape of M"):
         ss.read_model(tmp_path / "a.npz")

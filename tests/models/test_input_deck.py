@@ -119,7 +119,7 @@ def test_sets_of_an_assembly(tmp_path):
     assert {name: found.sets[name] for name in "BD"} == {"B": ("P-1.1", "P-1.3"), "D": ("P-2.2", "P-2.3")}
     assert "PAD" not in found.sets  # each instance has one
     assert found.nodes["P-2.2"] == (1.0, 5.0, 0.0)
-    assert "Abaqus numbers the rows of an assembly anew" in found.notes[0]
+    assert "Abaqus renumbers the nodes of an assembly" in found.notes[0]
 
 
 def test_nodes_of_an_assembly_that_share_a_number_with_its_instance(tmp_path):
@@ -175,7 +175,7 @@ def test_rows_of_nodes_with_axes_of_their_own(tmp_path):
     (tmp_path / "job_MASS1.mtx").write_text("".join(f"{k},1, {k},1, 1.0\n" for k in (1, 2)))
     (tmp_path / "job.inp").write_text(text)
     (note,) = ss.read_model(tmp_path / "job_STIF1.mtx").notes
-    assert note.startswith("2 nodes of job.inp with axes of their own (*TRANSFORM")
+    assert note.startswith("job.inp has 2 nodes with axes of their own (*TRANSFORM")
     for name in ("sti", "mas"):
         (tmp_path / f"job.{name}").write_text("1 1 5.0\n")
     (tmp_path / "job.dof").write_text("1.1\n")
@@ -185,7 +185,7 @@ def test_rows_of_nodes_with_axes_of_their_own(tmp_path):
 def test_axes_of_a_set_that_comes_later_and_of_an_instance(tmp_path):
     """Abaqus/CAE writes *TRANSFORM before its set."""
     turned = '*TRANSFORM, NSET="_T-Axes of 1"\n1., 0., 0., 0., 1., 0.\n*NSET, NSET="_T-Axes of 1"\n1, 3\n'
-    assert deck(tmp_path, NODES + turned).turned.startswith("2 nodes of a.inp with axes of their own")
+    assert deck(tmp_path, NODES + turned).turned.startswith("a.inp has 2 nodes with axes of their own")
     part = BLADE.replace("*END PART", turned + "*END PART")
     assert deck(tmp_path, part + TWO + "*END ASSEMBLY\n").turned.startswith("4 nodes of a.inp")
     with pytest.raises(InputError, match="A member of a set must be a number or a set defined before, but is 'X'"):
@@ -241,7 +241,7 @@ def test_what_is_not_obeyed_is_refused_or_said(tmp_path):
         (note,) = deck(tmp_path, NODES + f"*{card}\n").notes
         assert note.startswith(f"a.inp: *{card} is not read; ")
     (note,) = deck(tmp_path, NODES + "*NEW THING\n*NEW THING\n*STEP\n*NEWER THING\n*END STEP\n").notes
-    assert note.startswith("a.inp: *NEWTHING (a.inp, line 6) not known to this reader")
+    assert note.startswith("a.inp: this reader does not know *NEWTHING (a.inp, line 6)")
     for card in MODEL_CARDS.harmless:
         assert deck(tmp_path, NODES + f"*{card}\n").notes == ()
 

@@ -54,7 +54,7 @@ def test_defaults_of_all_grid_points(tmp_path):
     )
     assert found.nodes["1"] == pytest.approx((1.0, 2.0, 8.0))
     assert found.nodes["80000000001"] == (1.0, 2.0, 3.0)
-    assert found.turned.startswith("1 node of blade.bdf with axes of their own (CD of GRID)")
+    assert found.turned.startswith("blade.bdf has 1 node with axes of their own (CD of GRID)")
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_grid_points_of_superelements_have_numbers_of_their_own(tmp_path):
     found = deck(tmp_path, f"BEGIN BULK\n{POINTS}{part}ENDDATA\n")
     assert found.nodes["1"] == (0.0, 0.0, 0.0)
     assert found.notes == (
-        "blade.bdf: SUPER 7 left out, whose grid points have numbers of their own: name a file of the superelement.",
+        "blade.bdf: the grid points of SUPER 7 are left out, since their numbering is separate. Use a file of the superelement.",
     )
     assert deck(tmp_path, part).nodes == {"1": (9.0, 9.0, 9.0)}  # the punch file of one superelement
 
@@ -150,7 +150,7 @@ def test_what_is_not_obeyed_is_refused_or_said(tmp_path):
         (note,) = deck(tmp_path, f"{POINTS}{card},1,2\n").notes
         assert note.startswith(f"blade.bdf: {card} is not read; ")
     (note,) = deck(tmp_path, POINTS + "NEWCARD,1\n").notes
-    assert note.startswith("blade.bdf: NEWCARD (blade.bdf, line 3) not known to this reader")
+    assert note.startswith("blade.bdf: this reader does not know NEWCARD (blade.bdf, line 3)")
     assert deck(tmp_path, POINTS + "".join(f"{card},1\n" for card in BULK_CARDS.harmless)).notes == ()
 
 

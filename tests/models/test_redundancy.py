@@ -161,7 +161,7 @@ def column(number, length, *values):
         (op4(header="       2       2      66       2KAA     1P,3E23.16"), "The form of KAA must lie between 1 and 15"),
         (op4(header="       2       2       6       2K?A     1P,3E23.16"), "must be one to eight letters or digits"),
         (op4(column(1, 2, 1.0, 2.0).replace("2.0000", "2.O000")), "must hold as many numbers"),
-        (op4(column(1, 2, 1.0, 0.0)) + op4(), "Matrix KAA must stand once in the file"),
+        (op4(column(1, 2, 1.0, 0.0)) + op4(), "Matrix KAA must occur once in the file"),
     ],
 )
 def test_lengths_and_order_of_output4(content, said, tmp_path):
@@ -219,7 +219,7 @@ def test_places_of_stiffness_and_mass_of_calculix(tmp_path):
     path = Sound(tmp_path / "calculix", "calculix").path
     mass = path.with_suffix(".mas")
     mass.write_text(mass.read_text().replace("2 1 ", "3 1 ", 1))
-    with pytest.raises(InputError, match=r"Line 2 of chain.mas must have the row and column of that of chain.sti"):
+    with pytest.raises(InputError, match=r"Line 2 of chain.mas must have the same row and column as in chain.sti"):
         ss.read_model(path)
 
 
@@ -244,13 +244,13 @@ def test_a_header_that_leaves_bytes_over(tmp_path):
 
 def test_masses_that_no_body_has(chain, tmp_path):
     chain.M[0, 1] = chain.M[1, 0] = 0.2
-    with pytest.raises(InputError, match=r"M\[0, 1\] must be small against the masses of its row and column"):
+    with pytest.raises(InputError, match=r"M\[0, 1\] must not exceed what the diagonal of its row and column allows"):
         ss.read_model(chain.save(tmp_path, "npz"))
 
 
 def test_what_is_not_used_is_said(chain, tmp_path):
     np.savez(tmp_path / "a.npz", M=chain.M, K=chain.K, D=chain.C, dofs=chain.dofs)
-    assert ss.read_model(tmp_path / "a.npz").notes == ("Not used, but as long as the model: D.",)
+    assert ss.read_model(tmp_path / "a.npz").notes == ("Arrays as long as the model that are not used: D.",)
     chain.K[5] = chain.K[:, 5] = 0.0
     chain.save(tmp_path, "npz")
     assert ss.read_model(tmp_path / "chain.npz").notes == ("K has no entry on the diagonal of 1 row: 6.x.",)

@@ -103,7 +103,7 @@ def test_what_is_no_sector_is_refused(tmp_path, meshed):
     kept = [row for row, name in enumerate(model.dofs) if name != f"{node}.z"]
     dofs = tuple(model.dofs[row] for row in kept)
     half = replace(model, M=model.M[kept][:, kept], K=model.K[kept][:, kept], dofs=dofs)
-    with pytest.raises(ss.InputError, match="must be free or held in all three directions"):
+    with pytest.raises(ss.InputError, match="must be free or fixed in all three directions"):
         sector_of_model(half, 6, ("LOW", "HIGH"))
 
 

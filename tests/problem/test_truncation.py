@@ -187,10 +187,10 @@ def test_small_problems_disks_and_moving_bases_stay_as_they_are(whole):
     assert on_few_coordinates(small, 1.0) is small
     disk = ss.rigs.lumped_blisk()
     assert on_few_coordinates(disk, 1.0) is disk
-    with pytest.raises(ss.InputError, match="no full disk"):
+    with pytest.raises(ss.InputError, match="A full disk"):
         disk.full().truncated(1.0)
     moved = whole.with_forces([ss.BaseMotion({f"{row}{k}.x": 1.0 for row in "ab" for k in range(NODES)}, 1e-3)])
-    with pytest.raises(ss.InputError, match="without base motion"):
+    with pytest.raises(ss.InputError, match="no base motion"):
         moved.truncated(1.0)
     with pytest.raises(ss.InputError, match="all its degrees of freedom"):
         whole.truncated(1.0).truncated(0.5)

@@ -33,12 +33,12 @@ outputs = ["m.x"]
 """
 
 SLIPS = [
-    ("static = 120.0 ", "static = 120e3 ", "nothing slips"),
+    ("static = 120.0 ", "static = 120e3 ", "no contact slips"),
     ("static = 120.0 ", "static = 0.12 ", "slip at"),
     ("amplitude = [0.0, 20.0]", "amplitude = [0.0, 20e6]", "slip at"),
     ("amplitude = [0.0, 20.0]", "amplitude = [0.0, 20e3]", "slip at"),
     ("force_levels = [0.2, 0.5, 1.0]", "force_levels = [1e6]", "slip at"),
-    ("force_levels = [0.2, 0.5, 1.0]", "force_levels = [1e-6]", "nothing slips"),
+    ("force_levels = [0.2, 0.5, 1.0]", "force_levels = [1e-6]", "no contact slips"),
     ("frequency = [145.0, 235.0]", "frequency = [1450.0, 2350.0]", "no natural frequency"),
     ("frequency = [145.0, 235.0]", "frequency = [0.145, 0.235]", "no natural frequency"),
     ("frequency = [145.0, 235.0]", "frequency = [911.0, 1476.5]", "no natural frequency"),
@@ -53,7 +53,7 @@ OF_A_MASS = [
     ("rayleigh = [2.0, 1e-6]", "modal = 0.2", "20 %"),
     ("rayleigh = [2.0, 1e-6]", "modal = 2.0", "200 %"),
     ("matrices = { M = [[0.5]], K = [[1.0e6]] }", "matrices = { M = [[0.5]], K = [[1.0e6]], C = [[1.5e4]] }", "critical"),
-    ("normal_load = 20.0", "normal_load = 20e3", "nothing slips"),
+    ("normal_load = 20.0", "normal_load = 20e3", "no contact slips"),
     ("normal_load = 20.0", "normal_load = 0.002", "slip at"),
     ("amplitude = 1.0", "amplitude = 1e6", "slip at"),
     ("K = [[1.0e6]]", "K = [[1.0e3]]", "no natural frequency"),

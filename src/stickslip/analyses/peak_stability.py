@@ -102,6 +102,6 @@ def instability_warning(balance: HarmonicBalance, curve: Curve, measure: Measure
     if not places:
         return ""
     return (
-        f"Unstable motion at {' and at '.join(places)}: a vibration does not stay there, it grows into another one. Ask for "
-        "stability of all points ([stability], `with_stability()`), and integrate in time (`time_response`) to see what comes."
+        f"Unstable motion at {' and at '.join(places)}: the vibration does not stay there but grows into another one. Compute "
+        "the stability of all points ([stability], `with_stability()`), and use `time_response` to find that motion."
     )

@@ -202,7 +202,8 @@ def work_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) 
     if not np.any(errors > WORK_ALLOWED):
         return ""
     worst = int(np.nanargmax(errors))
-    more = f"{'more' if isinstance(harmonics, int) else 'others'} than {in_words(harmonics)} and more samples"
+    other = "more than" if isinstance(harmonics, int) else "harmonics other than"
+    more = f"more samples and {other} {in_words(harmonics).removeprefix('harmonics ')}"
     return (
         f"The energy dissipated in contacts at the highest peak of {outputs[worst]} would change by about "
         f"{100.0 * errors[worst]:.2g} % with {more}."
@@ -255,7 +256,7 @@ def coordinates_note(few: Problem, whole: Problem) -> str:
     wave = " for each nodal diameter" if few.structure.shapes is None else ""
     note = (
         f"Solved on {few.systems.coordinates} coordinates of {whole.structure.size}{wave}: the modes up to {few.modes_to:.4g} Hz "
-        "with all contacts stuck, and the shapes above them that contacts, loads and outputs feel."
+        "with all contacts stuck, and shapes for the effect of higher modes on contacts, loads and outputs."
     )
     for spring in few.mean_springs[len(whole.mean_springs) :]:
         along = ", ".join(spring.direction)

@@ -22,9 +22,9 @@ def info(
     names: Annotated[Path | None, typer.Option(help="Names, coordinates, sets: a deck or a table (CSV).")] = None,
     variables: Annotated[
         list[str] | None,
-        typer.Option(metavar="LETTER=NAME", help="A matrix of an unusual name, K=KELAST or M=rom.M; repeatable."),
+        typer.Option(metavar="LETTER=NAME", help="Name of a matrix in the file, such as K=KELAST or M=rom.M; repeatable."),
     ] = None,
-    no_damping: Annotated[bool, typer.Option("--no-damping", help="Leave the matrix C of the file out.")] = False,
+    no_damping: Annotated[bool, typer.Option("--no-damping", help="Ignore the matrix C of the file.")] = False,
     modes: Annotated[int, typer.Option(min=1, max=1000, help="How many of the lowest modes.")] = 10,
 ) -> None:
     """Describe a finite-element model: size, mass, extent, sets, first modes, rigid motions, and what is odd."""

@@ -101,7 +101,7 @@ class Solver:
     def not_computed(self) -> str:
         """A sentence on the tables of the study that no view computes; empty where there are none."""
         tables = sorted(toml(self.text).keys() - self.document.keys() - {"performance_curve"})
-        return f"Left out here: {', '.join(f'[{key}]' for key in tables)} of the study. `run` computes them." if tables else ""
+        return f"Not computed here: {', '.join(f'[{key}]' for key in tables)} of the study. Use `run`." if tables else ""
 
     @cached_property
     def analysis(self) -> str:
@@ -168,9 +168,9 @@ class Solver:
 
         with self.performing:
             curve = performance_curve(problem, ratios, progress=report, check_every=len(ratios), **given)
-        said = f"{output}, {in_words(few)}, {samples} samples, without sweeps for new peaks between the points."
+        said = f"Coarse settings for {output}: {in_words(few)}, {samples} samples, no sweeps for new peaks between the points."
         if not isinstance(where, Band):
-            said += " The study lists frequencies: sought around the linear resonances."
+            said += " The study lists frequencies, so peaks are searched around the linear resonances."
         return curve, said
 
     def problem(self, values: Values) -> Problem:

@@ -83,11 +83,11 @@ def _substructure(path: Path, deck: Deck) -> Content:
         elif card.keyword == "MATRIX":
             kind = card.name("TYPE")
             if not kind:
-                raise fault("*MATRIX", "must say its TYPE", ", ".join(card.options) or "nothing")
+                raise fault("*MATRIX", "must have a TYPE", ", ".join(card.options) or "nothing")
             matrices[kind] = _packed(f"{path.name}, {kind}", card.data, len(dofs))
         elif card.data:
             skipped.append(f"*{card.keyword}")
-    notes = (f"{path.name}: what stands below {', '.join(skipped)} is not read.",) if skipped else ()
+    notes = (f"{path.name}: the lines below {', '.join(skipped)} are not read.",) if skipped else ()
     return Content("Abaqus substructure", matrices, dofs, deck.nodes, deck.sets, (*deck.notes, *notes), deck.cells)
 
 
@@ -134,7 +134,7 @@ def _packed(what: str, data: list[str], size: int) -> Array:
     lengths = [len(fields(line)) for line in data]
     columns = range(1, size + 1) if triangle else [size] * size
     if all(lengths != _lines(parts, max(lengths)) for parts in ([values.size], columns)):
-        raise fault(what, "must have full lines but the last, of all or of each column", lengths[:20])
+        raise fault(what, "must have full lines except the last one, of the matrix or of each column", lengths[:20])
     if not triangle:
         return values.reshape(size, size).T
     within_memory(what, 8 * size * size)

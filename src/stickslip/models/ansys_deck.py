@@ -72,14 +72,14 @@ ARCHIVE_COMMANDS = CardList(
             RESUME VEXT EMODIF ENGEN ENSYM ESYM EGEN EINTF LGEN AGEN VGEN
             """
         ),
-        "Write the archive with CDWRITE, which writes every node and component out.",
+        "Write the archive with CDWRITE, which writes out every node and component.",
     ),
     noted={
         "E": "its element is not drawn",
         "EN": "its element is not drawn",
         "EMOR": "its element is not drawn",
-        "CM": "no set of nodes has the name of its component, which CMBLOCK lists",
-        "CMGR": "assemblies of components are no sets of nodes",
+        "CM": "its component becomes no set of nodes; use CMBLOCK",
+        "CMGR": "assemblies of components become no sets of nodes",
     },
 )
 COLUMNS = re.compile(r"\(((?:\d+i\d+,?)+)(?:\d+[ea](\d+)(?:\.\d+)?(?:e\d+)?)?\)", re.IGNORECASE)

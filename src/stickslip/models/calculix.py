@@ -42,7 +42,7 @@ def read(path: Path) -> Content:
         line = int(differing[0])
         raise fault(
             f"Line {line + 1} of {mass.name}",
-            f"must have the row and column of that of {stiffness.name}",
+            f"must have the same row and column as in {stiffness.name}",
             entries["M"][line, :2].tolist(),
         )
     matrices = {letter: _matrix(file, entries[letter], len(dofs)) for letter, file in (("K", stiffness), ("M", mass))}
@@ -77,9 +77,9 @@ def _expanded(file: str, several: Mapping[str, Sequence[str]]) -> str:
     node, names = next(iter(several.items()))
     nodes = f"{counted(len(several), 'node')} of shells or beams"
     return (
-        f"{file} names {nodes} several times, since CalculiX computes with solids: their nodes at {node} are called "
-        f"{', '.join(names)} here, in the order of the rows and without coordinates. "
-        "Where all but one are fixed, this one keeps the number and the coordinates of the shell or beam."
+        f"CalculiX expands shells and beams into solids, so {file} names {nodes} several times. The nodes made of node {node} "
+        f"are called {', '.join(names)} here, in the order of the rows and without coordinates. "
+        "If all but one of them are fixed, this one keeps the number and the coordinates of the original node."
     )
 
 

@@ -72,7 +72,7 @@ def located(pairs: Iterable[tuple[str, Point]]) -> dict[str, Point]:
 def located_once(found: dict[str, Point], node: str, point: Point) -> None:
     """Add the coordinates of a node."""
     if found.setdefault(node, point) != point:
-        raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Which are its own?")
+        raise fault(f"The coordinates of node {node}", "must be given once", [found[node], point], "Delete the wrong ones.")
 
 
 def dof(node: object, direction: int) -> str:

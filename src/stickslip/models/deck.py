@@ -39,7 +39,8 @@ class Deck:
 def own_axes(number: int, file: str, card: str) -> str:
     """What to say of nodes with axes of their own, nothing where there are none."""
     nodes = counted(number, "node")
-    return f"{nodes} of {file} with axes of their own ({card}): x, y, z of these rows are those directions." if number else ""
+    axes = "x, y, z of their rows are along these axes."
+    return f"{file} has {nodes} with axes of their own ({card}): {axes}" if number else ""
 
 
 @dataclass(frozen=True)
@@ -89,4 +90,4 @@ class CardsMet:
         if not self.unknown:
             return missing
         listed = first_of([f"{card} ({place})" for card, place in self.unknown.items()], SHOWN)
-        return *missing, f"{file}: {listed} not known to this reader: what they do to nodes and sets is missing here."
+        return *missing, f"{file}: this reader does not know {listed}. Their effect on nodes and sets, if any, is missing."

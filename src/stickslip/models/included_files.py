@@ -76,6 +76,6 @@ class Lines:
         if not path.is_relative_to(folder):
             raise fault(f"The file that {line.place} includes", "must lie in the folder of the deck", name, "Copy it there.")
         if not path.is_file():
-            remedy = f"{similar_file(path)} Copy it there, or take the line out if it holds no nodes, sets or elements.".strip()
+            remedy = f"{similar_file(path)} Copy it there, or delete the line if it holds no nodes, sets or elements.".strip()
             raise fault(f"The file that {line.place} includes", "must exist in the folder of the deck", name, remedy)
         return path

@@ -166,7 +166,7 @@ MODEL_CARDS = CardList(
         "IMPORT ELSET": "Write the imported sets out.",
         "INSTANCE IMPORT": "Write the imported nodes out.",
         "SYMMETRIC MODEL GENERATION": "Write the generated nodes out.",
-        "REFINE MESH": "Take the refined mesh that CalculiX writes in the place of this deck.",
+        "REFINE MESH": "Use the refined mesh that CalculiX writes instead of this deck.",
     },
     noted={
         "ELGEN": "elements that it makes are not drawn and belong to no set",

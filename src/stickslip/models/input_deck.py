@@ -34,8 +34,8 @@ SHAPES = {
     ("SC", 8): "hexahedron",
 }
 NUMBERED_ANEW = (
-    "{file} is an assembly: its nodes are called INSTANCE.NUMBER, {node} say. Abaqus numbers the rows of an assembly anew, as "
-    "the .dat file of the job lists; a table of rows (names) says which row is whose."
+    "{file} is an assembly: its nodes are called INSTANCE.NUMBER, such as {node}. Abaqus renumbers the nodes of an assembly in "
+    "its matrices and lists the new numbers in the .dat file of the job. Give a table of rows (`names`) that names each row."
 )
 SET_OPTIONS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "INPUT", ""}
 """Parameters of *NSET and *ELSET: a member after a comma at the end of the line must not be taken for one."""
@@ -259,7 +259,7 @@ class _Reader:
     def _known(self, word: str) -> str:
         node = str(int(word)) if word.isdecimal() else word
         if node not in self.mesh.nodes:
-            raise fault("A node that others are made of", "must be defined before", word)
+            raise fault("A node from which others are made", "must be defined before them", word)
         return node
 
     def _scope(self, card: Card) -> tuple[Mesh, str]:

@@ -43,7 +43,7 @@ def frame(numbers: Sequence[float]) -> Frame:
         first, plane = first * [1.0, 1.0, 0.0], np.array([-first[1], first[0], 0.0])
     across = np.cross(first, plane)
     if not np.linalg.norm(across) > 1e-12 * np.linalg.norm(first) * np.linalg.norm(plane):
-        raise fault("The points of *SYSTEM", "must not lie in line", list(numbers))
+        raise fault("The points of *SYSTEM", "must not lie on one line", list(numbers))
     e1, e3 = first / np.linalg.norm(first), across / np.linalg.norm(across)
     return Frame(origin, np.column_stack([e1, np.cross(e3, e1), e3]))
 
@@ -76,7 +76,7 @@ def on_line(kind: str, first: Point, last: Point, extra: Point | None, normal: t
     axis = np.array(normal) if any(normal) else np.cross(a, b)
     radius, length = np.linalg.norm(a), np.linalg.norm(axis)
     if abs(radius - np.linalg.norm(b)) > 1e-3 * radius or (not any(normal) and not length > 1e-9 * radius**2):
-        raise fault("The ends of an arc of *NGEN", "must lie at one distance from its centre, not opposite", [first, last, extra])
+        raise fault("The ends of an arc of *NGEN", "must be equally far from its centre, not opposite", [first, last, extra])
     axis = axis / length
     angle = np.arctan2(np.cross(a, b) @ axis, a @ b) % (2.0 * np.pi)
     return [_point(centre + _rotation(axis, angle * k / intervals) @ a) for k in range(intervals + 1)]

@@ -48,7 +48,7 @@ def read(path: Path) -> Content:
     at = [whole(f"{path.name}, rows and columns,", numbers[:, k], 1, size) - 1 for k, size in enumerate((rows, columns))]
     stored = sparse.coo_array((values, tuple(at)), (rows, columns)).tocsc()
     again = count - stored.nnz
-    notes = (f"{path.name} names places of entries again, {again} times: what stands there is added up.",) if again else ()
+    notes = (f"{path.name} repeats places of entries {again} times: the entries of one place are added up.",) if again else ()
     return Content("Matrix Market", {"": _filled(stored, symmetry)}, notes=notes)
 
 

@@ -128,7 +128,7 @@ def model_of(
     _refuse_negative_mass(f"{file}: M" if file else "M", matrices["M"])
     unused = _unused(content, found, names, size)
     names = names or tuple(f"{row}.q" for row in range(1, size + 1))
-    structural = (f"{name}, structural damping of the file, is left out." for name in _structural(content))
+    structural = (f"{name}, structural damping of the file, is not used." for name in _structural(content))
     held_by_nothing = _no_stiffness(matrices["K"], names) if file else ()
     notes = (*content.notes, *structural, *unused, *held_by_nothing)
     converted = matrices_in_si(matrices, names, units)
@@ -147,7 +147,7 @@ def _refuse_negative_mass(what: str, mass: Sparse) -> None:
         shown = [float(mass[place]) for place in ((row, row), (row, column), (column, column))]
         raise fault(
             f"{what}[{row}, {column}]",
-            "must be small against the masses of its row and column",
+            "must not exceed what the diagonal of its row and column allows",
             shown,
             "Check the file for damage.",
         )
@@ -169,7 +169,7 @@ def _unused(content: Content, found: Mapping[str, Any], names: Sequence[str], si
         return ()
     taken = {id(matrix) for matrix in (*found.values(), *(content.matrices[name] for name in _structural(content)))}
     unused = [name for name, array in content.matrices.items() if id(array) not in taken and np.shape(array)[:1] == (size,)]
-    return (f"Not used, but as long as the model: {first_of(unused, SHOWN)}.",) if unused else ()
+    return (f"Arrays as long as the model that are not used: {first_of(unused, SHOWN)}.",) if unused else ()
 
 
 def _is_placeholder(damping: Any, stiffness: Any) -> bool:

@@ -30,7 +30,7 @@ COMPLEX = (3, 4)
 TYPES = (1, 2, *COMPLEX)
 NAME = re.compile(r"[A-Z][A-Z0-9]{0,7}")
 CUT_BY_COMMENT = re.compile(r"[*+]\s*\$")
-LOST_COMMA = "Was the comma lost with which a continuation begins?"
+LOST_COMMA = "Is the comma missing with which a continuation begins?"
 GridComponent = tuple[int, int]
 
 
@@ -63,7 +63,9 @@ def read(path: Path) -> Content:
     keys = sorted({key for matrix in matrices.values() for key in (*matrix.rows, *matrix.columns)})
     scalar = {grid for grid, component in keys if component == 0} & {grid for grid, component in keys if component}
     if scalar:
-        raise fault(f"Point {min(scalar)}", "must be a grid point with components or a scalar point without", "both", LOST_COMMA)
+        raise fault(
+            f"Point {min(scalar)}", "must be a grid point with components or a scalar point without them", "both", LOST_COMMA
+        )
     row = {key: index for index, key in enumerate(keys)}
     dofs = tuple(dof(*key) for key in keys)
     assembled = {name: _assembled(name, matrix, row) for name, matrix in matrices.items()}

@@ -164,7 +164,9 @@ class BulkData:
         whole = not self.sections[MAIN].points and len(others) == 1
         deck = self.sections[others[0] if whole else MAIN].deck(file)
         left = "" if whole else ", ".join(section for section in others if self.sections[section].points)
-        notes = (f"{file}: {left} left out, whose grid points have numbers of their own: name a file of the superelement.",)
+        notes = (
+            f"{file}: the grid points of {left} are left out, since their numbering is separate. Use a file of the superelement.",
+        )
         deck.notes = (*(notes if left else ()), *deck.notes, *self.met.notes(file))
         return deck
 

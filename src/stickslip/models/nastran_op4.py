@@ -139,7 +139,7 @@ def read(path: Path) -> Content:
     matrices: dict[str, sparse.coo_array] = {}
     for matrix in _formatted(content) if order is None else _binary(content, *order):
         if matrix.name in matrices and matrix.name in MODEL:
-            raise fault(f"Matrix {matrix.name}", "must stand once in the file", "again", "Two files in one?")
+            raise fault(f"Matrix {matrix.name}", "must occur once in the file", "repeated", "Are these two files in one?")
         matrices[matrix.name] = matrix.assembled()
     if not matrices:
         raise fault(path.name, "must hold matrices", "none")

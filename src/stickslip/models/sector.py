@@ -54,7 +54,7 @@ def read_sector(
     system = unit_system(units)
     model = read_model(path, units=system, names=names)
     if model.C is not None:
-        raise InputError("The model of a sector must be without C. Give a damping rule, or `with_damping` the matrices.")
+        raise InputError("The model of a sector must not contain C. Use a damping rule, or pass the matrices to `with_damping`.")
     places = places_of(model, keep, system.metres)
     for place in places:
         progress(0.0, str(place))
@@ -62,7 +62,7 @@ def read_sector(
     kept = {name: int(rows[row]) for place in places for name, row in place.dofs.items()}
     held = sorted(name for name, row in kept.items() if row < 0)
     if held:
-        raise fault("Kept degrees of freedom", "must not be held with their partner on the other face", held)
+        raise fault("Kept degrees of freedom", "must not be fixed by their partner on the other face", held)
     structure = cyclic_craig_bampton(sector, kept, modes, sector_modes).structure
     whole = {name: row for place in places for name, row in place.dofs.items()}
     nodes, sets = kept_nodes(model, whole), kept_sets(model, places)
@@ -81,16 +81,16 @@ def sector_of_model(model: Model, sectors: int, faces: tuple[str, str], axis: st
     if np.any(free.any(axis=1) != free.all(axis=1)):
         raise fault(
             "Nodes on the faces of a sector",
-            "must be free or held in all three directions",
-            "some are held in one or two",
-            "Hold a set of nodes in all three directions, or leave the support to other nodes.",
+            "must be free or fixed in all three directions",
+            "some are fixed in one or two",
+            "Fix these nodes in all three directions, or support other nodes instead.",
         )
     left, right = np.split(free[:, 0], 2)
     if not np.any(left & right):
         raise InputError(
             f"The sector must be written with both faces free, but no pair of nodes of {faces[0]} and {faces[1]} has rows on "
-            "both: a tie of a cyclic analysis acts in the matrices, or both faces are held. In CalculiX leave out *CYCLIC "
-            "SYMMETRY MODEL, or write CYCMPC=INACTIVE."
+            "both: the matrices contain a cyclic constraint, or both faces are fixed. In CalculiX omit *CYCLIC SYMMETRY MODEL, "
+            "or write CYCMPC=INACTIVE."
         )
     held = np.concatenate([numbers[pairs.left[left & ~right]], numbers[pairs.right[right & ~left]]]).ravel()
     kept = np.setdiff1d(np.arange(model.size), held)

@@ -73,8 +73,8 @@ def truncated(problem: Problem, modes_to: float) -> Problem:
     positive("modes_to", modes_to)
     if not can_be_truncated(problem):
         raise InputError(
-            "Only a problem with all its degrees of freedom, no full disk, without base motion and, of a disk, without a "
-            "stiffness that goes with the speed can be truncated."
+            "A problem can be truncated only if it has all its degrees of freedom and no base motion. A full disk, and a disk "
+            "whose stiffness varies with the speed, cannot be truncated."
         )
     if type(problem.systems) is not HarmonicSystems:
         return replace(problem, modes_to=modes_to)

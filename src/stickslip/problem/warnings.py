@@ -118,8 +118,8 @@ def _sizes(problem: Problem) -> str:
         return ""
     name, own = next(iter(strange.items()))
     return (
-        f"Sizes that do not fit ({_named(list(strange))}): the section of {name} is {own:.3g} m wide, all nodes of the model lie "
-        f"within {size:.3g} m. Check the units of its dimensions."
+        f"Sizes that do not fit ({_named(list(strange))}): the section of {name} is {own:.3g} m wide, but all nodes of the "
+        f"model lie within {size:.3g} m. Check the units of its dimensions."
     )
 
 
@@ -154,8 +154,8 @@ def _normal_stiffness(problem: Problem) -> str:
         return ""
     worst = max(odd.values(), key=lambda ratio: abs(np.log(max(ratio, 1e-300))))
     return (
-        f"Normal and tangential stiffnesses that do not fit ({_named(list(odd))}): kn is {worst:.2g} times kt. Of two bodies of "
-        "one material it is 1 to 1.5 times: check the units of both."
+        f"Normal and tangential stiffnesses that do not fit ({_named(list(odd))}): kn is {worst:.2g} times kt. Between two "
+        "bodies of one material it is 1 to 1.5 times kt. Check the units of both."
     )
 
 
@@ -175,8 +175,8 @@ def _damping(problem: Problem) -> str:
         return ""
     return (
         f"Large damping: the lowest mode with all contacts stuck, at {float(modes.frequencies[elastic[0]]):.5g} Hz, has the "
-        f"damping ratio {ratio:.3g}, {100.0 * ratio:.3g} % of critical damping. Check the units of C, or which Rayleigh factor "
-        "is which (C = a M + b K, a in 1/s, b in s)."
+        f"damping ratio {ratio:.3g}, {100.0 * ratio:.3g} % of critical damping. Check the units of C, or whether the "
+        "Rayleigh factors are exchanged (C = a M + b K, a in 1/s, b in s)."
     )
 
 
@@ -196,8 +196,8 @@ def negative_damping(problem: Problem) -> str:
         return ""
     return (
         f"Negative damping: with all contacts stuck, the mode at {frequency:.5g} Hz{words} has the damping ratio {ratio:.3g}. "
-        "Small vibrations of it grow by themselves, whatever the excitation, and the computed response may be unstable: "
-        "limit cycles (`limit_cycles`) say where friction holds them. Check the sign if this is not meant."
+        "Small vibrations of this mode grow by themselves, whatever the excitation, and the computed response may be unstable. "
+        "`limit_cycles` computes the amplitudes at which friction stops the growth. If this is not intended, check the sign."
     )
 
 

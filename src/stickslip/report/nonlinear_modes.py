@@ -29,8 +29,8 @@ ROUGH = 0.2
 HIGH = "Above a damping ratio of 20 % a free motion decays within a few periods: take its frequency and damping as rough."
 
 FIRST = (
-    'Damping ratios are by extended = "first": the damping that sustains the motion acts on its first harmonic. Codes that let '
-    'it act on all harmonics have other ratios where damping is high: compare those with extended = "all".'
+    'Damping ratios are computed with extended = "first": the damping that sustains the motion acts on its first harmonic. Codes '
+    'in which it acts on all harmonics give other ratios where damping is high. Compare with them by extended = "all".'
 )
 
 VERY_HIGH = "Above a damping ratio of 100 % there is no free vibration: take frequency and damping as those of a forced motion."
@@ -79,7 +79,7 @@ def _level_lines(one: xr.Dataset, output: str) -> list[str]:
             f"  force {float(one['force_level'][k]):g}: {output} peaks at {length_text(size)}, {hertz(frequency)} Hz{checked}"
         )
     more = reached.size - shown.size
-    return [*lines, *([f"  {shown.size} of {reached.size} force levels; all stand in the report"] if more else [])]
+    return [*lines, *([f"  {shown.size} of {reached.size} force levels; the report shows all"] if more else [])]
 
 
 def failures(dataset: xr.Dataset) -> list[str]:

@@ -110,8 +110,8 @@ class PeriodMap:
         problem = self.balance.problem.at_frequency(omega)
         if not problem.systems.alike or _stiffest(problem) > SOFT:
             raise InputError(
-                "Stability must be asked for a structure that all harmonics share, but stiff mean springs act on harmonic 0 "
-                "alone, and aerodynamics of a disk on vibration alone."
+                "Stability can be computed only for a structure that all harmonics share, but stiff mean springs act on harmonic "
+                "0 alone, and aerodynamic forces of a disk act on harmonics above 0 alone."
             )
         system = problem.systems.at(1)
         modes = block_modes(states(system._replace(K=system.K + problem.mean_stiffness)), self.balance.rows, self.highest)

@@ -58,8 +58,8 @@ def _amplitudes(sweep: Sweep, low: float, high: float) -> list[str]:
         return []
     compared = f", {moved / size:.2g} times the size of the structure" if size else ""
     return [
-        f"Warning: force level {level:g} moves the stuck structure by {moved:.3g} m{compared}. Motions must be small: check the "
-        "units of forces and stiffnesses."
+        f"Warning: force level {level:g} moves the stuck structure by {moved:.3g} m{compared}. The theory assumes small motions: "
+        "check the units of forces and stiffnesses."
     ]
 
 
@@ -85,16 +85,16 @@ def _friction(sweep: Sweep, low: float, high: float) -> list[str]:
     force, total = smallest * _excitation(problem), sum(limits.values())
     if total < NEGLIGIBLE * force:
         return [
-            f"Warning: all contacts together slip at {total:.3g} N, the smallest excitation is {force:.3g} N: friction changes "
-            "next to nothing. Check the units of pulls, preloads and forces, and the force levels."
+            f"Warning: all contacts together slip at {total:.3g} N, but the smallest excitation is {force:.3g} N, so "
+            "friction has almost no effect. Check the units of pulls, preloads and forces, and the force levels."
         ]
     inside = [float(f) for f in problem.systems.met(True) if low <= f <= high]
     name, share = _most_loaded(problem, largest, [*inside[:SHOWN], low, high], limits)
     if share >= IDLE or share < UNREACHED:
         return []
     return [
-        f"Warning: nothing slips at force level {largest:g}: the most loaded contact, {name}, carries {100.0 * share:.2g} % of "
-        f"its slip limit ({limits[name]:.3g} N) in the stuck response. Check the units of pulls, preloads and forces."
+        f"Warning: no contact slips at force level {largest:g}: the most loaded contact, {name}, carries {100.0 * share:.2g} % "
+        f"of its slip limit ({limits[name]:.3g} N) in the stuck response. Check the units of pulls, preloads and forces."
     ]
 
 

@@ -84,7 +84,7 @@ def test_a_result_says_how_far_its_peaks_are_off_and_by_which_definition():
     modes = ss.nonlinear_modes(problem, 3, harmonics=5, samples=128)
     dataset = with_peaks(modes.dataset, problem, [10.0, 20.0])
     said = str(dataset.synthesis_warning.values[0])
-    assert "Solved as forced motions, peaks differ from the synthesis by up to 8.2 % (force level 20)" in said
+    assert "Peaks that are solved as forced motions differ from the synthesised ones by up to 8.2 % (force level 20)" in said
     lines = sentences(dataset)
     assert any("solved" in line for line in lines)
     assert 'extended = "all"' in lines[-1]

@@ -104,13 +104,13 @@ def _misses(levels: Array, synthesised: Array, solved: Array) -> str:
         worst = int(np.nanargmax(off))
         if off[worst] > OFF:
             words.append(
-                f"Solved as forced motions, peaks differ from the synthesis by up to {100.0 * off[worst]:.2g} % (force level "
-                f"{levels[worst]:g}): take the solved ones."
+                f"Peaks that are solved as forced motions differ from the synthesised ones by up to {100.0 * off[worst]:.2g} % "
+                f"(force level {levels[worst]:g}). Use the solved peaks."
             )
     if unsolved.any():
         listed = ", ".join(f"{level:g}" for level in levels[unsolved])
         words.append(
-            f"No forced motion was found at the peaks of force levels {listed}: how far the synthesis is off is unknown."
+            f"No forced motion was found at the peaks of force levels {listed}, so the error of the synthesis is unknown there."
         )
     return " ".join(words)
 

@@ -28,7 +28,8 @@ class ControlledResponseTable(Table):
     """The force that holds the first harmonic of an output at given amplitudes, over the frequencies of [sweep]."""
 
     amplitude: Annotated[
-        list[Positive], Field(min_length=1, description="held amplitudes: a length of the study, or that per s or per s²")
+        list[Positive],
+        Field(min_length=1, description="held amplitudes: length, length/s or length/s², in the length unit of the study"),
     ]
     quantity: Annotated[Held, Field(description="what of the output is held")] = "acceleration"
     output: Annotated[str | None, Field(description="name of the output that is held; the first unless given")] = None

@@ -47,13 +47,13 @@ class IdentificationTable(Table):
     ] = Field(default_factory=lambda: [MACROSLIP])
     frequency: Annotated[Positive | None, FREQUENCY, Field(description="of the motion; found in the loops unless given")] = None
     harmonics: Annotated[int, Field(ge=8, le=200, description="to which every cycle is smoothed")] = 30
-    pulls: Annotated[list[Positive] | None, FORCE, Field(description="pull of each loop, where they differ")] = None
+    pulls: Annotated[list[Positive] | None, FORCE, Field(description="centrifugal load of each loop, if they differ")] = None
     load_removal: Annotated[
         list[str] | None,
         Field(min_length=1, description="files of load removals (CSV) for the zeros of the cells, one for all loops or one each"),
     ] = None
-    laser_distance: Annotated[Positive | None, LENGTH, Field(description="from laser 1 to laser 2 along x")] = None
-    laser_offset: Annotated[Number, LENGTH, Field(description="of the mass centre from laser 1 along x")] = 0.0
+    laser_distance: Annotated[Positive | None, LENGTH, Field(description="distance from laser 1 to laser 2 along x")] = None
+    laser_offset: Annotated[Number, LENGTH, Field(description="offset of the mass centre from laser 1 along x")] = 0.0
     errors: Annotated[dict[str, Number], Field(description="of the rig, by the names of RigErrors")] = Field(default_factory=dict)
     resamples: Annotated[int, Field(ge=8, le=MOST, description="refits for the intervals")] = 24
     seed: Annotated[Seed, Field(description="of search and refits")] = 0
