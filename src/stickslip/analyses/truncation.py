@@ -41,7 +41,7 @@ ROUNDED_WORK = 1e-9
 
 WORK_ERROR = {
     "units": "1",
-    "long_name": "change of the energy dissipated in contacts at the highest peak by more harmonics and samples, estimated",
+    "long_name": "estimated change of the energy dissipated in contacts at the highest peak with more harmonics and samples",
 }
 
 SAMPLING_ERROR = {

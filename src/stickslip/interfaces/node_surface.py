@@ -142,9 +142,9 @@ class NodeSurface:
         return replace(self._of_points(self.name, self.nodes, self.points, None, point), turn=self.turn)
 
     def following(self, sectors: int, axis: str = "z") -> NodeSurface:
-        """The same surface of the following sector of a disk, turned by 2π/N about an axis through the origin.
+        """Return the same surface of the following sector of a disk, rotated by 2π/N about an axis through the origin.
 
-        Its nodes are named "next/NODE", as contacts of a `TunedDisk` name them, and move in axes that are turned with them.
+        Its nodes are named "next/NODE", as in contacts of a `TunedDisk`, and move in axes that are rotated with the sector.
         """
         order = np.argsort(about(axis))
         turn = rotation(between("sectors", sectors, 2))[np.ix_(order, order)]

@@ -41,14 +41,16 @@ def read_sector(
     names: str | Path | None = None,
     progress: Progress = quiet,
 ) -> CyclicStructure:
-    """A finite-element model of one sector as a disk of `sectors` equal sectors, reduced for every nodal diameter, in SI.
+    """Read the finite-element model of one sector and return the disk of `sectors` equal sectors, reduced for every nodal
+    diameter, in SI.
 
-    faces: the two sets of nodes at which a sector meets its neighbours, in any order; their meshes must match. keep: the places
-    that stay, as in `read_structure`, none on the faces. axis: of rotation, "x", "y" or "z" through the origin; the following
-    sector comes counter-clockwise about it. modes: fixed-interface modes of each nodal diameter, beside the kept places;
-    sector_modes: those of the sector with both faces held, from which they are made (`cyclic_craig_bampton`).
+    faces: the two sets of nodes at which a sector meets its neighbours, in any order; their meshes must match. keep: the nodes
+    to retain, as in `read_structure`, none of them on the faces. axis: axis of rotation, "x", "y" or "z", through the origin;
+    the following sector comes counter-clockwise about it. modes: number of fixed-interface modes of each nodal diameter, in
+    addition to the retained nodes; sector_modes: number of modes of the sector with both faces fixed, from which the former are
+    computed (`cyclic_craig_bampton`).
 
-    A pair of nodes on the faces is held where either of the two is. Matrices with a tie between the faces are refused: in
+    A pair of nodes on the faces is fixed if either node is fixed. Matrices with a constraint between the faces are refused: in
     CalculiX write them without *CYCLIC SYMMETRY MODEL, or with CYCMPC=INACTIVE.
     """
     system = unit_system(units)

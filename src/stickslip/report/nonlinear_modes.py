@@ -30,7 +30,7 @@ HIGH = "Above a damping ratio of 20 % a free motion decays within a few periods:
 
 FIRST = (
     'Damping ratios are computed with extended = "first": the damping that sustains the motion acts on its first harmonic. Codes '
-    'in which it acts on all harmonics give other ratios where damping is high. Compare with them by extended = "all".'
+    'in which it acts on all harmonics give other ratios where damping is high. For a comparison, use extended = "all".'
 )
 
 VERY_HIGH = "Above a damping ratio of 100 % there is no free vibration: take frequency and damping as those of a forced motion."

@@ -34,8 +34,8 @@ POINTS = {
 LEVELS = {
     "level_frequency": (_LEVEL, "Hz", "frequency of the highest peak of a force level"),
     "level_amplitude": (_LEVEL, "m", "amplitude of the first output at the highest peak of a force level"),
-    "level_solved_frequency": (_LEVEL, "Hz", "frequency of that peak of the forced motion, solved"),
-    "level_solved_amplitude": (_LEVEL, "m", "amplitude of the first output at that peak of the forced motion, solved"),
+    "level_solved_frequency": (_LEVEL, "Hz", "frequency of that peak, solved as a forced motion"),
+    "level_solved_amplitude": (_LEVEL, "m", "amplitude of the first output at that peak, solved as a forced motion"),
 }
 
 
