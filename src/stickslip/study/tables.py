@@ -147,7 +147,7 @@ class BodyTable(Table):
     shape: Annotated[ShapeKey | None, Field(description="of a damper, which gives mass and inertia")] = None
     dimensions: Annotated[
         dict[str, Any],
-        Field(description="arguments of the shape; lengths in units of the study, angles in degrees; default: as the shape"),
+        Field(description="arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"),
     ] = Field(default_factory=dict)
     mass: Annotated[Positive | None, MASS, Field(description="or its mass")] = None
     inertia: Annotated[Inertia | None, INERTIA, Field(description="about the mass centre: along the axes, or the matrix")] = None

@@ -39,7 +39,7 @@ class DamperTable(Table):
     shape: Annotated[ShapeKey, Field(description="of the damper")]
     dimensions: Annotated[
         dict[str, Any],
-        Field(description="arguments of the shape; lengths in units of the study, angles in degrees; default: as the shape"),
+        Field(description="arguments of the shape; lengths in units of the study, angles in degrees; defaults by shape"),
     ] = Field(default_factory=dict)
     left_angle: Annotated[NotNegative, Field(lt=90, description="slope of the left platform in degrees")] = 45.0
     right_angle: Annotated[NotNegative, Field(lt=90, description="slope of the right platform in degrees")] = 45.0
