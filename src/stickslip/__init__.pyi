@@ -11,7 +11,12 @@ from .interfaces.node_surface import NodeSurface as NodeSurface, mean_motion as 
 from .interfaces.surface_contacts import surface_contacts as surface_contacts
 from .structure.aerodynamics import Aerodynamics as Aerodynamics, BladeMode as BladeMode, blade_alone as blade_alone
 from .structure.assembly import Spring as Spring, assemble as assemble
-from .structure.cyclic import CyclicStructure as CyclicStructure, cyclic as cyclic, sector_chain as sector_chain
+from .structure.cyclic import (
+    CyclicStructure as CyclicStructure,
+    cyclic as cyclic,
+    sector_chain as sector_chain,
+    with_bodies as with_bodies,
+)
 from .structure.damping import (
     AerodynamicDamping as AerodynamicDamping,
     Dashpot as Dashpot,

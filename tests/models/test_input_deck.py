@@ -40,6 +40,25 @@ def test_a_comma_too_many_and_parts_without_instances(tmp_path):
         deck(tmp_path, NODES + "*NSET, NSET=A\n1\n*NSET, NSET=B,\nA, 2\n")
 
 
+def test_sets_of_nfill_are_ascending_unless_unsorted(tmp_path):
+    nodes = "*NODE\n1, 0., 0., 0.\n3, 2., 0., 0.\n11, 0., 2., 0.\n13, 2., 2., 0.\n"
+    sets = "*NSET, NSET=A{}\n3, 1\n*NSET, NSET=B{}\n11, 13\n*NFILL\nA, B, 2, 5\n"
+    assert places(deck(tmp_path, nodes + sets.format("", "")), 6, 8) == [(0.0, 1.0, 0.0), (2.0, 1.0, 0.0)]
+    crossed = deck(tmp_path, nodes + sets.format(", UNSORTED", ", UNSORTED"))
+    assert places(crossed, 6, 8) == [(1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]
+
+
+def test_members_of_sets_are_limited_in_all(tmp_path):
+    card = "*NSET, NSET=A{}, GENERATE\n1, 600000\n"
+    assert len(deck(tmp_path, card.format(1)).sets["A1"]) == 600_000
+    with pytest.raises(InputError, match="Members of the sets of the deck must be at most 1000000 and one for each byte"):
+        deck(tmp_path, card.format(1) + card.format(2))
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_card(tmp_path):
+    assert len(deck(tmp_path, f"\ufeff{NODES}").nodes) == 4
+
+
 def test_cylindrical_nodes(tmp_path):
     """r = 2 at 0°, 90°, 180°, 270°."""
     found = deck(tmp_path, "*NODE, SYSTEM=C\n1, 2., 0., 0.\n2, 2., 90., 0.\n3, 2., 180., 0.\n4, 2., 270., 1.\n")
@@ -53,6 +72,7 @@ def test_cylindrical_nodes(tmp_path):
     [
         ("", (1.0, 0.0, 0.0)),
         ("100., 0., 7.\n", (101.0, 0.0, 7.0)),  # a alone moves the origin
+        (",,,0.,1.,0.\n", (0.0, 1.0, 0.0)),  # a blank is 0
         ("100., 0., 0., 100., 1., 5.\n", (100.0, 1.0, 0.0)),  # without c: z stays, x' is that of b in the (x, y) plane
         ("100., 0., 0., 100., 1., 0.\n99., 0., 0.\n", (100.0, 1.0, 0.0)),
         ("100., 0., 0., 100., 1., 0., 99., 0., 0.\n", (100.0, 1.0, 0.0)),
@@ -187,7 +207,7 @@ def test_axes_of_a_set_that_comes_later_and_of_an_instance(tmp_path):
     turned = '*TRANSFORM, NSET="_T-Axes of 1"\n1., 0., 0., 0., 1., 0.\n*NSET, NSET="_T-Axes of 1"\n1, 3\n'
     assert deck(tmp_path, NODES + turned).turned.startswith("a.inp has 2 nodes with axes of their own")
     part = BLADE.replace("*END PART", turned + "*END PART")
-    assert deck(tmp_path, part + TWO + "*END ASSEMBLY\n").turned.startswith("4 nodes of a.inp")
+    assert deck(tmp_path, part + TWO + "*END ASSEMBLY\n").turned.startswith("a.inp has 4 nodes")
     with pytest.raises(InputError, match="A member of a set must be a number or a set defined before, but is 'X'"):
         deck(tmp_path, NODES + "*TRANSFORM, NSET=X\n1., 0., 0., 0., 1., 0.\n")
 
@@ -277,3 +297,9 @@ def test_each_card_is_on_one_list():
     lists = (MODEL_CARDS.obeyed, MODEL_CARDS.harmless, MODEL_CARDS.refused.keys(), MODEL_CARDS.noted.keys())
     assert sum(map(len, lists)) == len(MODEL_CARDS.known)
     assert MODEL_CARDS.obeyed - {"INCLUDE"} == READ.keys()
+
+
+def test_the_turn_of_an_instance_is_no_translation(tmp_path):
+    turned = BLADE + "*INSTANCE, NAME=P-1, PART=BLADE\n0., 0., 0., 0., 0., 1., 90.\n*END INSTANCE\n*END ASSEMBLY\n"
+    with pytest.raises(InputError, match=r"\*INSTANCE must be placed by a translation, and a line of two points and an angle"):
+        deck(tmp_path, turned)

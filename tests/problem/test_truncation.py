@@ -4,6 +4,8 @@ Two rows of masses beside each other, each node moving along x, y and z, pressed
 contacts, 108 degrees of freedom. It is small enough for Newton's method on all of them.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import linalg
@@ -180,6 +182,27 @@ def test_dashpots_and_rayleigh_damping_are_projected(whole):
         if problem is damped:
             known = point.evaluation.w
     np.testing.assert_allclose(point.evaluation.w[-2:], known[-2:], rtol=5e-3, atol=5e-3 * np.abs(known[-2:]).max())
+
+
+def test_damping_that_couples_modes_with_the_shapes_beyond_stays_whole(monkeypatch):
+    """βK alone, and a damper in C: without a part of it, C would feed energy in."""
+    monkeypatch.setattr("stickslip.problem.truncation.MANY_ROWS", 50)
+    across = np.random.default_rng(2).standard_normal(6 * NODES)
+    plain = two_rows()
+    damper = plain.structure.K * 1e-3 + 0.02 * np.outer(across, across) / (across @ across)
+    for damping in (ss.RayleighDamping(0.0, 0.02), damper):
+        structure = replace(plain.structure, **({"C": damping, "damping": None} if damping is damper else {"damping": damping}))
+        problem = plain.with_structure(structure)
+        few = on_few_coordinates(problem, 1.0)
+        assert few.structure.size < problem.structure.size
+        assert np.linalg.eigvalsh(few.structure.C)[0] > -1e-12 * np.abs(few.structure.C).max()
+        amplitudes = []
+        for many in (50, 10**9):
+            monkeypatch.setattr("stickslip.problem.truncation.MANY_ROWS", many)
+            data = ss.forced_response(problem, [0.2], 20.0, harmonics=1, samples=64).dataset
+            amplitudes.append(float(data.amplitude[0, 0, 0]))
+            monkeypatch.setattr("stickslip.problem.truncation.MANY_ROWS", 50)
+        assert amplitudes[0] == pytest.approx(amplitudes[1], rel=5e-3)
 
 
 def test_small_problems_disks_and_moving_bases_stay_as_they_are(whole):

@@ -108,6 +108,9 @@ def test_of_several_resonances_that_of_the_same_mode_is_compared(dataset):
         linear[2, :, 0] += 3.0 * float(linear[2, :, 0].max()) / (1.0 + (hertz - second) ** 2)
     peak = highest_peak(dataset, 2)
     assert linear_peak(dataset, "stuck", 2, peak.frequency)[0] == pytest.approx(561.0, abs=0.6)
+    above = 1.5 * float(linear[2, np.abs(hertz - 561.0).argmin(), 0])
+    excited = linear_peak(dataset, "stuck", 2, peak.frequency, amplitude=2.0 * above)
+    assert excited[0] == pytest.approx(590.0, abs=0.6), "friction takes energy: no peak is so much higher than its resonance"
     assert linear_peak(dataset, "free", 2, peak.frequency)[0] == pytest.approx(410.0, abs=0.6)
     assert linear_peak(dataset, "free", 2, 400.0)[0] == pytest.approx(410.0, abs=0.6), "the nearest where none lies below"
     assert linear_peak(dataset, "stuck", 2, 595.0)[0] == pytest.approx(590.0, abs=0.6), "within 1 %"

@@ -272,10 +272,12 @@ def finer_sentences(dataset: xr.Dataset) -> list[str]:
     sentences = [str(dataset.attrs["coordinates_chosen"])] if "coordinates_chosen" in dataset.attrs else []
     for finer in (ALL_MODES, ALL_NODES):
         if finer.variable in dataset and np.isfinite(dataset[finer.variable].values).any():
-            errors = dataset[finer.variable].values
+            errors, levels = dataset[finer.variable].values, dataset["force_level"].values
             case, output = np.unravel_index(np.nanargmax(np.abs(errors)), errors.shape)
+            unknown = [f"{level:g}" for level in levels[np.isnan(errors).all(axis=1)]]
             sentences.append(
                 f"Solved once more {finer.words}, the highest peaks change by {100.0 * abs(errors[case, output]):.2g} % at most "
-                f"({dataset['output'].values[output]} at force level {float(dataset['force_level'][case]):g})."
+                f"({dataset['output'].values[output]} at force level {levels[case]:g})"
+                + (f"; at force level {', '.join(unknown)} this solution failed, and the change is unknown." if unknown else ".")
             )
     return sentences

@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from stickslip.checks import Array, Index, InputError, between, fault, nearest, vector
+from stickslip.checks import Array, Index, InputError, fault, nearest, of_kind, vector
 from stickslip.contact.point import Motion, mean, node
 from stickslip.interfaces.bisection import bisected
-from stickslip.structure.cyclic import NEXT
+from stickslip.structure.cyclic import NEXT, CyclicStructure
 from stickslip.structure.cyclic_reduction import about, rotation
 from stickslip.structure.matrices import Structure
 
@@ -141,13 +141,13 @@ class NodeSurface:
         """The same with normals to the side on which a point [m] lies, such as the mass centre of a body opposite."""
         return replace(self._of_points(self.name, self.nodes, self.points, None, point), turn=self.turn)
 
-    def following(self, sectors: int, axis: str = "z") -> NodeSurface:
+    def following(self, disk: CyclicStructure, axis: str = "z") -> NodeSurface:
         """Return the same surface of the following sector of a disk, rotated by 2π/N about an axis through the origin.
 
         Its nodes are named "next/NODE", as in contacts of a `TunedDisk`, and move in axes that are rotated with the sector.
         """
         order = np.argsort(about(axis))
-        turn = rotation(between("sectors", sectors, 2))[np.ix_(order, order)]
+        turn = rotation(of_kind("disk", disk, CyclicStructure).sectors)[np.ix_(order, order)]
         nodes = tuple(f"{NEXT}{name}" for name in self.nodes)
         points, normals = self.points @ turn.T, self.normals @ turn.T
         return NodeSurface(self.name, nodes, points, normals, self.weights, self.area, turn)

@@ -9,7 +9,7 @@ from stickslip.checks import counted, fault, first_of
 from stickslip.structure.matrices import Point
 from stickslip.structure.mesh_surface import Cells
 
-MOST_GENERATED = 10_000_000
+MOST_GENERATED = 1_000_000
 """Members of a generated set of nodes: more is a slip of the deck."""
 MOST_MADE = 2_000_000
 """Nodes that cards of a deck make of others, in all."""

@@ -59,7 +59,7 @@ class Lines:
             limit = f"must include at most {MOST_FILES} files, {DEEPEST} deep"
             raise fault(self.deck.name, limit, f"more with {path.name}", "Does a file include itself?")
         within_memory(self.deck.name, self.memory * self.size)
-        with path.open(encoding="utf-8", errors="replace") as file:
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
             numbered = enumerate(file, start=1)
             for number, text in numbered:
                 line = Line(text.rstrip("\r\n"), path.name, number)

@@ -47,8 +47,8 @@ Members = dict[str, dict[str, None]]
 class Mesh:
     """Nodes, sets and elements of a part, an instance, or the deck itself with its assembly; `frame` is that of *SYSTEM.
 
-    elements: all nodes by element; turned: nodes and sets of *TRANSFORM, which may stand before these; placed: the data lines
-    that place an instance.
+    elements: all nodes by element; turned: nodes and sets of *TRANSFORM, which may stand before these; unsorted: sets whose
+    members keep their order; placed: the data lines that place an instance.
     """
 
     nodes: dict[str, Point] = field(default_factory=dict)
@@ -57,6 +57,7 @@ class Mesh:
     elsets: Members = field(default_factory=dict)
     cells: FoundCells = field(default_factory=FoundCells)
     turned: list[str] = field(default_factory=list)
+    unsorted: set[str] = field(default_factory=set)
     frame: Frame = GLOBAL
     placed: list[str] = field(default_factory=list)
 
@@ -93,7 +94,7 @@ class _Reader:
         self.whole = self.mesh = Mesh()
         self.parts: dict[str, Mesh] = {}
         self.instances: dict[str, Mesh] = {}
-        self.made = 0
+        self.made = self.listed = 0
 
     def node(self, card: Card) -> None:
         kind = card.name("SYSTEM") or "R"
@@ -136,7 +137,7 @@ class _Reader:
         made: list[str] = []
         for line in card.data:
             one, other, *counts = [*fields(line), "", ""][:4]
-            ends = [list(self._members_of(name)) for name in (one, other)]
+            ends = [self._in_order(name) for name in (one, other)]
             if len(ends[0]) != len(ends[1]):
                 raise fault("The sets of *NFILL", "must have the same number of nodes", [len(ends[0]), len(ends[1])])
             intervals, step = (int(word or 1) for word in counts)
@@ -150,7 +151,7 @@ class _Reader:
         self._into_set(card, made)
 
     def system(self, card: Card) -> None:
-        self.mesh.frame = frame([float(word) for line in card.data for word in fields(line) if word])
+        self.mesh.frame = frame([float(word or 0.0) for line in card.data for word in fields(line)])
 
     def nset(self, card: Card) -> None:
         if elsets := card.name("ELSET"):
@@ -193,6 +194,7 @@ class _Reader:
         if part not in self.parts:
             raise fault("PART of *INSTANCE", "must be a part of the deck", part, nearest(part, self.parts))
         self._make(len(self.parts[part].nodes))
+        self._list(sum(map(len, (*self.parts[part].sets.values(), *self.parts[part].elsets.values()))))
         self.mesh = self.instances[card.name("NAME")] = deepcopy(self.parts[part])
         self.mesh.placed = card.data
 
@@ -249,11 +251,25 @@ class _Reader:
         if number < 0 or self.made > MOST_MADE:
             raise fault("Nodes that cards of the deck make", f"must be at most {MOST_MADE}", self.made)
 
+    def _list(self, number: int) -> None:
+        """Count members of sets: few bytes may name many."""
+        self.listed += number
+        if self.listed > MOST_GENERATED + self.lines.size:
+            limit = f"must be at most {MOST_GENERATED} and one for each byte of the deck"
+            raise fault("Members of the sets of the deck", limit, self.listed)
+
+    def _in_order(self, word: str) -> list[str]:
+        """The nodes of a set in the order in which *NFILL takes them: ascending, unless the set is UNSORTED."""
+        members = list(self._members_of(word))
+        return members if word.strip('"').upper() in self.mesh.unsorted else sorted(members, key=int)
+
     def _add(self, node: str, point: Point) -> None:
         located_once(self.mesh.nodes, node, point)
 
     def _into_set(self, card: Card, members: Iterable[str]) -> None:
         if name := card.name("NSET"):
+            if "UNSORTED" in card.options:
+                self.mesh.unsorted.add(name)
             self.mesh.sets.setdefault(name, {}).update(dict.fromkeys(members))
 
     def _known(self, word: str) -> str:
@@ -305,10 +321,14 @@ class _Reader:
         for line in self._data(card):
             words = [word.strip('"').upper() for word in fields(line) if word]
             if "GENERATE" in card.options:
-                yield from (f"{prefix}{number}" for number in _generated(words, line))
+                span = _generated(words, line)
+                self._list(len(span))
+                yield from (f"{prefix}{number}" for number in span)
             else:
                 for word in words:
-                    yield from self._meant(word, mesh, prefix, kind)
+                    members = list(self._meant(word, mesh, prefix, kind))
+                    self._list(len(members))
+                    yield from members
 
     def _nodes_of(self, mesh: Mesh, element: str) -> Iterable[str]:
         """The nodes of an element, 5 or P-1.5."""
@@ -366,7 +386,7 @@ def _placement(data: list[str]) -> Callable[[Point], Point]:
     rows = [[float(word or 0.0) for word in fields(line)] for line in data]
     shift = np.array([*(rows[0] if rows else []), 0.0, 0.0, 0.0][:3])
     turn = rows[1] if len(rows) > 1 else []
-    if len(rows) > 2 or len(turn) not in (0, 7):
+    if len(rows) > 2 or len(turn) not in (0, 7) or (rows and len(rows[0]) > 3):
         raise fault("*INSTANCE", "must be placed by a translation, and a line of two points and an angle", data[:3])
     return turned_about(shift, turn)
 
@@ -384,6 +404,4 @@ def _generated(words: list[str], line: str) -> range:
         span = range(first, last + 1, step)
     except ValueError:
         raise fault("A line of *NSET, GENERATE", "must hold first, last and step", line[:60]) from None
-    if len(span) > MOST_GENERATED:
-        raise fault("A set of nodes", f"must have at most {MOST_GENERATED} members", len(span))
     return span

@@ -50,7 +50,7 @@ def included(text: str, more: Iterator[str]) -> str | None:
 def bulk_lines(path: Path, memory: int) -> Iterator[Line]:
     """The lines of the bulk data of a deck, after Executive and Case Control where it has them; memory: as `Lines` has it."""
     within_memory(path.name, memory * path.stat().st_size)
-    with path.open(encoding="utf-8", errors="replace") as file:
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
         started = not any(SECTION.match(text) for text in file)
 
     def named(text: str, more: Iterator[str]) -> str | None:

@@ -71,15 +71,14 @@ class _Defined(NamedTuple):
 
 @dataclass
 class Grid:
-    """Entries of a file that say where grid points are: number, system and coordinates of each; systems by number.
+    """Entries of a file that say where grid points are: number, CP, coordinates and CD of each; systems by number.
 
-    turned: how many grid points have displacements in a system of their own; external: grid point and components of EXTRN.
+    default: CP and CD of GRDSET, wherever it stands; external: grid point and components of EXTRN.
     """
 
-    points: list[tuple[int, int, Point]] = field(default_factory=list)
+    written: list[tuple[int, str, Point, str]] = field(default_factory=list)
     systems: dict[int, _Defined] = field(default_factory=dict)
     default: tuple[str, str] = ("", "")
-    turned: int = 0
     external: list[tuple[str, str]] = field(default_factory=list)
     elements: FoundCells = field(default_factory=FoundCells)
 
@@ -87,17 +86,16 @@ class Grid:
         """Keep what an entry says, if it is one of these."""
         name = entry[0]
         if name == "GRID":
-            system, motion = (own or default for own, default in zip((entry[2], entry[6]), self.default, strict=True))
-            x, y, z = map(number, entry[3:6])
-            self.points.append((positive_integer(entry[1]), integer(system or "0"), (x, y, z)))
-            self.turned += integer(motion or "0") > BASIC
+            grid, system, *coordinates, motion = [*entry, *[""] * 7][1:7]
+            x, y, z = map(number, coordinates)
+            self.written.append((positive_integer(grid), system, (x, y, z), motion))
         elif name in ELEMENTS:
             self.elements.add(ELEMENTS[name], [word for word in entry[3:] if word])
         elif name == "EXTRN":
             pairs = zip(entry[1::2], entry[2::2], strict=False)
             self.external += [(grid, components) for grid, components in pairs if grid]
         elif name == "GRDSET":
-            self.default = entry[2], entry[6]
+            self.default = entry[2], entry[6] if len(entry) > 6 else ""
         elif name in ("CORD2R", "CORD2C", "CORD2S"):
             values = np.array([number(word) for word in (*entry[3:], *[""] * 9)[:9]]).reshape(3, 3)
             self.systems[integer(entry[1])] = _Defined(name[-1], integer(entry[2] or "0"), values, ())
@@ -107,13 +105,21 @@ class Grid:
                 if number_of:
                     self.systems[integer(number_of)] = _Defined(name[-1], BASIC, None, tuple(map(integer, grids)))
 
+    @property
+    def points(self) -> list[tuple[int, int, Point]]:
+        """Number, coordinate system and coordinates of each grid point."""
+        default = self.default[0] or "0"
+        return [(grid, integer(system or default), place) for grid, system, place, _ in self.written]
+
     def deck(self, file: str) -> Deck:
         """The grid points in the basic system, with notes on those that are not there."""
-        places = self._places()
-        found = [(str(point), place) for (point, _, _), place in zip(self.points, places, strict=True) if place is not None]
-        lost = len(self.points) - len(found)
+        points = self.points
+        places = self._places(points)
+        found = [(str(point), place) for (point, _, _), place in zip(points, places, strict=True) if place is not None]
+        lost = len(points) - len(found)
         notes = [f"{lost} grid points of {file} are left out: their coordinate systems are not in the file."] if lost else []
-        turned = own_axes(self.turned, file, "CD of GRID")
+        own = sum(integer(motion or self.default[1] or "0") > BASIC for *_, motion in self.written)
+        turned = own_axes(own, file, "CD of GRID")
         rows = tuple(
             dof(positive_integer(grid), integer(component))
             for grid, components in self.external
@@ -121,18 +127,18 @@ class Grid:
         )
         return Deck(located(found), {}, (*notes, *self.elements.notes(file)), self.elements.cells, turned, rows)
 
-    def _places(self) -> list[Point | None]:
+    def _places(self, points: list[tuple[int, int, Point]]) -> list[Point | None]:
         """Where each grid point is; None in a system that is not known."""
         known = {BASIC: BASIC_SYSTEM}
         for _ in range(MOST_NESTED):
             needed = {grid for system in self.systems.values() for grid in system.grids}
-            at = {name: known[of].place(np.array(x)) for name, of, x in self.points if name in needed and of in known}
+            at = {name: known[of].place(np.array(x)) for name, of, x in points if name in needed and of in known}
             waiting = [(name, _system(name, defined, known, at)) for name, defined in self.systems.items() if name not in known]
             more = {name: system for name, system in waiting if system is not None}
             if not more:
                 break
             known |= more
-        return [_point(known[of], x) if of in known else None for _, of, x in self.points]
+        return [_point(known[of], x) if of in known else None for _, of, x in points]
 
 
 MAIN = "BULK"
@@ -161,9 +167,9 @@ class BulkData:
     def deck(self, file: str) -> Deck:
         """The grid points of the main section; those of the only superelement where that has none, as a punch file of one."""
         others = [section for section in self.sections if section != MAIN]
-        whole = not self.sections[MAIN].points and len(others) == 1
+        whole = not self.sections[MAIN].written and len(others) == 1
         deck = self.sections[others[0] if whole else MAIN].deck(file)
-        left = "" if whole else ", ".join(section for section in others if self.sections[section].points)
+        left = "" if whole else ", ".join(section for section in others if self.sections[section].written)
         notes = (
             f"{file}: the grid points of {left} are left out, since their numbering is separate. Use a file of the superelement.",
         )

@@ -125,10 +125,20 @@ def kept_shapes(
     return np.ascontiguousarray(np.hstack([scaled[:, low], above @ kept])), int(np.count_nonzero(low))
 
 
+COUPLED = 1e-6
+"""Damping between modes and shapes beyond them, of √(c_i c_j), up to which the damping counts as modal."""
+
+
 def uncoupled_beyond(first: int, C: NDArray[Any]) -> NDArray[Any]:
-    """The damping of kept shapes without what couples those beyond the modes: far from resonance it counts for nothing, and would
-    make all of them complex."""
-    C[first:, first:] = np.diag(np.diag(C[first:, first:]))
+    """The damping of kept shapes; where it is modal, without what couples the shapes beyond the modes.
+
+    Far from resonance that counts for nothing, and would make all modes complex. Damping that couples modes with these shapes, as
+    βK and discrete dampers in C do, stays whole: without a part of it, C could feed energy in.
+    """
+    sizes = np.sqrt(np.abs(np.diag(C)))
+    limits = COUPLED * np.outer(sizes[:first], sizes[first:]) + COUPLED**2 * np.max(sizes, initial=0.0) ** 2
+    if np.all(np.abs(C[:first, first:]) <= limits):
+        C[first:, first:] = np.diag(np.diag(C[first:, first:]))
     return C
 
 

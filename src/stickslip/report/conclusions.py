@@ -176,7 +176,7 @@ def _size_of(dataset: xr.Dataset) -> str:
 
 def reference(dataset: xr.Dataset, which: str, case: int, peak: Peak, output: int = 0) -> tuple[float, float] | None:
     """The "free" or "stuck" resonance of the mode of a peak: natural frequency, Hz, and size of the linear curve."""
-    found = linear_peak(dataset, which, case, peak.frequency, output)
+    found = linear_peak(dataset, which, case, peak.frequency, output, peak.amplitude)
     if found is None:
         return None
     natural = dataset[f"natural_frequency_{which}"].values

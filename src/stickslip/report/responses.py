@@ -102,9 +102,11 @@ def level_line(dataset: xr.Dataset, case: int) -> str:
     """The highest peak of one case."""
     kind = kind_words(dataset, case)
     words = f"{float(dataset['force_level'][case]):g}, {kind}" if kind else f"{float(dataset['force_level'][case]):<8g}"
-    change = float(dataset[ALL_NODES.variable].values[case, 0]) if ALL_NODES.variable in dataset else np.nan
-    with_all_nodes = f"   with all nodes {100.0 * change:+.2g} %" if np.isfinite(change) else ""
-    return f"  force {words} {peak_words(dataset, case)}{with_all_nodes}"
+    if ALL_NODES.variable not in dataset:
+        return f"  force {words} {peak_words(dataset, case)}"
+    change = float(dataset[ALL_NODES.variable].values[case, 0])
+    much = f"{100.0 * change:+.2g} %" if np.isfinite(change) else "unknown"
+    return f"  force {words} {peak_words(dataset, case)}   with all nodes {much}"
 
 
 def cloud_lines(dataset: xr.Dataset, cases: list[int]) -> list[str]:

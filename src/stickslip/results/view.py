@@ -274,12 +274,16 @@ def has_linear_curves(dataset: xr.Dataset) -> bool:
     return any(bool(dataset[f"{which}_amplitude"].notnull().any()) for which in ("free", "stuck"))
 
 
-def linear_peak(dataset: xr.Dataset, which: str, case: int, frequency: float, output: int = 0) -> tuple[float, float] | None:
+def linear_peak(
+    dataset: xr.Dataset, which: str, case: int, frequency: float, output: int = 0, amplitude: float = 0.0
+) -> tuple[float, float] | None:
     """Frequency, Hz, and size of the resonance of the "free" or "stuck" curve that belongs to a peak at a frequency, as the peaks
     are measured but of the first harmonic alone; None where the band holds none.
 
     A contact that slips is softer than a stuck one and stiffer than none: the peak lies below its resonance with stuck contacts
     and above the one without. Of several maxima it is the next one on that side, or the nearest where that side has none.
+    Friction takes energy, so the resonance is hardly lower than the peak: maxima below half of its amplitude, of modes that the
+    forces hardly excite, count only where there are no others.
     """
     hertz = dataset.linear_frequency.values
     size = measure_in(dataset).of_harmonic(dataset[f"{which}_amplitude"].values[case, :, output], 2.0 * np.pi * hertz)
@@ -289,6 +293,8 @@ def linear_peak(dataset: xr.Dataset, which: str, case: int, frequency: float, ou
     side = 1.0 if which == "stuck" else -1.0
     beyond = maxima[side * (hertz[maxima] - frequency) > -SAME * frequency]
     candidates = beyond if beyond.size else maxima
+    high = [maxima[size[maxima] >= 0.5 * amplitude] for maxima in (candidates, maxima)]
+    candidates = next((maxima for maxima in high if maxima.size), candidates)
     best = int(candidates[np.argmin(np.abs(hertz[candidates] - frequency))])
     return float(hertz[best]), float(size[best])
 
