@@ -73,7 +73,7 @@ class FinerProblem:
         return f"{outputs[worst]} changes at its highest peak by {100.0 * errors[worst]:.1f} % when it is solved {self.words}."
 
 
-ALL_MODES = FinerProblem("modal_error", "on all modes of the structure", ALLOWED)
+ALL_MODES = FinerProblem("modal_error", "on all coordinates of the structure", ALLOWED)
 ALL_NODES = FinerProblem("patch_error", "with a contact at each node of the patches", 0.01)
 
 SAMPLES_PER_HARMONIC = 8
@@ -205,8 +205,8 @@ def work_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: Array) 
     other = "more than" if isinstance(harmonics, int) else "harmonics other than"
     more = f"more samples and {other} {in_words(harmonics).removeprefix('harmonics ')}"
     return (
-        f"The energy dissipated in contacts at the highest peak of {outputs[worst]} would change by about "
-        f"{100.0 * errors[worst]:.2g} % with {more}."
+        f"The energy dissipated in contacts at the highest peak of {outputs[worst]} would change {_much(errors[worst])} "
+        f"with {more}."
     )
 
 
@@ -224,8 +224,14 @@ def truncation_warning(harmonics: Harmonics, outputs: tuple[str, ...], errors: A
         return ""
     worst = int(np.nanargmax(errors))
     more = f"{'More' if isinstance(harmonics, int) else 'Others'} than {in_words(harmonics)}"
-    much = f"by about {100.0 * errors[worst]:.1f} %" if errors[worst] < 1.0 else "by more than can be estimated"
-    return f'{more} would change {outputs[worst]} at its highest peak {much}: take more, or harmonics = "auto".'
+    return f'{more} would change {outputs[worst]} at its highest peak {_much(errors[worst])}: take more, or harmonics = "auto".'
+
+
+def _much(error: float) -> str:
+    """An estimated change in words: large ones are rough, since one step of Newton's method or few steps lead to them."""
+    if error < 0.1:
+        return f"by about {100.0 * error:.1f} %"
+    return f"by roughly {100.0 * error:.0f} %" if error < 1.0 else "by more than can be estimated"
 
 
 def held_mean_warning(balance: HarmonicBalance, springs: int, curve: Curve, measure: Measure) -> str:
