@@ -33,8 +33,8 @@ OWN = {
 """What each unit that results use is of, and its size in SI."""
 FACTOR = re.compile(r"([A-Za-zµ]+)(\^?-?[\d.]+|²|³)?")
 """A unit with its power inside of a compound one, as in m/(s2 N)."""
-HEAD = re.compile(r"(?P<words>.*) \[(?P<unit>[^\]]+)\]")
-"""The head of a column with its unit, "amplitude [m]"."""
+HEAD = re.compile(r"(.* \[)([^\]]+)(\])|(.* in )(\S+)()")
+"""The head of a column with its unit, "amplitude [m]" or "kt in N/um"."""
 
 
 def attributes_of(system: UnitSystem) -> dict[str, str]:
@@ -93,8 +93,9 @@ def shown_table(table: pd.DataFrame, dataset: xr.Dataset) -> pd.DataFrame:
     columns = {}
     for head, column in table.items():
         match = HEAD.fullmatch(str(head))
-        factor, unit = in_system(match["unit"], system) if match else (1.0, "")
-        columns[head] = (f"{match['words']} [{unit}]", column * factor) if match and factor != 1.0 else (head, column)
+        words, unit, end = (part for part in match.groups() if part is not None) if match else (str(head), "", "")
+        factor, own = in_system(unit, system)
+        columns[head] = (f"{words}{own}{end}", column * factor) if factor != 1.0 else (head, column)
     return table.assign(**{str(head): column for head, (_, column) in columns.items()}).rename(
         columns={head: name for head, (name, _) in columns.items()}
     )

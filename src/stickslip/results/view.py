@@ -16,7 +16,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE, Measure, Quantity
 from stickslip.outcome import Outcome
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.shown_units import in_system, system_of
-from stickslip.units import um
+from stickslip.units import UnitSystem, um
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,7 +107,12 @@ def peak_unit(*datasets: xr.Dataset) -> Length:
 def shown_unit(units: str, largest: float, *datasets: xr.Dataset) -> Length:
     """The unit to show sizes in that are kept in SI units: that of the study; else µm or m, or µm/N or m/N, by the largest, and
     others as they are."""
-    if system := system_of(*datasets):
+    return unit_in(system_of(*datasets), units, largest)
+
+
+def unit_in(system: UnitSystem | None, units: str, largest: float) -> Length:
+    """`shown_unit` in a system of units, or in SI without one."""
+    if system is not None:
         factor, name = in_system(units.replace("s2", "s²"), system)
         return Length(1.0 / factor, name, True)
     if units.startswith(("m/s", "m/(s")):
