@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,29 +61,50 @@ SHOWN = 6
 """Natural frequencies that a sentence lists."""
 
 
-def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None) -> list[str]:
+@dataclass(frozen=True, eq=False)
+class _Study:
+    """A sweep with the ends of its band, Hz, normal loads and slip limits at rest, N, and the units of sentences."""
+
+    sweep: Sweep
+    system: UnitSystem | None
+
+    @property
+    def problem(self) -> Problem:
+        return self.sweep.problem
+
+    @cached_property
+    def band(self) -> tuple[float, float]:
+        given = self.sweep.frequencies
+        return (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
+
+    @cached_property
+    def loads(self) -> dict[str, float]:
+        return normal_loads_at_rest(self.problem)
+
+    @cached_property
+    def limits(self) -> dict[str, float]:
+        return slip_limits(self.problem, self.loads)
+
+    def inside(self, stuck: bool) -> list[float]:
+        """The first natural frequencies in the band, Hz."""
+        low, high = self.band
+        return [float(f) for f in self.problem.systems.met(stuck) if low <= f <= high][:SHOWN]
+
+    def text(self, value: float, unit: str) -> str:
+        """A length or force in SI in the units of the study."""
+        factor, own = in_system(unit, self.system)
+        return f"{factor * value:.3g} {own}"
+
+
+def plausibility_warnings(sweep: Sweep, system: UnitSystem | None = None, forced: bool = True) -> list[str]:
     """What is hardly meant: motions as large as the structure, a band without resonance, friction that can never act, contacts
-    that nothing presses, stiffnesses and bodies of other units. system: the units of sentences, SI unless given.
+    that nothing presses, stiffnesses and bodies of other units.
+
+    system: the units of sentences, SI unless given; forced: whether force levels act in the analysis.
     """
-    given = sweep.frequencies
-    low, high = (given.low, given.high) if isinstance(given, Band) else (float(np.min(given)), float(np.max(given)))
-    problem = sweep.problem
-    loads = normal_loads_at_rest(problem)
-    limits = slip_limits(problem, loads)
-    return [
-        *_amplitudes(sweep, low, high, system),
-        *_band(sweep, low, high),
-        *_at_rest(problem, loads),
-        *_distances(problem, limits, system),
-        *_bodies(problem),
-        *_friction(sweep, low, high, limits, system),
-    ]
-
-
-def _text(value: float, unit: str, system: UnitSystem | None) -> str:
-    """A length or force in the units of the study."""
-    factor, own = in_system(unit, system)
-    return f"{factor * value:.3g} {own}"
+    study = _Study(sweep, system)
+    levels = (_amplitudes, _friction) if forced else ()
+    return [words for check in (_band, _at_rest, _distances, _bodies, *levels) for words in check(study)]
 
 
 def _size(problem: Problem) -> float:
@@ -90,38 +113,40 @@ def _size(problem: Problem) -> float:
     return float(np.ptp(places, axis=0).max()) if len(places) else 0.0
 
 
-def _amplitudes(sweep: Sweep, low: float, high: float, system: UnitSystem | None) -> list[str]:
+def _amplitudes(study: _Study) -> list[str]:
     """A warning where the largest force level moves the structure by a part of its size, even at the ends of the band and with
     all contacts stuck.
     """
-    problem, level = sweep.problem, max(sweep.force_levels)
-    moved = max(float(np.max(np.abs(problem.output_rows @ _stuck_motion(problem, level, hertz)))) for hertz in (low, high))
+    problem, level = study.problem, max(study.sweep.force_levels)
+    moved = max(float(np.max(np.abs(problem.output_rows @ _stuck_motion(problem, level, hertz)))) for hertz in study.band)
     size = _size(problem)
     if moved <= (LARGE * size or LARGE_WITHOUT_SIZE):
         return []
     compared = f", {moved / size:.2g} times the size of the structure" if size else ""
     return [
-        f"Warning: force level {level:g} moves the stuck structure by {_text(moved, 'm', system)}{compared}. The theory assumes "
+        f"Warning: force level {level:g} moves the stuck structure by {study.text(moved, 'm')}{compared}. The theory assumes "
         "small motions: check the units of forces and stiffnesses."
     ]
 
 
-def _band(sweep: Sweep, low: float, high: float) -> list[str]:
+def _band(study: _Study) -> list[str]:
     """A band that holds no natural frequency, free or stuck, at which a harmonic of the excitation meets the structure."""
-    met = np.concatenate([sweep.problem.systems.met(stuck) for stuck in (False, True)])
-    if not isinstance(sweep.frequencies, Band) or np.any((met >= low) & (met <= high)):
+    low, high = study.band
+    met = np.concatenate([study.problem.systems.met(stuck) for stuck in (False, True)])
+    if not isinstance(study.sweep.frequencies, Band) or np.any((met >= low) & (met <= high)):
         return []
     nearest = sorted(f"{f:.5g}" for f in sorted(met[met > 0.0], key=lambda f: abs(np.log(f / np.sqrt(low * high))))[:2])
     where = f"; the nearest are at {' and '.join(nearest)} Hz" if nearest else ""
     return [f"Warning: no natural frequency lies between {low:.6g} and {high:.6g} Hz, where the response is computed{where}."]
 
 
-def _at_rest(problem: Problem, loads: Mapping[str, float]) -> list[str]:
+def _at_rest(study: _Study) -> list[str]:
     """Rubbing contacts without a gap none of which is pressed at rest: a pull or the normals point the other way."""
-    closed = [contact for contact in problem.contacts if contact.law.rubs and _closes(contact)]
-    if not closed or any(loads.get(contact.name, 0.0) > 0.0 for contact in closed):
+    closed = [contact for contact in study.problem.contacts if contact.law.rubs and _closes(contact)]
+    if not closed or any(study.loads.get(contact.name, 0.0) > 0.0 for contact in closed):
         return []
-    what = "no contact is pressed on at rest" if loads else "no state of rest was found in which contacts carry the static loads"
+    none = "no state of rest was found in which contacts carry the static loads"
+    what = "no contact is pressed on at rest" if study.loads else none
     return [f"Warning: {what}. Check the directions of pulls and normals, preloads, and where bodies lie."]
 
 
@@ -131,9 +156,9 @@ def _closes(contact: Contact) -> bool:
     return normal is not None and bool(np.any(normal.constant >= 0.0))
 
 
-def _distances(problem: Problem, limits: Mapping[str, float], system: UnitSystem | None) -> list[str]:
+def _distances(study: _Study) -> list[str]:
     """Contacts that would yield, or stand off, by a part of the structure before they slip or close."""
-    size = _size(problem)
+    problem, limits, size = study.problem, study.limits, _size(study.problem)
     if not size:
         return []
     found = []
@@ -146,14 +171,14 @@ def _distances(problem: Problem, limits: Mapping[str, float], system: UnitSystem
     name, most = max(yielding.items(), key=lambda item: item[1], default=("", 0.0))
     if most > YIELDING * size:
         found.append(
-            f"Warning: {name} slips only where its spring has yielded by {_text(most, 'm', system)}, the slip limit over kt, "
+            f"Warning: {name} slips only where its spring has yielded by {study.text(most, 'm')}, the slip limit over kt, "
             f"{most / size:.2g} times the size of the structure. Check the units of kt and of the normal load."
         )
     standing = {contact.name: _standing(contact) for contact in problem.contacts}
     name, most = max(standing.items(), key=lambda item: item[1], default=("", 0.0))
     if most > APART * size:
         found.append(
-            f"Warning: the gap of {name}, or its preload over kn, is {_text(most, 'm', system)}, {most / size:.2g} times the "
+            f"Warning: the gap of {name}, or its preload over kn, is {study.text(most, 'm')}, {most / size:.2g} times the "
             "size of the structure. Check the units of gap, preload and kn."
         )
     return found
@@ -168,8 +193,9 @@ def _standing(contact: Contact) -> float:
     return float(np.abs(distances).max(initial=0.0))
 
 
-def _bodies(problem: Problem) -> list[str]:
+def _bodies(study: _Study) -> list[str]:
     """Bodies so heavy that they sink into their contacts, and static forces that no rotor makes of their mass."""
+    problem = study.problem
     if not problem.structure.outlines:
         return []
     found = []
@@ -194,38 +220,39 @@ def _bodies(problem: Problem) -> list[str]:
     return found
 
 
-def _friction(sweep: Sweep, low: float, high: float, limits: Mapping[str, float], system: UnitSystem | None) -> list[str]:
+def _friction(study: _Study) -> list[str]:
     """Contacts that stay stuck even at the resonance of the largest force level, or slip limits that are nothing beside the
     forces: pulls, preloads and forces do not fit.
     """
-    problem = sweep.problem
+    problem, limits, levels = study.problem, study.limits, study.sweep.force_levels
     if not limits:
         return []
-    largest, smallest = max(sweep.force_levels), min(sweep.force_levels)
+    largest, smallest = max(levels), min(levels)
     force, total = smallest * _excitation(problem), sum(limits.values())
-    free = [float(f) for f in problem.systems.met(False) if low <= f <= high][:SHOWN]
-    if total < NEGLIGIBLE * force or _largest_effect(problem, smallest, free, limits) < WEAK:
+    if total < NEGLIGIBLE * force or _largest_effect(study, smallest) < WEAK:
         return [
-            f"Warning: all contacts together slip at {_text(total, 'N', system)}, but the smallest excitation is "
-            f"{_text(force, 'N', system)}, so friction has almost no effect. Check the units of pulls, preloads and forces, and "
+            f"Warning: all contacts together slip at {study.text(total, 'N')}, but the smallest excitation is "
+            f"{study.text(force, 'N')}, so friction has almost no effect. Check the units of pulls, preloads and forces, and "
             "the force levels."
         ]
-    inside = [float(f) for f in problem.systems.met(True) if low <= f <= high]
-    name, share = _most_loaded(problem, largest, [*inside[:SHOWN], low, high], limits)
+    inside = study.inside(stuck=True)
+    name, share = _most_loaded(study, largest, [*inside, *study.band])
     if share >= IDLE or share < UNREACHED:
-        return [] if inside or not free or not isinstance(sweep.frequencies, Band) else _flank(sweep, free, low, high, limits)
+        return [] if inside else _flank(study)
     return [
         f"Warning: no contact slips at force level {largest:g}: the most loaded contact, {name}, carries {100.0 * share:.2g} % "
-        f"of its slip limit ({_text(limits[name], 'N', system)}) in the stuck response. Check the units of pulls, preloads and "
+        f"of its slip limit ({study.text(limits[name], 'N')}) in the stuck response. Check the units of pulls, preloads and "
         "forces."
     ]
 
 
-def _flank(sweep: Sweep, free: Sequence[float], low: float, high: float, limits: Mapping[str, float]) -> list[str]:
+def _flank(study: _Study) -> list[str]:
     """A band that holds resonances without contacts only, at whose smallest force level no contact slips: no peak is in it."""
-    problem, smallest = sweep.problem, min(sweep.force_levels)
-    stuck = problem.systems.met(True)
-    _, share = _most_loaded(problem, smallest, [*free, low, high], limits)
+    smallest, free, (low, high) = min(study.sweep.force_levels), study.inside(stuck=False), study.band
+    if not free or not isinstance(study.sweep.frequencies, Band):
+        return []
+    stuck = study.problem.systems.met(True)
+    _, share = _most_loaded(study, smallest, [*free, low, high])
     if share >= 1.0 or share < UNREACHED or not stuck.size:
         return []
     nearest = float(stuck[np.argmin(np.abs(np.log(np.maximum(stuck, 1e-300) / np.sqrt(low * high))))])
@@ -236,13 +263,13 @@ def _flank(sweep: Sweep, free: Sequence[float], low: float, high: float, limits:
     ]
 
 
-def _largest_effect(problem: Problem, level: float, free: Sequence[float], limits: Mapping[str, float]) -> float:
+def _largest_effect(study: _Study, level: float) -> float:
     """4 Σ μN |Bu| / (π |fᵀu|) of the free mode u in the band in which friction can do most; infinite where there is none.
 
     Beside its resonance the response without contacts has the shape of the mode, and its size cancels.
     """
-    largest = 0.0
-    for hertz in free:
+    problem, limits, largest = study.problem, study.limits, 0.0
+    for hertz in study.inside(stuck=False):
         moved, load = _linear_motion(problem, level, BESIDE * hertz, stuck=False)
         along, taken = np.abs(problem.systems.at(1).B @ moved), 0.0
         for contact, first in _first_rows(problem):
@@ -293,15 +320,21 @@ def _excitation(problem: Problem) -> float:
     return float(sizes[rows].sum() if problem.structure.shapes is None else sizes.sum())
 
 
-def _most_loaded(problem: Problem, level: float, hertz: list[float], limits: Mapping[str, float]) -> tuple[str, float]:
-    """The contact that carries most of its slip limit with all contacts stuck, and that share; infinite at undamped ones."""
+def _most_loaded(study: _Study, level: float, hertz: Sequence[float]) -> tuple[str, float]:
+    """The contact that comes nearest to slipping with all contacts stuck, and what it carries over its slip limit while its
+    normal load is least in the period, T/(μ (N0 − N1)); infinite where it lifts off, and at undamped resonances.
+    """
+    problem, limits = study.problem, study.limits
     found = dict.fromkeys(limits, 0.0)
     for f in hertz:
         forces = np.abs(problem.contact_stiffness * (problem.systems.at(1).B @ _stuck_motion(problem, level, f)))
         for contact, first in _first_rows(problem):
             if contact.name in found:
-                carried = float(np.linalg.norm(forces[first : first + len(contact.elements.friction)]))
-                found[contact.name] = max(found[contact.name], carried / limits[contact.name])
+                normal = first + len(contact.elements.friction)
+                carried = float(np.linalg.norm(forces[first:normal])) / limits[contact.name]
+                swing = 0.0 if contact.elements.normal is None else float(forces[normal]) / study.loads[contact.name]
+                share = carried / (1.0 - swing) if swing < 1.0 else np.inf
+                found[contact.name] = max(found[contact.name], share)
     return max(found.items(), key=lambda item: item[1])
 
 

@@ -140,7 +140,7 @@ def job(text: str, folder: Path, name: str, progress: Progress = quiet) -> Job:
     found.stop()
     plan = found.attempt("", kind.plan, Asked(tables.own, sweep, tables.units, folder, rig_of(tables.rig)))
     found.stop()
-    notes += (*sweep.problem.warnings, *plausibility_warnings(sweep, tables.units.system)) if sweep else ()
+    notes += (*sweep.problem.warnings, *plausibility_warnings(sweep, tables.units.system, kind.forced)) if sweep else ()
     if tables.study is None or plan is None:
         raise AssertionError("a study without faults has all its parts")
     title = tables.study.title or (sweep.problem.heading if sweep else "") or name
