@@ -125,7 +125,7 @@ def peak_table(dataset: xr.Dataset, name: str | None = None, per_force: bool = F
         table["stability"] = words_of_flags(dataset["peak_stability"], table["peak_stability"].to_numpy())
     for key in (each for each in ERRORS if each in dataset):
         columns = {str(label): k for k, label in enumerate(dataset["output"].values)}
-        at = table["case"].to_numpy(), table["output"].astype(str).map(columns).to_numpy()
+        at = table["case"].to_numpy(dtype=int), table["output"].astype(str).map(columns).to_numpy(dtype=int)
         table[key] = np.where(table["peak"] == 0, dataset[key].values[at], np.nan)
         names[key] = key
     table = table.rename(columns=names)
