@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from stickslip.checks import Array
 from stickslip.contact.point import Contact
 from stickslip.problem import Problem
 from stickslip.problem.at_rest import normal_loads_at_rest
@@ -85,10 +86,15 @@ class _Study:
     def limits(self) -> dict[str, float]:
         return slip_limits(self.problem, self.loads)
 
+    @cached_property
+    def met(self) -> dict[bool, Array]:
+        """Natural frequencies that the excitation meets, Hz, by whether contacts are stuck."""
+        return {stuck: self.problem.systems.met(stuck) for stuck in (False, True)}
+
     def inside(self, stuck: bool) -> list[float]:
-        """The first natural frequencies in the band, Hz."""
+        """The first of them in the band."""
         low, high = self.band
-        return [float(f) for f in self.problem.systems.met(stuck) if low <= f <= high][:SHOWN]
+        return [float(f) for f in self.met[stuck] if low <= f <= high][:SHOWN]
 
     def text(self, value: float, unit: str) -> str:
         """A length or force in SI in the units of the study."""
@@ -132,7 +138,7 @@ def _amplitudes(study: _Study) -> list[str]:
 def _band(study: _Study) -> list[str]:
     """A band that holds no natural frequency, free or stuck, at which a harmonic of the excitation meets the structure."""
     low, high = study.band
-    met = np.concatenate([study.problem.systems.met(stuck) for stuck in (False, True)])
+    met = np.concatenate(list(study.met.values()))
     if not isinstance(study.sweep.frequencies, Band) or np.any((met >= low) & (met <= high)):
         return []
     nearest = sorted(f"{f:.5g}" for f in sorted(met[met > 0.0], key=lambda f: abs(np.log(f / np.sqrt(low * high))))[:2])
@@ -251,7 +257,7 @@ def _flank(study: _Study) -> list[str]:
     smallest, free, (low, high) = min(study.sweep.force_levels), study.inside(stuck=False), study.band
     if not free or not isinstance(study.sweep.frequencies, Band):
         return []
-    stuck = study.problem.systems.met(True)
+    stuck = study.met[True]
     _, share = _most_loaded(study, smallest, [*free, low, high])
     if share >= 1.0 or share < UNREACHED or not stuck.size:
         return []
