@@ -197,22 +197,21 @@ def test_a_response_from_the_file_is_drawn_in_mm(results, tmp_path):
 def test_a_chart_is_converted_axis_by_axis():
     """Lines, bars, rules, limits and hover texts go with the unit of their axis; numbers without a unit stay."""
     style = Style("ink")
-    across = Panel(
-        Axis("force", "N"),
-        Axis("motion", "µm", limits=(0.0, 50.0)),
-        [
-            Line([1.0], [20.0], style, hover={"energy in J": [0.5], "curve": ["a"]}),
-            Bars([1.0], [20.0], style, base=10.0),
-            Rule(30.0, style, along="y"),
-        ],
-    )
+    layers = [
+        Line([1.0], [20.0], style, hover={"energy in J": [0.5], "curve": ["a"]}),
+        Bars([1.0], [20.0], style, base=10.0),
+        Bars([20.0], [1.0], style, horizontal=True),
+        Rule(30.0, style, along="y"),
+    ]
+    across = Panel(Axis("force", "N"), Axis("motion", "m", limits=(0.0, 50.0)), layers)
     panel = shown_chart(Chart("t", [across]), UnitSystem("mm", "kN", "kg", "ms")).panels[0]
-    line, bars, rule = panel.layers
-    assert (panel.x.label, panel.y.label, panel.y.limits) == ("force in kN", "motion in mm", (0.0, pytest.approx(0.05)))
-    assert (line.x, line.y) == (pytest.approx([1e-3]), pytest.approx([0.02]))
+    line, upright, flat, rule = panel.layers
+    assert (panel.x.label, panel.y.label, panel.y.limits) == ("force in kN", "motion in mm", (0.0, pytest.approx(5e4)))
+    assert (line.x, line.y) == (pytest.approx([1e-3]), pytest.approx([2e4]))
     assert line.hover == {"energy in J": [0.5], "curve": ["a"]}
-    assert (bars.size, bars.base, bars.width) == (pytest.approx([0.02]), pytest.approx(0.01), pytest.approx(0.8e-3))
-    assert rule.at == pytest.approx(0.03)
+    assert (upright.at, upright.size, upright.base, upright.width) == tuple(map(pytest.approx, ([1e-3], [2e4], 1e4, 0.8e-3)))
+    assert (flat.at, flat.size, flat.width) == tuple(map(pytest.approx, ([2e4], [1e-3], 800.0)))
+    assert rule.at == pytest.approx(3e4)
 
 
 def test_a_table_is_converted_column_by_column():
