@@ -40,8 +40,8 @@ NEGLIGIBLE = 0.02
 """All slip limits together over the harmonic forces of the smallest level, below which friction changes nothing."""
 
 WEAK = 0.1
-"""The most that friction can dissipate in a free mode over what the smallest level feeds into it, 4 Σ μN |Bφ| / (π |fᵀφ|), below
-which friction changes nothing: it lowers the peak by no more than this share."""
+"""The most that friction can dissipate in a free mode over what the smallest level feeds into it, 4 Σ μN |B q| / (π |fᵀ q|),
+below which friction changes nothing: it lowers the peak by no more than this share."""
 
 BESIDE = 1.0 + 1e-4
 """Times a natural frequency, where the undamped response has the shape of its mode."""
@@ -270,7 +270,7 @@ def _flank(study: _Study) -> list[str]:
 
 
 def _largest_effect(study: _Study, level: float) -> float:
-    """4 Σ μN |Bu| / (π |fᵀu|) of the free mode u in the band in which friction can do most; infinite where there is none.
+    """4 Σ μN |B q| / (π |fᵀ q|) of the free mode q in the band in which friction can do most; infinite where there is none.
 
     Beside its resonance the response without contacts has the shape of the mode, and its size cancels.
     """

@@ -117,6 +117,7 @@ class Run:
             if not isinstance(work, StoppableWork) or not own[""]:
                 continue
             attributes = {"title": f"{job.title} (stopped)", "study": job.text, "analysis": job.analysis}
+            attributes |= attributes_of(job.units)
             save(stamped(work.so_far(own[""])).assign_attrs(attributes), self.folder / UNFINISHED / name / "results.nc")
 
 
