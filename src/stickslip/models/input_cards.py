@@ -97,7 +97,7 @@ def fields(line: str) -> list[str]:
 def label(word: str) -> str:
     """A label in capitals and without quotation marks, which also stand round one part of "Part 1-1".tip alone.
 
-    Labels in quotation marks may hold blanks, commas and dots, and differ by capitals, which are not told apart here.
+    Labels in quotation marks may hold blanks, commas and dots. Abaqus keeps their small letters; here these count as capitals.
     """
     return word.strip().replace('"', "").upper()
 
