@@ -30,6 +30,7 @@ from stickslip.report.motion import motions, moves
 from stickslip.report.percentiles import percentiles
 from stickslip.report.presentation import presentation_of
 from stickslip.report.stress import stress
+from stickslip.results.shown_units import system_of
 
 Section = tuple[str, str, Callable[[Mapping[str, xr.Dataset], Charts], str]]
 
@@ -101,7 +102,7 @@ def page(datasets: Mapping[str, xr.Dataset]) -> str:
     title = " · ".join(dict.fromkeys(str(d.attrs.get("title") or label) for label, d in datasets.items()))
     kinds = [kind for d in datasets.values() if (kind := presentation_of(d).title) != title]
     about = f"{' and '.join(dict.fromkeys(kinds))}, computed with stickslip" if kinds else "Computed with stickslip"
-    charts, shown = Charts(list(datasets)), sections_of(datasets)
+    charts, shown = Charts(list(datasets), system_of(*datasets.values())), sections_of(datasets)
     body = "".join(build(datasets, charts) for _, _, build in shown)
     library, scripts = _plotly(), (step_script(), _resource("report.js"))
     data = json.dumps(charts.data(), allow_nan=False, separators=(",", ":"))
