@@ -50,7 +50,7 @@ FIRST = 5000
 """Seeds from here on: numbers below were looked at while the warnings were made."""
 
 MORE_HARMONICS, MORE_SAMPLES = 15, 1024
-PATIENCE = 30.0
+PATIENCE = 15.0
 """CPU seconds after which a judge gives no judgement."""
 
 NEAR, SAME_HEIGHT, LISTED = 0.03, 0.05, 0.01
@@ -65,7 +65,7 @@ HIGHER = 1e-3
 ELSEWHERE = 0.1
 """Relative difference of amplitudes from which a motion in time is another one."""
 
-STEPS, PERIODS = 1000, 300
+STEPS, PERIODS = 500, 200
 FINE = StepControl(largest=0.03, points=40000)
 
 
@@ -201,7 +201,7 @@ class Judged:
     def _of_other_motions(self) -> Iterator[Judgement]:
         frequency = self.dataset["frequency"].values[0]
         low, high = np.nanmin(frequency), np.nanmax(frequency)
-        places = [low + share * (high - low) for share in (0.2, 0.4, 0.6, 0.8)]
+        places = [low + share * (high - low) for share in (0.3, 0.7)]
         places += [self.peak.frequency] if self.peak is not None and self.peak.local else []
         given = "Another motion" in self.message
         tried = [patiently(partial(self._is_elsewhere, place)) for place in places]
