@@ -28,7 +28,7 @@ from stickslip.analyses.peak_stability import instability_warning, judged, with_
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
-from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning
+from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
@@ -527,7 +527,7 @@ class ForcedResponseWork(OneBalance):
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
-            curve = refined(self.balance, curve)
+            curve = without_ripples(self.balance, refined(self.balance, curve))
         arrays = curve_arrays(self.balance, curve)
         arrays["frequency"] = as_given(arrays["frequency"], self.frequencies, self.periods)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
