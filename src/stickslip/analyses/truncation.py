@@ -94,6 +94,10 @@ MOST_UNKNOWNS = 3000
 SHIFT = 0.02
 """Relative shift of a peak by more harmonics or samples up to which it is the same peak."""
 
+FEWEST_STEPS, DETOUR, FEW_MORE = 10, 60, 4
+"""Steps of Newton's method that a solution takes, and that ways round take where it fails; harmonics beyond those of the curve
+from which on they are solved and not only estimated by one step."""
+
 LEAST_SPENT = 3e10
 """(Rows of the Newton matrix)³ times steps that the estimate may take, two seconds of computing or so; more where the curve took
 more."""
@@ -108,8 +112,9 @@ def discretisation_errors(balance: HarmonicBalance, curve: Curve, measure: Measu
     """
     errors, known = np.full((3, len(balance.problem.outputs)), np.nan), dict[float, Array]()
     spent = max(LEAST_SPENT, sum(float(point.iterations) * point.active**3 for point in curve.points))
-    counted = _counted(balance, measure)
-    for output, highest in highest_points(balance, curve, measure).items():
+    counted, places = _counted(balance, measure), highest_points(balance, curve, measure)
+    spent /= max(len({round(np.log(point.point.omega) / SAME_PEAK) for point in places.values()}), 1)
+    for output, highest in places.items():
         omega = highest.point.omega
         near = next((other for other in known if abs(other - omega) <= SAME_PEAK * omega), omega)
         if near not in known:
@@ -188,22 +193,28 @@ class _Peak:
     def solved(self, finer: HarmonicBalance, rows: float, near: Evaluation | None = None) -> Evaluation | None:
         """The point with a finer balance, from its own solution, else from one that is near; None where Newton's method does not
         arrive."""
+        steps = self.steps(rows * finer.kept.size)
         for start in filter(None, (self.point.evaluation, near)):
-            found = self._at_peak(finer, start.point)
+            found = self._beside(finer, start.point, steps)
             if found is not None:
                 return found
-        carried = resolved(finer, self.point.evaluation, min(STEPS, int(self.spent / (rows * finer.kept.size) ** 3)))
-        if not carried.converged:
+        carried = resolved(finer, self.point.evaluation, min(STEPS, steps)) if steps >= DETOUR else None
+        if carried is None or not carried.converged:
             return None
-        return self._at_peak(finer, carried.evaluation.point) or carried.evaluation
+        return self._beside(finer, carried.evaluation.point, steps) or carried.evaluation
 
-    def _at_peak(self, finer: HarmonicBalance, start: Point) -> Evaluation | None:
-        """The peak beside a start; None for a point that is none."""
-        if self.output is None:
-            return None
-        X = self.point.evaluation.w[self.balance.rows + self.output, self.balance.first]
+    def steps(self, unknowns: float) -> int:
+        """Newton steps with so many unknowns that may be spent."""
+        return int(self.spent / unknowns**3)
+
+    def _beside(self, finer: HarmonicBalance, start: Point, steps: int) -> Evaluation | None:
+        """The peak, or the point at its frequency, beside a start."""
+        condition = fixed("omega", self.point.point.omega)
+        if self.output is not None:
+            X = self.point.evaluation.w[self.balance.rows + self.output, self.balance.first]
+            condition = phase_condition(finer, self.output, X)
         padded = replace(start, forces=pad(start.forces, finer.columns))
-        found = correct(finer, padded, phase_condition(finer, self.output, X), iterations=30, halvings=10)
+        found = correct(finer, padded, condition, iterations=min(30, max(steps, 1)), halvings=10)
         near = abs(found.evaluation.point.omega / self.point.point.omega - 1.0) <= SHIFT
         return found.evaluation if found.converged and near else None
 
@@ -217,7 +228,7 @@ class _Peak:
         the contacts, (3, outputs)."""
         balance, evaluation = self.balance, self.point.evaluation
         rows = min(max(self.point.active / balance.kept.size, 1.0), balance.problem.structure.size)
-        beyond = min(enough_beyond(balance.highest), int((MOST_UNKNOWNS / rows - 1.0) / 2.0))
+        beyond = self._beyond(rows)
         if beyond < balance.highest + 2:
             return np.full((3, len(balance.problem.outputs)), np.nan)
         finer = finer_balance(balance, beyond)
@@ -230,7 +241,7 @@ class _Peak:
         least = ROUNDED_WORK * float(np.vdot(np.abs(self.point.point.forces), np.abs(evaluation.w[: balance.rows])))
         work_error = _relative(work, own, least)
         large = errors > ALLOWED
-        if large.any() or work_error > WORK_ALLOWED:
+        if (large.any() or work_error > WORK_ALLOWED) and self.steps(rows * finer.kept.size) >= FEWEST_STEPS:
             size = np.maximum(self.sizes(evaluation), np.finfo(float).tiny)
             more = self.solved(finer, rows)
             fewer = self.solved(sampled, rows, more)
@@ -241,6 +252,13 @@ class _Peak:
             if more:
                 work_error = _relative(contact_work(finer, more), own, least)
         return np.vstack([errors, np.full(errors.shape[1], work_error)])
+
+    def _beyond(self, rows: float) -> int:
+        """The harmonics of the estimate: so many that a solution fits into what may be spent, where a few more than those of the
+        curve do; else as many as one step of Newton's method can be taken with."""
+        enough, highest = enough_beyond(self.balance.highest), self.balance.highest
+        solvable, largest = (int((most / rows - 1.0) / 2.0) for most in (np.cbrt(self.spent / FEWEST_STEPS), MOST_UNKNOWNS))
+        return min(enough, solvable if solvable >= highest + FEW_MORE else largest, largest)
 
 
 def sampling_error(balance: HarmonicBalance, point: CurvePoint, output: int, measure: Measure) -> float:
