@@ -24,6 +24,7 @@ from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_stability import instability_warning, judged, with_flags
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
@@ -542,6 +543,7 @@ class ForcedResponseWork(OneBalance):
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
+            "" if self.exactly else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
             truncation_warning(self.harmonics, names, by_harmonics),
             work_warning(self.harmonics, names, of_work),
             by_finer,
