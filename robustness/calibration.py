@@ -89,8 +89,8 @@ FINE = StepControl(largest=0.03, points=40000)
 TEXT = Template("""\
 # How far warnings can be trusted
 
-A forced response warns where its numbers may be wrong. Each warning should be right in nine of ten cases, and where there is none,
-nothing should be wrong in 99 of 100. `python -m robustness.calibration` measures both on the random problems of
+A forced response warns where its numbers may be wrong. Each warning should be right in nine of ten cases, and where there is
+none, nothing should be wrong in 99 of 100. `python -m robustness.calibration` measures both on the random problems of
 [Robustness](robustness.md), with 5 harmonics and 256 samples, on numbers that were not looked at while the warnings were made, and
 writes this page. Each warning has a judge that does not use what the warning was made from.
 

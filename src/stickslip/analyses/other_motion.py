@@ -51,10 +51,11 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
         output = int(np.argmax(np.where(own.max(axis=0) > 0.0, ratios, 0.0)))
         if ratios[output] > HIGHER:
             highest = balance.hertz(points[int(np.argmax(sizes[:, output]))].point.omega)
+            enters, begins = (balance.hertz(omega) for omega in (edge.point.omega, outside * edge.point.omega))
             return (
-                f"Another motion enters the band at {balance.hertz(edge.point.omega):.6g} Hz, with {ratios[output]:.3g} times "
-                f"the highest {balance.problem.output_names[output]} of this curve, at {highest:.6g} Hz. Which of them a vibration "
-                f"takes depends on how it begins: compute a band that begins at {balance.hertz(outside * edge.point.omega):.4g} Hz."
+                f"Another motion enters the band at {enters:.6g} Hz, with {ratios[output]:.3g} times the highest "
+                f"{balance.problem.output_names[output]} of this curve, at {highest:.6g} Hz. Which of them a vibration takes "
+                f"depends on how it begins: compute a band that begins at {begins:.4g} Hz."
             )
     return ""
 

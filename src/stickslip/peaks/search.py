@@ -58,7 +58,7 @@ NEIGHBOURS = 2
 
 @dataclass(frozen=True, slots=True)
 class Unproven:
-    """Where a peak may be higher than the one that was found: ω in rad/s, the height found, and the bound of what may be there."""
+    """Where a peak may be higher than the one that was found: ω in rad/s, the height found, and the bound of what may be."""
 
     omega: float
     height: float
@@ -231,8 +231,8 @@ class PeakSearch:
         return best, [each for each in unproven if each.share > MATTERS]
 
     def _by_itself(self, interval: Interval, row: int, measure: Measure, most: float) -> tuple[list[Sample], list[Unproven]]:
-        """The peaks of an interval that could not be divided, searched on planes and arc lengths of its own: those of a whole step
-        of the curve meet a narrow resonance on both of its sides; most: the bound without that."""
+        """The peaks of an interval that could not be divided, searched on planes and arc lengths of its own: those of a whole
+        step of the curve meet a narrow resonance on both of its sides; most: the bound without that."""
         low, high = interval.low.place, interval.high.place
         part = Interpolation(self.balance, [low.point.point, high.point.point], MATTERS).curve() if self.depth < DEPTH else []
         if len(part) < 2:
