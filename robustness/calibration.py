@@ -1,7 +1,8 @@
 """How often the warnings of a forced response are right, and how often their absence is, over the robustness classes.
 
 python -m robustness.calibration [CASES PER CLASS] [CPU SECONDS]: computes cases until the seconds are spent, keeps each in
-results/calibration.jsonl, and writes docs/calibration.md from those of this commit: an interrupted run goes on.
+results/calibration.jsonl, and writes docs/calibration.md from all that are kept there: a run goes on where the last one ended.
+Without the file it begins anew.
 
 Each warning has a judge that does not use what the warning was made from:
 
@@ -51,7 +52,7 @@ from tools.commits import commit
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "results" / "calibration.jsonl"
 FIRST = 5000
-"""Seeds from here on: numbers below were looked at while the warnings were made."""
+"""Seeds from here on; other runs use those below."""
 
 MORE_HARMONICS, MORE_SAMPLES = 15, 1024
 PATIENCE = 15.0
@@ -91,8 +92,7 @@ TEXT = Template("""\
 
 A forced response warns where its numbers may be wrong. Each warning should be right in nine of ten cases, and where there is
 none, nothing should be wrong in 99 of 100. `python -m robustness.calibration` measures both on the random problems of
-[Robustness](robustness.md), with 5 harmonics and 256 samples, on numbers that were not looked at while the warnings were made, and
-writes this page. Each warning has a judge that does not use what the warning was made from.
+[Robustness](robustness.md), with 5 harmonics and 256 samples, and writes this page. Each warning has a judge that does not use what the warning was made from.
 
 | warning | judge | given and right | absent and right |
 | --- | --- | --- | --- |
@@ -251,7 +251,7 @@ class Judged:
             yield Judgement("another motion", given, given == any(ended))
 
     def _is_elsewhere(self, frequency: float) -> bool | None:
-        """Whether time integration from rest ends in a periodic motion that the curve does not pass; None where it does not end."""
+        """Whether time integration from rest ends in a periodic motion that the curve does not pass; None where it does not."""
         time_motion = ss.time_response(self.case.problem, frequency, self.case.level, steps_per_period=STEPS, periods=PERIODS)
         if not time_motion.periodic:
             return None
@@ -343,7 +343,7 @@ PARTS: dict[str, Callable[[Case], Iterator[Judgement]]] = {
 def main(count: int, seconds: float) -> None:
     KEPT.parent.mkdir(exist_ok=True)
     now = commit("src", "robustness")
-    known = {(row["part"], row["kind"], row["seed"]) for row in stored() if row["commit"] == now}
+    known = {(row["part"], row["kind"], row["seed"]) for row in stored()}
     for part, judgements in PARTS.items():
         began = time.process_time()
         for seed in range(FIRST, FIRST + count):
@@ -364,9 +364,7 @@ def stored() -> list[dict[str, Any]]:
 
 
 def page(rows: list[dict[str, Any]]) -> str:
-    """The page of the documentation, of the last commit of each part."""
-    last = {part: [row["commit"] for row in rows if row["part"] == part][-1] for part in PARTS}
-    rows = [row for row in rows if row["commit"] == last[row["part"]]]
+    """The page of the documentation."""
     counts = Counter((each["warning"], each["given"], each["right"]) for row in rows for each in row["judgements"])
     lines = []
     for name, (meaning, judge) in WARNINGS.items():
@@ -375,9 +373,8 @@ def page(rows: list[dict[str, Any]]) -> str:
             right, wrong = counts[(name, given, True)], counts[(name, given, False)]
             cells.append(f"{right} of {right + wrong}" if right + wrong else "–")
         lines.append(f"| {' | '.join(cells)} |")
-    measured = "; ".join(
-        f"{part}: {sum(row['part'] == part for row in rows)} problems at commit `{name}`" for part, name in last.items()
-    )
+    problems = Counter((row["part"], row["commit"]) for row in rows)
+    measured = "; ".join(f"{part}, {count} problems at commit `{name}`" for (part, name), count in problems.items())
     return TEXT.substitute(rows="\n".join(lines), measured=measured)
 
 

@@ -19,8 +19,8 @@ from stickslip.solve.continuation import solve_cold, trace
 from stickslip.solve.curve_points import CurvePoint, LostCurveError, solve_at
 from stickslip.solve.steps import StepControl
 
-BEYOND = 1.25
-"""How many times beyond an end of the band, in frequency, the other curve begins."""
+BEYOND = (1.25, 2.0)
+"""How many times beyond an end of the band, in frequency, other curves begin: a resonance may lean farther than the first."""
 
 MOST_POINTS = 600
 
@@ -42,7 +42,8 @@ def other_motion_warning(balance: HarmonicBalance, curve: Curve, measure: Measur
     if ends[0].point.omega > ends[1].point.omega:
         ends = ends[1], ends[0]
     own = _sizes(balance, curve.points, measure)
-    for edge, other, outside in ((ends[1], ends[0], BEYOND), (ends[0], ends[1], 1.0 / BEYOND)):
+    upwards, downwards = [(*ends, 1.0 / beyond) for beyond in BEYOND], [(*ends[::-1], beyond) for beyond in BEYOND]
+    for edge, other, outside in (*downwards, *upwards):
         points = _entering(balance, curve, edge, outside * edge.point.omega, other.point.omega)
         if not points:
             continue
