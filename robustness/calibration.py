@@ -92,7 +92,8 @@ TEXT = Template("""\
 
 A forced response warns where its numbers may be wrong. Each warning should be right in nine of ten cases, and where there is
 none, nothing should be wrong in 99 of 100. `python -m robustness.calibration` measures both on the random problems of
-[Robustness](robustness.md), with 5 harmonics and 256 samples, and writes this page. Each warning has a judge that does not use what the warning was made from.
+[Robustness](robustness.md), with 5 harmonics and 256 samples, and writes this page. Each warning has a judge that does not use
+what the warning was made from.
 
 | warning | judge | given and right | absent and right |
 | --- | --- | --- | --- |
