@@ -24,11 +24,12 @@ from stickslip.analyses.isolated import isolated_curves
 from stickslip.analyses.joined_curves import arrays_of
 from stickslip.analyses.kept_motion import with_motion
 from stickslip.analyses.nodal_diameters import with_disk
+from stickslip.analyses.other_motion import other_motion_warning
 from stickslip.analyses.peak_stability import instability_warning, judged, with_flags
 from stickslip.analyses.peaks_of_another import peaks_of_another, refuse_unexcited
 from stickslip.analyses.response_dataset import as_given, curve_arrays, response_dataset
 from stickslip.analyses.response_motion import response_motion
-from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning
+from stickslip.analyses.sampling import broken_warning, samples_warning, sampling_warning, without_ripples
 from stickslip.analyses.sensitivity import Parameter, Sensitivity, point_sensitivity
 from stickslip.analyses.solved_points import SolvedPoints
 from stickslip.analyses.stability import with_stability
@@ -550,7 +551,7 @@ class ForcedResponseWork(OneBalance):
     def arrays(self, curve: Curve) -> dict[str, NDArray[Any]]:
         """The arrays of a curve, dense enough to draw, with the warnings of its peaks."""
         if not self.exactly:
-            curve = refined(self.balance, curve)
+            curve = without_ripples(self.balance, refined(self.balance, curve))
         arrays = self._plain_arrays(curve)
         stability = judged(self.balance, curve, self.measure.over(self.periods))
         by_harmonics, by_samples, of_work = discretisation_errors(self.balance, curve, self.measure.over(self.periods))
@@ -564,6 +565,7 @@ class ForcedResponseWork(OneBalance):
             held_mean = held_mean_warning(self.balance, springs, curve, measure)
         warnings = (
             instability_warning(self.balance, curve, self.measure.over(self.periods), stability) or self.negative_damping,
+            "" if self.exactly else other_motion_warning(self.balance, curve, self.measure.over(self.periods)),
             truncation_warning(self.harmonics, names, by_harmonics),
             work_warning(self.harmonics, names, of_work),
             by_finer,

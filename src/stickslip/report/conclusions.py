@@ -17,7 +17,7 @@ from stickslip.harmonic.measure import DISPLACEMENT_AMPLITUDE
 from stickslip.outcome import Outcome
 from stickslip.report.numbers import hertz, number, percent
 from stickslip.results.curve_kind import CurveKind, kinds_in
-from stickslip.results.stability import peak_is_unstable
+from stickslip.results.stability import peak_is_unstable, peak_unjudged
 from stickslip.results.view import (
     Peak,
     converged_points,
@@ -148,10 +148,12 @@ def _level_sentence(dataset: xr.Dataset, case: int, output: int) -> str:
             f"{level_text(dataset, case)}: the {ended} at {last} Hz before a peak was found; the largest computed "
             f"{size or 'amplitude'} of {name} is {largest}."
         )
+    unjudged = peak_unjudged(dataset, case, output)
     return (
         f"{level_text(dataset, case)}: {what} {number(peak.amplitude / unit.metres)} {unit.name} at {hertz(peak.frequency)} Hz"
         f"{_shifts(dataset, case, peak, output)}{_reductions(dataset, case, peak, output)}."
         f"{' This motion is unstable.' if peak_is_unstable(dataset, case, output, peak.point) else ''}"
+        f"{f' Its stability is {unjudged}.' if unjudged else ''}"
         f"{_end_sentence(dataset, case, output)}"
     )
 
