@@ -41,8 +41,8 @@ def mistuned_response(
     band: Band | Sequence[float],
     mistuning: Mistuning,
     force: float = 1.0,
-    harmonics: int | Sequence[int] = 3,
-    samples: int = 96,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
     **options: Any,
 ) -> MistunedPopulation:
     """The response of all blades of one mistuned disk; arguments and options as of `mistuned_population`."""
@@ -57,8 +57,8 @@ def mistuned_population(
     scatter: Scatter,
     mistuning: Mistuning | None = None,
     force: float = 1.0,
-    harmonics: int | Sequence[int] = 3,
-    samples: int = 96,
+    harmonics: int | Sequence[int] = 5,
+    samples: int = 256,
     *,
     seed: int = 0,
     blade: Sequence[str] | None = None,

@@ -19,7 +19,7 @@ from stickslip.units import Band
 
 
 def run_in(
-    disk: TunedDisk, band: Band | Sequence[float], force: float, harmonics: int | Sequence[int] = 3, samples: int = 96
+    disk: TunedDisk, band: Band | Sequence[float], force: float, harmonics: int | Sequence[int] = 5, samples: int = 256
 ) -> TunedDisk:
     """A copy whose contacts start from the mean slider positions s̄ = ū − T̄/kt at the highest point of the response to `force`.
 

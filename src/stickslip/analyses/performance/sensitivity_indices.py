@@ -57,7 +57,7 @@ def sensitivity_indices(
     quantity: str = "displacement",
     measure: str = "amplitude",
     seed: int = 0,
-    harmonics: int | Sequence[int] = 3,
+    harmonics: int | Sequence[int] = 5,
     samples: int = 256,
     workers: Workers = 1,
     checkpoint: Checkpoint | None = None,

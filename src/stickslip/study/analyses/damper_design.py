@@ -21,7 +21,7 @@ from stickslip.problem import Problem
 from stickslip.rigs import RIGS
 from stickslip.runs.work import Arrays, Checkpoint, Progress, Work, Workers
 from stickslip.study.analysis import Asked, Kind, Plan
-from stickslip.study.fields import Harmonics, Positive, QuantityName, Seed, Table, Words
+from stickslip.study.fields import Harmonics, Number, Positive, QuantityName, Seed, Table, Words
 from stickslip.study.tables import Ends
 from stickslip.units import STANDARD_GRAVITY
 
@@ -47,9 +47,9 @@ class DesignTable(Table):
         Field(description="m/s²: the pull on a damper (`pull`, or `preload_mass` times 9.81) is `damper_mass` times this"),
     ] = None
     force: Annotated[Ends, Field(description="[low, high] of the force level")]
-    levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 3
+    levels: Annotated[int, Field(ge=1, le=MOST, description="force levels between them, in equal ratios; 1 for equal ends")] = 4
     friction: Annotated[Positive, Field(description="nominal coefficient, put at every contact")]
-    friction_factor: Annotated[float, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
+    friction_factor: Annotated[Number, Field(ge=1.0, description="from the least to the largest coefficient")] = 2.0
     starts: Annotated[
         int, Field(ge=0, le=MOST, description="sampled start states beside virgin contacts; 0: virgin ones alone")
     ] = 2
@@ -68,9 +68,9 @@ class DesignTable(Table):
     ] = None
     no_lift_off: Annotated[bool, Field(description="no contact point may open")] = False
     largest_force: Annotated[Positive | None, Field(description="of a contact point, N")] = None
-    designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 16
+    designs: Annotated[int, Field(ge=4, le=MOST, description="points of the first look at the design space")] = 24
     generations: Annotated[int, Field(ge=0, le=MOST, description="of differential evolution from them")] = 0
-    refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 20
+    refinements: Annotated[int, Field(ge=0, le=MOST, description="designs of the simplex search that follows")] = 30
     seed: Annotated[Seed, Field(description="of the random draws")] = 0
     harmonics: Annotated[Harmonics, Field(description="H, or a list that holds 1")] = 3
     samples: Annotated[int, Field(ge=8, le=1_000_000, description="samples of a period")] = 256
