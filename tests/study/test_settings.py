@@ -20,7 +20,10 @@ FUNCTIONS = {"identification": "identify", "response_identification": "identify_
 """Analyses that have another name in Python."""
 
 DIFFERENT_MEANING = {
-    ("mistuned_population", "blade"): "in Python the nodes of a blade (`blade_nodes` in a file), in a file the pattern of the blades",
+    (
+        "mistuned_population",
+        "blade",
+    ): "in Python the nodes of a blade (`blade_nodes` in a file), in a file the pattern of the blades",
     ("mistuned_population", "count"): "one disk, the default of a file, is `mistuned_disk` in Python",
     ("speed_sweep", "engine_orders"): "in Python a problem may hold its engine order",
 }

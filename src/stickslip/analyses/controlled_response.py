@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlledResponse(Result, figure="controlled_response:controlled_response", resonances="controlled_response:resonances"):
+class ControlledResponse(Result):
     """Curves at held amplitudes: `dataset`, axes (case, point, ...), a case for each amplitude `held_amplitude`, and the problem.
 
     force_level: the factor on every harmonic force that holds the amplitude, in N where `units` says so; phase: of the output's
@@ -75,7 +75,7 @@ class ControlledResponse(Result, figure="controlled_response:controlled_response
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PhaseResonance(Result, figure="controlled_response:phase_resonance"):
+class PhaseResonance(Result):
     """`dataset`, axis `amplitude` [of the quantity]: frequency [Hz], force_level, loss_factor and outcome where force and
     displacement are at 90°; NaN where no solution was found."""
 

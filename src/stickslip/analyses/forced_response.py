@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from math import lcm
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -64,6 +63,7 @@ from stickslip.problem.many_periods import over_periods
 from stickslip.problem.truncation import on_few_coordinates
 from stickslip.problem.warnings import negative_damping
 from stickslip.renamed import renamed_arguments
+from stickslip.renderers import FIGURES
 from stickslip.results.curve_kind import CurveKind, kinds_in, with_kinds
 from stickslip.results.files import save
 from stickslip.results.quantities import as_quantity
@@ -84,16 +84,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForcedResponse(
-    Result,
-    figure="response_curves:response_curves",
-    peaks="response_curves:peaks_over_force",
-    loops="contacts:hysteresis_loops",
-    states="contacts:contact_states",
-    dissipation="energy:dissipation",
-    loss_factor="energy:loss_factor",
-    stress="stress:stress_curves",
-):
+class ForcedResponse(Result):
     """Curves for every force level: `dataset` (labelled, with units) and the problem that made them."""
 
     dataset: xr.Dataset
@@ -178,8 +169,7 @@ class ForcedResponse(
         contacts.
         """
         at = self.peak_point(case) if point is None else point
-        animation: Any = import_module("stickslip.plots.animation").Animation
-        return animation(response_motion(self.dataset, self.problem, case, at))
+        return FIGURES.known("PeriodOfMotion")[""](response_motion(self.dataset, self.problem, case, at))
 
     def deformed_shape(self, case: int = 0, point: int | None = None, harmonic: int | None = None) -> Any:
         """The deformed shape of meshed bodies at a point, its highest peak unless given: their surface coloured by amplitude.
@@ -194,8 +184,7 @@ class ForcedResponse(
         Raises `InputError` for a point that did not converge and for a problem without a mesh.
         """
         at = self.peak_point(case) if point is None else point
-        picture: Any = import_module("stickslip.plots.deformed_shape").DeformedShape
-        return picture(deformed_shape(self.dataset, self.problem, case, at, harmonic))
+        return FIGURES.known("SurfaceMotion")[""](deformed_shape(self.dataset, self.problem, case, at, harmonic))
 
     def verify_in_time(
         self,

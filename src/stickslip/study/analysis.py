@@ -110,7 +110,6 @@ class Kind:
     """An analysis of study files.
 
     plan: what the file asks for, made ready; it raises the faults it sees.
-    report: module of `stickslip.report` whose PRESENTATION shows its results.
     tables: the tables that only this analysis has, by key, and `required`: those of them that must be given.
     checks: what of a table its model cannot check, by key; they raise the faults.
     on_problem: whether the file states a problem with a sweep; an analysis without one has only its own tables.
@@ -119,7 +118,6 @@ class Kind:
     """
 
     plan: Callable[[Asked], Plan]
-    report: str
     tables: Mapping[str, type[Table]] = field(default_factory=dict)
     required: tuple[str, ...] = ()
     checks: Mapping[str, Callable[[Any], object]] = field(default_factory=dict)

@@ -8,7 +8,8 @@ from typing import Annotated
 from pydantic import Field, Tag
 
 from stickslip.analyses.forced_response import ForcedResponse, ForcedResponseWork
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, NonlinearModesWork, nonlinear_modes, numbers_of
+from stickslip.analyses.modes.nonlinear_modes import NonlinearModes, nonlinear_modes
+from stickslip.analyses.modes.work import NonlinearModesWork, numbers_of
 from stickslip.checks import MOST, fault, unique
 from stickslip.problem.many_periods import MOST_PERIODS
 from stickslip.study.analysis import Asked, Sweep

@@ -33,7 +33,9 @@ def test_without_deviation_it_is_the_tuned_disk():
 def test_a_hardly_mistuned_disk_is_nearly_the_tuned_one():
     """The deviation takes the disk off the path of nodal diameters: all sectors are solved together."""
     tiny = 1e-9 * np.arange(6)
-    found = ss.mistuned_response(SIX, AT, ss.Mistuning(blade=tiny, kt=tiny, kn=tiny, mu=tiny, pull=tiny), force=0.4, **FINE).dataset
+    found = ss.mistuned_response(
+        SIX, AT, ss.Mistuning(blade=tiny, kt=tiny, kn=tiny, mu=tiny, pull=tiny), force=0.4, **FINE
+    ).dataset
     ratio = found.amplitude.values[0] / found.tuned_amplitude.values[:, None]
     assert 0.0 < np.abs(ratio - 1.0).max() < 1e-5
 

@@ -5,7 +5,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.analyses.modes.characteristic import with_peaks
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork
+from stickslip.analyses.modes.work import NonlinearModesWork
 from stickslip.outcome import Outcome
 from stickslip.report.nonlinear_modes import failures
 

@@ -27,7 +27,7 @@ REPEATING = (CycleOutcome.STEADY, CycleOutcome.JAMMED)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
+class SteadyCycles(Result):
     """The distinct steady cycles that were found, the most frequent first, and how many of the starts led to each; starts that
     led to none: `failed`."""
 
@@ -49,7 +49,7 @@ class SteadyCycles(Result, figure="damper_cycles:damper_cycles"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DamperEvolution(Result, figure="damper_cycles:damper_cycles"):
+class DamperEvolution(Result):
     """The last cycle with each set of friction coefficients, in their order."""
 
     cycles: tuple[DamperCycle, ...]

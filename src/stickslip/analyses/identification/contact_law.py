@@ -62,7 +62,7 @@ Source = str | Path | ContactRecord | ContactLoop | ContactCycles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactLaw(Result, figure="contact_law:loops_and_fit", cycles="contact_law:over_cycles", laws="contact_law:held_out"):
+class ContactLaw(Result):
     """best: the law that is chosen; fits {law: `LawFit`} of all; loops: what they were fitted to, after all corrections; removed:
     what was taken from the records on the way; warnings: what to check. One sentence each.
 

@@ -59,12 +59,7 @@ AGAIN = 0.02
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(
-    Result,
-    figure="identification:loops_and_fit",
-    residuals="identification:residuals",
-    posterior="identification:posterior",
-):
+class Identification(Result):
     """values {name: SI}, intervals {name: (low, high)} at 95 %, correlation of the logarithms (unknowns, unknowns); the law they
     belong to, and the error of every law on loops held out, in standard deviations; what the start stages found (`clues`),
     relative misfit of each case and channel in `dataset`, warnings.

@@ -45,12 +45,7 @@ StartStates = Literal["virgin", "free", "bounds"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseIdentification(
-    Result,
-    figure="response_identification:measured_and_computed",
-    misfits="response_identification:misfits",
-    intervals="response_identification:intervals",
-):
+class ResponseIdentification(Result):
     """`dataset`: value, low, high (parameter) of the 95 % intervals and their correlation; own_value (test, own) of what each
     test has by itself; along the tests (test, point) frequency, measured and computed response per force, and phase; misfit
     (test), the root mean square of computed − measured relative to the largest measured; held_out (test), the same with the

@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MistunedPopulation(
-    Result,
-    figure="mistuning:all_blades",
-    amplification="mistuning:amplification",
-    worst_blade="mistuning:worst_blade",
-):
+class MistunedPopulation(Result):
     """One mistuned disk or many: `dataset` has an axis `sample`, and for each of them the amplitudes of all blades over the
     frequency, the envelope, the maximum of each blade, the worst blade, the amplification and the deviations drawn.
     """

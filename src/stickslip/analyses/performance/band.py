@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PerformanceBand(Result, figure="performance_curve:performance_band"):
+class PerformanceBand(Result):
     """`dataset`: amplitude_per_force, frequency [Hz] and loss_factor of the lowest and the highest peak, axes (point,
     bound); virgin_amplitude_per_force and solves by point.
     """

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PerformanceCurve(Result, figure="performance_curve:performance_curves"):
+class PerformanceCurve(Result):
     """Curves of several friction coefficients: `dataset` with axes (case, point), a case per coefficient, points by F_C/F_E."""
 
     dataset: xr.Dataset

@@ -42,7 +42,7 @@ class ProblemOf(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DamperDesign(Result, figure="design:design_space"):
+class DamperDesign(Result):
     """`dataset`: every design computed: variables, worst-case peak and place, margins of the constraints, whether they hold; and
     the optimum, NaN where no design meets all, with its slopes to both sides and the range of every variable alone.
     """

@@ -36,7 +36,7 @@ QUANTITIES = ("peak amplitude", "peak frequency")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SensitivityIndices(Result, figure="sensitivity_indices:tornado"):
+class SensitivityIndices(Result):
     """`dataset`, axes (parameter, quantity): first_order and total indices of Sobol'; low_end and high_end: the quantity at both
     ends of a range, the others in the middle; spread: its standard deviation; slope: d ln(amplitude) over the range by the slope
     in the middle. first_order_interval, total_interval (.., 2): what 95 % of bootstrap samples of the draws give.

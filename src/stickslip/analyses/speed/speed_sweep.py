@@ -32,7 +32,7 @@ PEAK = ("peak_speed", "peak_frequency", "peak_amplitude", "peak_max_abs", "peak_
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpeedSweep(Result, figure="speed_sweep:over_speed", peaks="speed_sweep:peaks_over_speed"):
+class SpeedSweep(Result):
     """Curves over the rotor speed, one for each engine order and force level.
 
     dataset, axes (engine_order, case, ...): speed [rev/min], frequency [Hz], outcome (…, point), amplitude (…, point, output) [m]

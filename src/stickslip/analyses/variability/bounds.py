@@ -32,16 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseBounds(
-    Result,
-    figure="response_bounds:response_bounds",
-    loss_factors="response_bounds:loss_factors",
-    start_states="response_bounds:start_states",
-    contact_forces="bound_cycles:contact_forces",
-    force_ratios="bound_cycles:force_ratios",
-    loops="bound_cycles:loops",
-    force_plane="force_plane:force_plane",
-):
+class ResponseBounds(Result):
     """`dataset`: amplitude, loss_factor, resonance, start states and contact forces by (case, bound, frequency), one case per
     force level; sampled_amplitude (case, start, frequency): the cloud that the search began with; unsolved_share (case,
     frequency): how much of it has no solution; solves spent. Where most has none, `outcome` says so and there are no bounds.

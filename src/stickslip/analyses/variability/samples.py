@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResponseSamples(Result, figure="response_samples:response_cloud", percentiles="response_percentiles:response_percentiles"):
+class ResponseSamples(Result):
     """One curve per force level and start state: `dataset` as of a forced response, case = (level, start), with the coordinate
     start(case), and start_variable (case, variable), start_value (case, element).
     """

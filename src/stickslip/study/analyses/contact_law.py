@@ -118,8 +118,4 @@ class ContactLawPlan(Plan):
         return self.work.contact_law(results[""][0]).dataset
 
 
-KINDS = {
-    "contact_law": Kind(
-        ContactLawPlan.of, "contact_law", {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False
-    )
-}
+KINDS = {"contact_law": Kind(ContactLawPlan.of, {"contact_law": ContactLawTable}, required=("contact_law",), on_problem=False)}

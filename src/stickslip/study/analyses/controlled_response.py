@@ -86,7 +86,6 @@ TABLE = "controlled_response"
 KINDS = {
     TABLE: Kind(
         ControlledResponsePlan.of,
-        TABLE,
         {TABLE: ControlledResponseTable},
         required=(TABLE,),
         checks={TABLE: different},

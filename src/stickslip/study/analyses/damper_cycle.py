@@ -157,7 +157,6 @@ class CyclePlan(Plan):
 KINDS = {
     "damper_cycle": Kind(
         CyclePlan.of,
-        "damper_cycle",
         {"damper": DamperTable, "motion": MotionTable, "cycle": CycleTable},
         required=("damper", "motion"),
         on_problem=False,

@@ -119,14 +119,12 @@ def rig_and_motion(asked: Asked) -> tuple[BetweenPlatforms, PlatformMotion]:
 KINDS = {
     "steady_cycles": Kind(
         SteadyCyclesPlan.of,
-        "damper_cycles",
         {"damper": DamperTable, "motion": MotionTable, "steady_cycles": SliderStartsTable},
         required=("damper", "motion"),
         on_problem=False,
     ),
     "damper_evolution": Kind(
         EvolutionPlan.of,
-        "damper_cycles",
         {"damper": DamperTable, "motion": MotionTable, "damper_evolution": EvolutionTable},
         required=("damper", "motion", "damper_evolution"),
         on_problem=False,

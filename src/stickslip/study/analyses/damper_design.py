@@ -202,7 +202,6 @@ class DesignPlan(Plan):
 KINDS = {
     "damper_design": Kind(
         DesignPlan.of,
-        "design",
         {"damper_design": DesignTable},
         required=("damper_design",),
         checks={"damper_design": known},

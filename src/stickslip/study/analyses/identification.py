@@ -150,7 +150,6 @@ class IdentificationPlan(Plan):
 KINDS = {
     "identification": Kind(
         IdentificationPlan.of,
-        "identification",
         {"damper": DamperTable, "identification": IdentificationTable},
         required=("damper", "identification"),
         on_problem=False,

@@ -72,8 +72,4 @@ class LimitCyclesPlan(Plan):
         return self.work.gathered(results[""]).dataset
 
 
-KINDS = {
-    "limit_cycles": Kind(
-        LimitCyclesPlan.of, "limit_cycles", {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked}
-    )
-}
+KINDS = {"limit_cycles": Kind(LimitCyclesPlan.of, {"limit_cycles": LimitCyclesTable}, checks={"limit_cycles": _checked})}

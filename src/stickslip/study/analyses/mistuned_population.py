@@ -103,7 +103,5 @@ class MistuningPlan(Plan):
 
 
 KINDS = {
-    "mistuned_population": Kind(
-        MistuningPlan.of, "mistuning", {"mistuned_population": MistuningTable}, required=("mistuned_population",)
-    )
+    "mistuned_population": Kind(MistuningPlan.of, {"mistuned_population": MistuningTable}, required=("mistuned_population",))
 }

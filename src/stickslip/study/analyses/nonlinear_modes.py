@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from stickslip.analyses.modes.nonlinear_modes import NonlinearModesWork, numbers_of
+from stickslip.analyses.modes.work import NonlinearModesWork, numbers_of
 from stickslip.checks import InputError, counted, fault
 from stickslip.harmonic.orders import in_words
 from stickslip.problem import Problem
@@ -93,7 +93,7 @@ class ModesPlan(Plan):
         return {"": self.work}
 
     def dataset(self, results: Mapping[str, Sequence[Arrays]]) -> xr.Dataset:
-        return self.work.gathered(results[""], self.sweep.force_levels).dataset
+        return self.work.dataset(results[""], self.sweep.force_levels)
 
 
 def _ends(sweep: Sweep) -> tuple[float, float]:
@@ -114,6 +114,4 @@ def modes_between(problem: Problem, low: float, high: float) -> tuple[int, ...]:
     return tuple(int(k) + 1 for k in inside)
 
 
-KINDS = {
-    "nonlinear_modes": Kind(ModesPlan.of, "nonlinear_modes", {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": checked})
-}
+KINDS = {"nonlinear_modes": Kind(ModesPlan.of, {"nonlinear_modes": ModesTable}, checks={"nonlinear_modes": checked})}

@@ -158,14 +158,12 @@ def ratios_of(table: PerformanceTable | BandTable) -> tuple[float, ...]:
 KINDS = {
     "performance_curve": Kind(
         PerformancePlan.of,
-        "performance",
         {"performance_curve": PerformanceTable},
         required=("performance_curve",),
         checks={"performance_curve": ordered},
     ),
     "performance_band": Kind(
         BandPlan.of,
-        "performance_band",
         {"performance_band": BandTable},
         required=("performance_band",),
         checks={"performance_band": ordered},

@@ -369,7 +369,6 @@ TABLE = "response_identification"
 KINDS = {
     TABLE: Kind(
         ResponseIdentificationPlan.of,
-        TABLE,
         {TABLE: ResponseIdentificationTable},
         required=(TABLE,),
         checks={TABLE: free_parameters},

@@ -175,8 +175,6 @@ class SamplesPlan(Plan):
 
 
 KINDS = {
-    "response_bounds": Kind(BoundsPlan.of, "responses", {"response_bounds": BoundsTable}),
-    "response_samples": Kind(
-        SamplesPlan.of, "responses", {"response_samples": SamplesTable}, checks={"response_samples": law_of}
-    ),
+    "response_bounds": Kind(BoundsPlan.of, {"response_bounds": BoundsTable}),
+    "response_samples": Kind(SamplesPlan.of, {"response_samples": SamplesTable}, checks={"response_samples": law_of}),
 }

@@ -116,4 +116,4 @@ class IndicesPlan(Plan):
 
 
 TABLE = "sensitivity_indices"
-KINDS = {TABLE: Kind(IndicesPlan.of, TABLE, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges})}
+KINDS = {TABLE: Kind(IndicesPlan.of, {TABLE: UncertainTable}, required=(TABLE,), checks={TABLE: ranges})}

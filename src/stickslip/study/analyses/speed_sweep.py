@@ -140,7 +140,6 @@ TABLE = "speed_sweep"
 KINDS = {
     TABLE: Kind(
         SpeedSweepPlan.of,
-        TABLE,
         {TABLE: SpeedSweepTable},
         required=(TABLE,),
         checks={TABLE: checked},
