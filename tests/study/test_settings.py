@@ -3,12 +3,16 @@
 import inspect
 import re
 import tomllib
+from contextlib import suppress
+from dataclasses import fields, replace
 
 import pytest
 from each import each
 
 import stickslip as ss
+from stickslip.analyses.identification.contact_law import ContactLawWork
 from stickslip.checks import Faults, InputError
+from stickslip.harmonic.measure import QUANTITIES, Measure
 from stickslip.study import job
 from stickslip.study.kinds import KINDS
 from stickslip.study.lines import with_line
@@ -106,3 +110,47 @@ def test_a_size_out_of_range_is_refused_with_a_remedy(value, tmp_path):
     write_new("damper_cycle", path, overwrite=True)
     (told,) = faults_of(re.sub(r"pull = [\d.]+", f"pull = {value}", path.read_text()), tmp_path)
     assert re.fullmatch(r"Line \d+, \[damper\]: pull must .*, but is 1e[+-]50\. Check its unit\.", told), told
+
+
+NOT_IN_NAMES = {
+    ("ForcedResponseWork", "choice"): "a sentence that tells how the harmonics were chosen",
+    ("DesignWork", "known"): "how many of the points were asked for, of which each is a case",
+}
+"""Fields of works on which no result of a case depends."""
+
+
+def another(value):
+    """A value of the same form; None where a form has no other."""
+    match value:
+        case bool():
+            return not value
+        case int() | float():
+            return 2 * value + 1
+        case str():
+            return f"{value} and more"
+        case Measure():
+            return replace(value, quantity=QUANTITIES["velocity" if value.order != 1 else "displacement"])
+        case (bool() | int() | float() | str() | tuple() as first, *rest):
+            return (another(first), *rest)
+    return None
+
+
+def forgotten(work):
+    """Fields of a work that its names do not tell apart; that of a contact law is made with the work."""
+    found = set()
+    if isinstance(work, ContactLawWork):
+        return found
+    for field in fields(work):
+        other = another(getattr(work, field.name))
+        with suppress(InputError):
+            if other is not None and tuple(replace(work, **{field.name: other}).names) == tuple(work.names):
+                found.add(field.name)
+    return found
+
+
+@pytest.mark.parametrize("kind", [kind for kind in TEMPLATES if kind not in SLOW])
+def test_a_case_is_named_by_everything_that_its_result_depends_on(kind, tmp_path):
+    path = tmp_path / f"{kind}.toml"
+    write_new(kind, path)
+    for work in job(path.read_text(), tmp_path, kind).plan.works.values():
+        assert forgotten(work) == {field for name, field in NOT_IN_NAMES if name == type(work).__name__}

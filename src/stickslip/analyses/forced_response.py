@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from math import lcm
 from pathlib import Path
@@ -334,8 +334,17 @@ class ForcedResponse(Result):
         attrs, hertz = self.dataset.attrs, self.dataset["linear_frequency"].values
         band, harmonics = (float(hertz[0]), float(hertz[-1])), of_attribute(attrs["harmonics"])
         choice, exactly = str(attrs.get("harmonics_chosen", "")), bool(attrs.get("listed_frequencies"))
-        how = harmonics, int(attrs["samples"]), choice, TOLERANCE, measure_in(self.dataset), periods
-        return ForcedResponseWork(self.problem, band, exactly, tuple(levels), *how)
+        return ForcedResponseWork(
+            self.problem,
+            frequencies=band,
+            exactly=exactly,
+            levels=tuple(levels),
+            harmonics=harmonics,
+            samples=int(attrs["samples"]),
+            choice=choice,
+            measure=measure_in(self.dataset),
+            periods=periods,
+        )
 
     def _of_curves(self, curve: SolvedCurve, found: Sequence[Curve], kind: CurveKind) -> ForcedResponse:
         """A response of curves that were found from one of this response."""
@@ -392,8 +401,17 @@ def forced_response(
     Returns a `ForcedResponse`; its dataset has axes (case, point, ...), one case per force level.
     """
     progress(0.0, "preparing")
-    peaks_of = measure_of(quantity, measure)
-    work = ForcedResponseWork.of(problem, band, force, harmonics, samples, tolerance, peak_tolerance, peaks_of, periods)
+    work = ForcedResponseWork.of(
+        problem,
+        band=band,
+        force=force,
+        harmonics=harmonics,
+        samples=samples,
+        tolerance=tolerance,
+        peak_tolerance=peak_tolerance,
+        measure=measure_of(quantity, measure),
+        periods=periods,
+    )
     curves = all_cases(work, checkpoint, workers, progress)
     progress(1.0, "linear curves")
     return work.gathered(curves)
@@ -411,6 +429,7 @@ class ForcedResponseWork(OneBalance):
     """
 
     problem: Problem
+    _: KW_ONLY
     frequencies: tuple[float, ...]
     exactly: bool
     levels: tuple[float, ...]
@@ -426,6 +445,7 @@ class ForcedResponseWork(OneBalance):
     def of(
         cls,
         problem: Problem,
+        *,
         band: Band | Sequence[float],
         force: float | Sequence[float],
         harmonics: int | Sequence[int] | Literal["auto"],
@@ -453,8 +473,19 @@ class ForcedResponseWork(OneBalance):
         highest(in_fractions(H, periods))
         if not exactly:
             refuse_unexcited(problem, measure)
-        settings = (H, Nt, sentence, peak_tolerance, measure, int(periods))
-        return cls(problem, tuple(frequencies), exactly, levels, *settings, None if finer is problem else finer)
+        return cls(
+            problem,
+            frequencies=tuple(frequencies),
+            exactly=exactly,
+            levels=levels,
+            harmonics=H,
+            samples=Nt,
+            choice=sentence,
+            peak_tolerance=peak_tolerance,
+            measure=measure,
+            periods=int(periods),
+            finer=None if finer is problem else finer,
+        )
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -89,8 +89,17 @@ class Sweep:
     def forced_response(self, periods: int = 1) -> ForcedResponseWork:
         """Its forced response over a number of periods, which other analyses go by; "auto" has become a number there."""
         where = self.frequencies if isinstance(self.frequencies, Band) else list(self.frequencies)
-        settings = (where, self.force_levels, self.harmonics, self.samples, self.tolerance, self.peak_tolerance, self.measure)
-        return ForcedResponseWork.of(self.problem, *settings, periods)
+        return ForcedResponseWork.of(
+            self.problem,
+            band=where,
+            force=self.force_levels,
+            harmonics=self.harmonics,
+            samples=self.samples,
+            tolerance=self.tolerance,
+            peak_tolerance=self.peak_tolerance,
+            measure=self.measure,
+            periods=periods,
+        )
 
 
 @dataclass(frozen=True, eq=False)

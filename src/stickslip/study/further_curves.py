@@ -96,7 +96,15 @@ class FurtherCurves:
         loaded = max((h for force in sweep.problem.forces for h in force.factors), default=1)
         harmonics = max(loaded, 1) if sweep.harmonics == "auto" else sweep.harmonics
         listed = harmonics if isinstance(harmonics, int) else list(harmonics)
-        NonlinearModesWork.of(sweep.problem, numbers, table.ends, 0, listed, sweep.samples, "first")
+        NonlinearModesWork.of(
+            sweep.problem,
+            modes=numbers,
+            ends=table.ends,
+            output=0,
+            harmonics=listed,
+            samples=sweep.samples,
+            extended="first",
+        )
 
     @property
     def periods(self) -> int:

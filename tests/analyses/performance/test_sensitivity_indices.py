@@ -73,7 +73,17 @@ def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
 def test_interactions_count_in_the_total_index_alone():
     """x₁ + x₁ x₂ with both in [−1, 1]: variances 1/3 and 1/9, so first-order 3/4 and 0, total 1 and 1/4."""
     draws = 4096
-    work = planned_draws(OneLimitAndDamping(), {"limit": (1.6, 2.4), "damping": (0.01, 0.02)}, BAND, 1.0, draws, 0, 0, 1, 64)
+    work = planned_draws(
+        OneLimitAndDamping(),
+        parameters={"limit": (1.6, 2.4), "damping": (0.01, 0.02)},
+        band=BAND,
+        force=1.0,
+        draws=draws,
+        output=0,
+        seed=0,
+        harmonics=1,
+        samples=64,
+    )
     A, B = np.split(2.0 * qmc.Sobol(4, rng=1).random(draws) - 1.0, 2, axis=1)
     columns = [A, B, np.column_stack([B[:, 0], A[:, 1]]), np.column_stack([A[:, 0], B[:, 1]])]
     values = np.column_stack([x[:, 0] + x[:, 0] * x[:, 1] for x in columns])

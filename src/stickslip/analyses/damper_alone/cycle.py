@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -163,6 +163,7 @@ class CycleWork:
 
     rig: BetweenPlatforms
     motion: PlatformMotion
+    _: KW_ONLY
     steps: int = 1000
     method: Method | None = None
     frequency: float | None = None
@@ -171,7 +172,8 @@ class CycleWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return (f"steady cycle {self.motion.digest}",)
+        how = f"{self.steps} steps by {self.method}, {self.frequency} Hz, to {self.tolerance!r} within {self.most} cycles"
+        return (f"steady cycle, motion {self.motion.digest}, {how}",)
 
     @property
     def words(self) -> Sequence[str]:

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -144,8 +144,19 @@ def identify(
     several = [loops] if isinstance(loops, CycleSet | Record) else list(loops)
     raw = several if load_removal is None else zeroed(several, load_removal, errors.calibration)
     cases = checked_cases(raw, damper, errors)
-    settings = (tuple(unknown or ()), errors, resamples, seed, bounds or {}, steps, population, generations)
-    work = IdentificationWork(cases, damper, *settings, laws=(law,) if isinstance(law, str) else tuple(law))
+    work = IdentificationWork(
+        cases,
+        damper,
+        unknown=tuple(unknown or ()),
+        errors=errors,
+        resamples=resamples,
+        seed=seed,
+        bounds=bounds or {},
+        steps=steps,
+        population=population,
+        generations=generations,
+        laws=(law,) if isinstance(law, str) else tuple(law),
+    )
     return work.identification(work.solve(0, lambda share: progress(share) if progress else None))
 
 
@@ -155,6 +166,7 @@ class IdentificationWork:
 
     cases: tuple[CycleSet, ...]
     damper: BetweenPlatforms
+    _: KW_ONLY
     unknown: tuple[str, ...] = ()
     errors: RigErrors = field(default_factory=RigErrors)
     resamples: int = 24
@@ -181,7 +193,8 @@ class IdentificationWork:
 
     @property
     def names(self) -> Sequence[str]:
-        return (self.name,)
+        how = f"{self.resamples} refits, seed {self.seed}, {self.steps} steps, search {self.population} by {self.generations}"
+        return (f"{self.name}, {self.laws}, {how}",)
 
     @property
     def words(self) -> Sequence[str]:

@@ -78,8 +78,16 @@ def mistuned_population(
     Amplification is the highest amplitude of any blade over the band, divided by that of the tuned disk with the same dampers and
     force. Sample k depends on the seed and k alone, whatever the number of samples and workers. One that fails is marked.
     """
-    size = measure_of(quantity, measure)
-    sweep = tuned_sweep(disk, output, band, force, harmonics, samples, peak_tolerance, size)
-    work = PopulationWork.of(sweep, count, scatter, mistuning, seed, blade, run_in)
+    sweep = tuned_sweep(
+        disk,
+        output=output,
+        band=band,
+        force=force,
+        harmonics=harmonics,
+        samples=samples,
+        peak_tolerance=peak_tolerance,
+        measure=measure_of(quantity, measure),
+    )
+    work = PopulationWork.of(sweep, count=count, scatter=scatter, mistuning=mistuning, seed=seed, blade=blade, run_in=run_in)
     results = all_cases(work, checkpoint, workers, progress)
     return MistunedPopulation(population_dataset(work, results), disk)

@@ -28,7 +28,8 @@ def run_in(
     place of its own. band, force (one level), harmonics, samples: as of `forced_response`. Raises `InputError` where the
     response is not found.
     """
-    work = ForcedResponseWork.of(of_kind("disk", disk, TunedDisk), band, force, harmonics, samples)
+    of_kind("disk", disk, TunedDisk)
+    work = ForcedResponseWork.of(disk, band=band, force=force, harmonics=harmonics, samples=samples)
     return run_in_by(work, disk)
 
 

@@ -78,9 +78,14 @@ def limit_cycles(
     ratios = checked_ratios(aerodynamic_damping)
     with threadpool_limits(1, user_api="blas"):
         modes = NonlinearModesWork.of(
-            problem, numbers_of(problem, mode, frequency, output, largest_at_output), ends_of(amplitude), output, harmonics,
-            samples, extended,
-        )  # fmt: skip
+            problem,
+            modes=numbers_of(problem, mode, frequency, output, largest_at_output),
+            ends=ends_of(amplitude),
+            output=output,
+            harmonics=harmonics,
+            samples=samples,
+            extended=extended,
+        )
     work = LimitCyclesWork(modes, ratios)
     return work.gathered(all_cases(work, checkpoint, workers, progress))
 
@@ -90,7 +95,10 @@ def limit_cycles_of(dataset: xr.Dataset, problem: Problem, aerodynamic_damping: 
     ratios = checked_ratios(aerodynamic_damping)
     numbers = tuple(int(number) for number in dataset["mode_number"].values)
     H, Nt, extended = (dataset.attrs[name] for name in ("harmonics", "samples", "extended"))
-    work = LimitCyclesWork(NonlinearModesWork(problem, numbers, None, 0, of_attribute(H), int(Nt), extended), ratios)
+    traced = NonlinearModesWork(
+        problem, modes=numbers, ends=None, output=0, harmonics=of_attribute(H), samples=int(Nt), extended=extended
+    )
+    work = LimitCyclesWork(traced, ratios)
     results = []
     with threadpool_limits(1, user_api="blas"):
         for case in range(len(numbers)):

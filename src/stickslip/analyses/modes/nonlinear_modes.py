@@ -129,9 +129,14 @@ def nonlinear_modes(
     """
     with threadpool_limits(1, user_api="blas"):
         work = NonlinearModesWork.of(
-            problem, numbers_of(problem, mode, frequency, output, largest_at_output), ends_of(amplitude),
-            output_of(problem, output), harmonics, samples, extended,
-        )  # fmt: skip
+            problem,
+            modes=numbers_of(problem, mode, frequency, output, largest_at_output),
+            ends=ends_of(amplitude),
+            output=output_of(problem, output),
+            harmonics=harmonics,
+            samples=samples,
+            extended=extended,
+        )
     turned = None if phase_at is None else output_of(problem, phase_at, "phase_at")
     _refuse_no_phase(problem, turned)
     dataset = work.dataset(all_cases(work, checkpoint, workers, progress))

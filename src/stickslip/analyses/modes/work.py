@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -37,6 +37,7 @@ class NonlinearModesWork(StateOfFields):
     """Modes as independent cases; modes from 1 on; ends: amplitudes of the output in m, or None."""
 
     problem: Problem
+    _: KW_ONLY
     modes: tuple[int, ...]
     ends: tuple[float, float] | None
     output: int
@@ -48,6 +49,7 @@ class NonlinearModesWork(StateOfFields):
     def of(
         cls,
         problem: Problem,
+        *,
         modes: tuple[int, ...],
         ends: tuple[float, float] | None,
         output: int,
@@ -61,7 +63,15 @@ class NonlinearModesWork(StateOfFields):
         H, (_, Nt) = harmonics_for(problem, harmonics, remedy), fineness(harmonics, samples)
         Nt += -Nt % problem.systems.sample_multiple
         fourier(highest(H), Nt)
-        work = cls(problem, modes, ends, output, H, Nt, extended)  # type: ignore[arg-type]
+        work = cls(
+            problem,
+            modes=modes,
+            ends=ends,
+            output=output,
+            harmonics=H,
+            samples=Nt,
+            extended=extended,  # type: ignore[arg-type]
+        )
         for case in range(len(modes)):
             work.levels(work.balance(case))
         return work
@@ -98,7 +108,9 @@ class NonlinearModesWork(StateOfFields):
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from disk, with the smallest problem there is."""
-        smallest = NonlinearModesWork.of(single_mass(), (1,), (0.5, 0.6), 0, 1, 8, "first")
+        smallest = NonlinearModesWork.of(
+            single_mass(), modes=(1,), ends=(0.5, 0.6), output=0, harmonics=1, samples=8, extended="first"
+        )
         smallest.dataset([smallest.solve(0, lambda share: None)])
 
     def solve(self, case: int, report: Report) -> Arrays:

@@ -84,8 +84,21 @@ def response_bounds(
     frequencies = tuple(float(frequency) for frequency in _frequencies(band, points))
     if objective == "peak" and len(frequencies) < 2:
         raise fault("band", "must be a band for the peak", band)
-    settings = (output, cloud, starts, rule, share, seed, harmonics, samples, measure_of(quantity, measure))
-    work = BoundsWork(problem, frequencies, levels, objective, *settings)
+    work = BoundsWork(
+        problem,
+        frequencies=frequencies,
+        levels=levels,
+        objective=objective,
+        output=output,
+        cloud=cloud,
+        starts=starts,
+        rule=rule,
+        share=share,
+        seed=seed,
+        harmonics=harmonics,
+        samples=samples,
+        measure=measure_of(quantity, measure),
+    )
     return ResponseBounds(work.gathered(all_cases(work, checkpoint, workers, progress)), problem)
 
 

@@ -58,7 +58,10 @@ class SteadyCyclesPlan(Plan):
         table = asked.tables.get("steady_cycles") or SliderStartsTable()
         assert isinstance(table, SliderStartsTable)
         spread = in_si(table, asked.units)["spread"]
-        return cls(SteadyCyclesWork(*rig_and_motion(asked), table.count, spread, table.seed, table.same, table.steps))
+        rig, motion = rig_and_motion(asked)
+        return cls(
+            SteadyCyclesWork(rig, motion, starts=table.count, spread=spread, seed=table.seed, same=table.same, steps=table.steps)
+        )
 
     @property
     def content(self) -> str:
@@ -88,7 +91,8 @@ class EvolutionPlan(Plan):
         """The plan of a study."""
         table = asked.tables["damper_evolution"]
         assert isinstance(table, EvolutionTable)
-        return cls(EvolutionWork(*rig_and_motion(asked), tuple(table.friction), table.steps, table.cycles))
+        rig, motion = rig_and_motion(asked)
+        return cls(EvolutionWork(rig, motion, friction=tuple(table.friction), steps=table.steps, cycles=table.cycles))
 
     @property
     def content(self) -> str:

@@ -178,11 +178,28 @@ class DesignPlan(Plan):
         table = self.table
         maker = RigDesign(table.rig, table.parameters, table.acceleration)
         bounds = {name: (ends[0], ends[1]) for name, ends in table.variables.items()}
-        ends, friction = (table.force[0], table.force[1]), (table.friction, table.friction_factor)
-        counts, fineness = (table.starts, table.levels), (table.harmonics, table.samples)
-        last = (table.search, measure_of(table.quantity, table.measure))
-        conditions = conditions_of(ends, friction, table.objective, counts, (0, table.seed), fineness, *last)
-        return planned_design(maker, bounds, conditions, table.constraints, table.designs, table.known)
+        conditions = conditions_of(
+            force=(table.force[0], table.force[1]),
+            friction=table.friction,
+            friction_factor=table.friction_factor,
+            objective=table.objective,
+            starts=table.starts,
+            levels=table.levels,
+            output=0,
+            seed=table.seed,
+            harmonics=table.harmonics,
+            samples=table.samples,
+            search=table.search,
+            measure=measure_of(table.quantity, table.measure),
+        )
+        return planned_design(
+            maker,
+            variables=bounds,
+            conditions=conditions,
+            constraints=table.constraints,
+            designs=table.designs,
+            known=table.known,
+        )
 
     @property
     def works(self) -> Mapping[str, Work]:

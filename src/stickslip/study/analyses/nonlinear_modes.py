@@ -80,7 +80,15 @@ class ModesPlan(Plan):
         ends = None if table.amplitude is None else (table.amplitude[0], table.amplitude[1])
         assert sweep.harmonics != "auto"
         harmonics = sweep.harmonics if isinstance(sweep.harmonics, int) else list(sweep.harmonics)
-        return NonlinearModesWork.of(sweep.problem, self._modes(), ends, 0, harmonics, sweep.samples, table.extended)
+        return NonlinearModesWork.of(
+            sweep.problem,
+            modes=self._modes(),
+            ends=ends,
+            output=0,
+            harmonics=harmonics,
+            samples=sweep.samples,
+            extended=table.extended,
+        )
 
     def _modes(self) -> tuple[int, ...]:
         """The modes asked for, or those of the stuck structure in the band."""
