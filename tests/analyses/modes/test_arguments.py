@@ -123,8 +123,8 @@ def test_cases_are_solved_one_by_one():
     assert modes.dataset["frequency"].attrs["units"] == "Hz"
     work = NonlinearModesWork.of(RIG, modes=(1, 2), ends=(1e-7, 1e-6), output=0, harmonics=1, samples=32, extended="first")
     assert len(set(work.names)) == 2
-    again = work.gathered([work.solve(case, lambda done: None) for case in (0, 1)])
-    np.testing.assert_array_equal(again.dataset["frequency"], modes.dataset["frequency"])
+    again = work.dataset([work.solve(case, lambda done: None) for case in (0, 1)])
+    np.testing.assert_array_equal(again["frequency"], modes.dataset["frequency"])
 
 
 @pytest.mark.parametrize("figure", ["", "energy", "peaks", "shape", "states"])
