@@ -266,8 +266,13 @@ def hint_at_resuming(kept: CheckpointFolder) -> Iterator[None]:
     try:
         yield
     except (KeyboardInterrupt, OSError, MemoryError, InputError) as error:
-        if isinstance(error, KeyboardInterrupt) and not len(kept):
+        so_far = [
+            file.parent for file in (kept.folder / "results.nc", *sorted(kept.folder.glob("*/results.nc"))) if file.is_file()
+        ]
+        if isinstance(error, KeyboardInterrupt) and not so_far and not len(kept):
             warn("Nothing was kept yet: no part of the work was completed.")
+        for folder in so_far:
+            warn(f"Saved what was computed so far, unfinished curves too: `stickslip report {folder}` shows it.")
         if len(kept):
             curves = counted(len(kept), "completed curve")
             warn(f"Kept {curves} in {kept.folder}; run the same command with --resume to continue.")
