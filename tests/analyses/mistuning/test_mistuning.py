@@ -90,6 +90,7 @@ def test_samples_depend_on_seed_and_number_alone():
     scatter = ss.Scatter(blade=0.003, kt=0.1, missing=0.1)
     few, many = (ss.mistuned_population(SIX, AT, count, scatter, seed=3, **FINE).dataset for count in (1, 2))
     assert np.array_equal(few.amplitude[0], many.amplitude[0])
+    assert many.attrs["whitehead"] == pytest.approx(0.5 * (1.0 + np.sqrt(6.0)), rel=1e-12)  # Whitehead's limit of six sectors
     assert not np.array_equal(many.blade_deviation[0], many.blade_deviation[1])
     other = ss.Scatter(blade=0.003, mu=0.1).draw(6, 3, 0)
     assert other.deviation("blade") == pytest.approx(many.blade_deviation.values[0], abs=1e-15)
