@@ -109,8 +109,7 @@ def check(
     from stickslip.study.model_summary import model_summary
     from stickslip.study.run_time import estimated_seconds, run_time
 
-    job = read_job(study)
-    _ = job.plan.works  # reads the files that the study names
+    job = prepared(read_job(study))
     say(f"{study} is valid: {job.plan.summary}.")
     for sentence in model_summary(job.sweep, job.plan.condition) if job.sweep else []:
         say(sentence)
@@ -143,7 +142,7 @@ def run(
     from stickslip.study.run import Run
     from stickslip.study.run_time import BRIEF, WORTH_SAYING, estimated_seconds, run_time
 
-    job = read_job(study)
+    job = prepared(read_job(study))
     seconds = estimated_seconds(job)
     alone = workers or (1 if seconds is not None and seconds < BRIEF else cores())
     executor = alone if scheduler is None else cluster(scheduler, workers)
@@ -208,6 +207,14 @@ def read_job(path: Path) -> Job:
         job = read(path, report)
     for note in job.notes:
         say(note)
+    return job
+
+
+def prepared(job: Job) -> Job:
+    """A job whose work is made: it reads the files that the study names, and chooses harmonics where this is left to it."""
+    if job.sweep is not None and job.sweep.harmonics == "auto":
+        say("Choosing the harmonics and samples that the highest peaks need.")
+    _ = job.plan.works
     return job
 
 

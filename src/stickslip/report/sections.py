@@ -106,7 +106,7 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
     rows = contact_rows(dataset)
     if not rows:
         return None
-    shown = largest_loops(dataset, rows, LOOPS_OF_A_POINT)
+    drawn = loops_at(dataset, largest_loops(dataset, rows, LOOPS_OF_A_POINT), SAMPLES_OF_A_LOOP)
     found: list[Chart] = []
     points_of = {}
     for case in range(dataset.sizes["case"]):
@@ -116,7 +116,7 @@ def _loops_of_points(dataset: xr.Dataset) -> Opening | None:
         places: list[int | None] = [None] * points(dataset, case).size
         for point in some:
             places[int(np.searchsorted(points(dataset, case), point))] = len(found)
-            found.append(loops_at(dataset, case, int(point), shown, SAMPLES_OF_A_LOOP))
+            found.append(drawn(case, int(point)))
         points_of[level_text(dataset, case)] = places
     return Opening(found, points_of, CYCLE_NOTE)
 
