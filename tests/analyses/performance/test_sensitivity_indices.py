@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 import stickslip as ss
-from stickslip.analyses.performance.sensitivity_indices import gathered, planned_draws
+from stickslip.analyses.performance.sensitivity_indices import _indices, _intervals, gathered, planned_draws
 from stickslip.plots.sensitivity_indices import tornado
 from stickslip.report.sensitivity_indices import sentences, tables
 
@@ -68,6 +68,15 @@ def test_indices_lie_in_their_intervals_and_are_reported_with_them(linear):
     assert np.all(high - low > 0.02)
     assert f"c {float(linear.total[0, 0]):.2f} ({low[0]:.2f} to {high[0]:.2f})" in sentences(linear)[0]
     assert tables(linear)["parameters"]["amplitude, total, 95 % to"].tolist() == high.tolist()
+
+
+def test_intervals_hold_95_per_cent_of_the_bootstrap():
+    """The share of indices of other samples of the draws inside, of 200 to 0.06."""
+    drawn = np.random.default_rng(4).normal(size=(512, 4, 1))
+    low, high = np.moveaxis(_intervals(drawn, 0), -1, 0)
+    rng = np.random.default_rng(1)
+    again = [_indices(drawn[rng.integers(512, size=512)]) for _ in range(200)]
+    np.testing.assert_allclose(np.mean((low <= again) & (again <= high), axis=0), 0.95, atol=0.06)
 
 
 def test_interactions_count_in_the_total_index_alone():
