@@ -20,7 +20,7 @@ from stickslip.plots.forced_response import figures_of
 from stickslip.report.bounds import bounds_table
 from stickslip.report.failures import bounds_failures, bounds_warnings
 from stickslip.report.percentiles import percentiles_table
-from stickslip.report.presentation import Presentation
+from stickslip.report.presentation import Presentation, presents
 from stickslip.report.stress import stress_sentences, stress_table
 from stickslip.results.curve_kind import kind_words
 from stickslip.results.quantities import peak_table, quantity_table
@@ -205,4 +205,7 @@ def figures(dataset: xr.Dataset) -> Figures:
     return figures_of(dataset)
 
 
-PRESENTATION = Presentation("Forced response", sentences, failures, figures, tables, responses=True)
+PRESENTATION = presents(
+    ("forced_response", "response_bounds", "response_samples"),
+    Presentation("Forced response", sentences, failures, figures, tables, responses=True),
+)
